@@ -66,7 +66,7 @@ def test_beside_one_click_a_material_it_does_no_harm(shared_data, tmp_path, reco
             groups = {name: library[name].group for name in (*known, *names)}
             classes = library_classes(known, names, groups)
             mapper = CombinedMapper(
-                texture, colours, survey(texture, general), own, classes, (*np.nonzero(at), material)
+                texture, colours, survey(texture, colours, general), own, classes, (*np.nonzero(at), material)
             )
             found = mapper.window(0, texture.height, 0, texture.width)
             scored = (photograph.truth >= 0) & ~at

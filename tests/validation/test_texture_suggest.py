@@ -61,7 +61,8 @@ class Sheet:
 
     def __init__(self, image, truth, library) -> None:
         self.truth, self.library, self.texture = truth, library, TextureFile(image)
-        self.colours, self.surveyed = DistinctColours(self.texture), survey(self.texture, library)
+        self.colours = DistinctColours(self.texture)
+        self.surveyed = survey(self.texture, self.colours, library)
         self.pixels, _ = self.texture.window(slice(0, self.texture.height), slice(0, self.texture.width))
 
     def _seeds(self, clicks):

@@ -18,7 +18,7 @@ from skyshine.tmm.classify.mapper import TABLE_ENTRIES, Classified, without_data
 from skyshine.tmm.classify.superpixels import HOLD, Superpixels, find_superpixels
 from skyshine.tmm.classify.trained import TYPICAL, TrainedModel
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates, to_lab
-from skyshine.tmm.features.textured import MARGIN, features, light_planes
+from skyshine.tmm.features.textured import MARGIN, LightPlanes, box_means, features
 from skyshine.tmm.images.texture import Windowed
 
 GRID_TEXELS = 1 << 20  # of the grid that superpixels are found on
@@ -78,13 +78,13 @@ def _flat(coordinates: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
     return coordinates.reshape(-1, coordinates.shape[-1]).astype(np.float64)
 
 
-def survey(texture: Windowed, library: TrainedModel | None) -> Survey:
+def survey(texture: Windowed, colours: DistinctColours, library: TrainedModel | None) -> Survey:
     """Read a texture once and find its superpixels and what a library model, if there is one, says of them."""
     step = int(np.ceil(np.sqrt(texture.height * texture.width / GRID_TEXELS)))
-    parts = []
+    parts, light = [], LightPlanes(texture, colours)
     rows = max(BAND_TEXELS // texture.width // step, 1) * step
     for top in range(0, texture.height, rows):
-        parts.append(_surveyed(texture, top, min(top + rows, texture.height), step))
+        parts.append(_surveyed(texture, light, top, min(top + rows, texture.height), step))
     stack = np.concatenate([part[0] for part in parts], axis=1)
     coordinates, valid = (np.concatenate([part[k] for part in parts]) for k in (1, 2))
     superpixels = find_superpixels(stack[TYPICAL], stack)
@@ -95,19 +95,17 @@ def survey(texture: Windowed, library: TrainedModel | None) -> Survey:
 
 
 def _surveyed(
-    texture: Windowed, top: int, bottom: int, step: int
+    texture: Windowed, light: LightPlanes, top: int, bottom: int, step: int
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]:
     """Features, coordinates and validity on the grid between two rows."""
     above = min(-(-MARGIN // step) * step, top)  # whole steps, so that the grid goes on
-    pixels, valid = texture.window(slice(top - above, min(bottom + MARGIN, texture.height)), slice(0, texture.width))
-    pixels = np.where(valid[..., np.newaxis], pixels, pixels.dtype.type(0))
-    planes = light_planes(pixels.reshape(-1, pixels.shape[2]), texture.encoding)
-    lab, linear = (part.reshape(3, *valid.shape) for part in planes)
+    lab, linear, valid = light.window(slice(top - above, min(bottom + MARGIN, texture.height)), slice(0, texture.width))
+    stack = features(lab, linear, valid, step)
     inner = slice(above // step, above // step + -(-(bottom - top) // step))
-    own = pixels[::step, ::step][inner]
+    own, inside = (part[::step, ::step] for part in texture.window(slice(top, bottom), slice(0, texture.width)))
+    own = np.where(inside[..., np.newaxis], own, own.dtype.type(0))
     coordinates = to_coordinates(own.reshape(-1, own.shape[2]), texture.encoding).astype(np.float32)
-    stack = features(lab, linear, valid, step)[:, inner]
-    return stack, coordinates.reshape(*own.shape[:2], -1), valid[::step, ::step][inner]
+    return stack[:, inner], coordinates.reshape(*own.shape[:2], -1), inside
 
 
 def library_classes(
@@ -253,10 +251,9 @@ def _guided(
     planes: npt.NDArray[np.float32], guide: npt.NDArray[np.float32]
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
     """Slopes and offsets (K, h, w) by which planes follow the guide (h, w)."""
-    from scipy.ndimage import uniform_filter
 
     def mean(plane: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        return uniform_filter(plane, 2 * FILTER_RADIUS + 1, mode="nearest")
+        return box_means(plane, (FILTER_RADIUS,))[0]
 
     average = mean(guide)
     variance = np.maximum(mean(guide * guide) - average**2, 0) + np.float32(FILTER_SPREAD**2)

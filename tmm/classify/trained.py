@@ -15,7 +15,7 @@ from skyshine.tmm.classify.calibration import IDENTITY, Calibration
 from skyshine.tmm.classify.gaussian import GaussianModel
 from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper, with_margin, without_data
 from skyshine.tmm.features.colour import DistinctColours
-from skyshine.tmm.features.textured import MARGIN, features, light_planes
+from skyshine.tmm.features.textured import MARGIN, LightPlanes, features
 from skyshine.tmm.images.texture import Windowed
 
 TYPICAL = slice(3, 6)  # the features that typicality is measured in: L*a*b* averaged over the smallest box
@@ -134,16 +134,14 @@ class TexturedMapper:
         radius: int,
     ) -> None:
         self.names, self._texture, self._radius = names, texture, radius
-        self._colour, self._network, self._colours = colour, network, colours
-        self._shared: tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]] | None = None
-        if colours.colours is not None:
-            self._shared = light_planes(colours.colours, texture.encoding)
+        self._colour, self._network, self._light = colour, network, LightPlanes(texture, colours)
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify a window; see `Mapper`."""
         margin = self._radius + MARGIN
         rows, columns, inner = with_margin(self._texture, top, bottom, left, right, margin)
-        stack, valid = self.features(rows, columns)
+        lab, linear, valid = self._light.window(rows, columns)
+        stack = features(lab, linear, valid)
         posterior = self._network.posterior(stack.reshape(len(stack), -1))
         planes = np.rint(posterior * np.float32(POSTERIOR_ONE)).astype(np.uint16).reshape(-1, *valid.shape)
         if self._radius:
@@ -154,19 +152,6 @@ class TexturedMapper:
             confidence = planes[(slice(None), *inner)].max(axis=0) / np.float32(POSTERIOR_ONE)
         typical = self._typicality(stack[(TYPICAL, *inner)], material)
         return without_data(Classified(material, confidence, typical), valid[inner])
-
-    def features(self, rows: slice, columns: slice) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-        """Features (F, h, w) float32 and validity (h, w) of a window, its margin included in the window."""
-        pixels, valid = self._texture.window(rows, columns)
-        colours, index = self._colours.of(pixels, valid)
-        if colours is None and self._shared is not None:
-            planes = self._shared
-        else:
-            if colours is None:
-                colours, index = self._colours.in_use(index)
-            planes = light_planes(colours, self._texture.encoding)
-        lab, linear = (np.take(part, index.ravel(), axis=1).reshape(3, *valid.shape) for part in planes)
-        return features(lab, linear, valid), valid
 
     def _typicality(self, coordinates: npt.NDArray[Any], material: npt.NDArray[Any]) -> npt.NDArray[Any]:
         from scipy.special import chdtrc

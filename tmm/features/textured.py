@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.tmm.features.colour import to_lab, to_linear
+from skyshine.tmm.features.colour import DistinctColours, to_lab, to_linear
+from skyshine.tmm.images.texture import Windowed
 
 RADII = (2, 6, 16)  # of the boxes, in texels, beside the texel itself
 GRADIENT_RADII = (4, 12)
@@ -46,6 +47,29 @@ def light_planes(colours: npt.NDArray[Any], encoding: str) -> tuple[npt.NDArray[
     return np.ascontiguousarray(lab.T, np.float32), np.ascontiguousarray(linear.T, np.float32)
 
 
+class LightPlanes:
+    """L*a*b* and linear light of the windows of a texture: of each distinct colour once, where they are known."""
+
+    def __init__(self, texture: Windowed, colours: DistinctColours) -> None:
+        self._texture, self._colours = texture, colours
+        self._shared = None if colours.colours is None else light_planes(colours.colours, texture.encoding)
+
+    def window(
+        self, rows: slice, columns: slice
+    ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], npt.NDArray[np.bool_]]:
+        """L*a*b* and linear light (3, h, w) float32, and validity (h, w), of a window."""
+        pixels, valid = self._texture.window(rows, columns)
+        colours, index = self._colours.of(pixels, valid)
+        if colours is None and self._shared is not None:
+            planes = self._shared
+        else:
+            if colours is None:
+                colours, index = self._colours.in_use(index)
+            planes = light_planes(colours, self._texture.encoding)
+        lab, linear = (np.take(part, index.ravel(), axis=1).reshape(3, *valid.shape) for part in planes)
+        return lab, linear, valid
+
+
 def features(
     lab: npt.NDArray[np.float32], linear: npt.NDArray[np.float32], valid: npt.NDArray[np.bool_], step: int = 1
 ) -> npt.NDArray[Any]:
@@ -70,40 +94,51 @@ def features(
 
 
 def _stack(lab: npt.NDArray[np.float32], linear: npt.NDArray[np.float32], step: int) -> npt.NDArray[Any]:
-    from scipy.ndimage import uniform_filter1d
-
-    def mean(plane: npt.NDArray[Any], radius: int) -> npt.NDArray[Any]:
-        rows = uniform_filter1d(plane, 2 * radius + 1, axis=0, mode="reflect")[::step]
-        return uniform_filter1d(rows, 2 * radius + 1, axis=1, mode="reflect")[:, ::step]
-
     own = lab[:, ::step, ::step]
     stack = np.empty((len(names()), *own.shape[1:]), np.float32)
     stack[:3] = own
     at = 3
-    for radius in RADII:
-        for plane in lab:
-            stack[at] = mean(plane, radius)
-            at += 1
-    for radius in RADII:
-        red, green, blue = (np.log(mean(plane, radius) + np.float32(DARK)) for plane in linear)
+    for means in zip(*(box_means(plane, RADII, step) for plane in lab), strict=True):
+        stack[at : at + 3] = means
+        at += 3
+    for means in zip(*(box_means(plane, RADII, step) for plane in linear), strict=True):
+        red, green, blue = (np.log(part + np.float32(DARK)) for part in means)
         stack[at], stack[at + 1] = red - green, blue - green
         at += 2
     light = np.log(linear[1] + np.float32(DARK))
-    squared = light * light
-    for radius in RADII:
-        variance = mean(squared, radius) - mean(light, radius) ** 2
-        stack[at] = 0.5 * np.log(np.maximum(variance, 0) + np.float32(1e-4))
+    for squared, level in zip(*(box_means(part, RADII, step) for part in (light * light, light)), strict=True):
+        stack[at] = 0.5 * np.log(np.maximum(squared - level**2, 0) + np.float32(1e-4))
         at += 1
     down, across = (np.gradient(light, axis=i) if light.shape[i] > 1 else np.zeros_like(light) for i in (0, 1))
     products = down * down, across * across, down * across
-    for radius in GRADIENT_RADII:
-        dd, aa, da = (mean(product, radius) for product in products)
+    for dd, aa, da in zip(*(box_means(product, GRADIENT_RADII, step) for product in products), strict=True):
         energy = dd + aa
         stack[at] = 0.5 * np.log(np.maximum(energy, 0) + np.float32(1e-4))
         # Of the structure tensor, (l1 - l2) / (l1 + l2) of its eigenvalues (Bigun and Granlund 1987).
         stack[at + 1] = np.sqrt((dd - aa) ** 2 + 4 * da**2) / (energy + np.float32(1e-4))
         at += 2
     return stack
+
+
+def box_means(plane: npt.NDArray[np.float32], radii: tuple[int, ...], step: int = 1) -> list[npt.NDArray[Any]]:
+    """Means of a plane (h, w) over boxes of several radii, at every `step`-th row and column.
+
+    Beyond its edges the plane is mirrored.
+    """
+    from scipy.ndimage import uniform_filter1d
+
+    height, most = len(plane), max(radii)
+    sums = np.empty((height + 2 * most + 1, plane.shape[1]))  # over the rows above each, those mirrored included
+    sums[0] = 0
+    for k, row in enumerate(np.pad(np.arange(height), most, mode="symmetric")):
+        np.add(sums[k], plane[row], out=sums[k + 1])
+    means = []
+    for radius in radii:
+        top, size = most - radius, 2 * radius + 1
+        rows = sums[top + size : top + size + height : step] - sums[top : top + height : step]
+        rows /= size
+        means.append(uniform_filter1d(rows.astype(np.float32), size, axis=1, mode="reflect")[:, ::step])
+    return means
 
 
 def in_other_light(linear: npt.NDArray[np.float32], random: np.random.Generator) -> npt.NDArray[Any]:

@@ -130,11 +130,11 @@ def suggest(job: TextureJob, folder: Path, library: MaterialLibrary, count: int)
         )
     listed = read_answers(path, materials=library.names) if path.exists() else []
     kept = tuple(answer for answer in listed if answer.material is not None)
-    texture, _, _, seeds = load_texture(_with_seeds(job, kept), folder, library)
+    texture, colours, _, seeds = load_texture(_with_seeds(job, kept), folder, library)
     model = None if job.model is None else read_model(model_path(job.model, folder))
     if model is not None:
         model.require_channels(texture)
-    surveyed = survey(texture, model)
+    surveyed = survey(texture, colours, model)
     known = _known(job, texture, surveyed, model, seeds, library)
     answered = [(answer.y, answer.x) for answer in kept]
     barren = [(answer.y, answer.x) for answer in kept if answer.seed is None]

@@ -188,7 +188,7 @@ def combined_mappers(
     settings, random_seed = job.classifier, job.held_out.random_seed
     if general is not None:
         general.require_channels(texture)
-    surveyed = survey(texture, general)
+    surveyed = survey(texture, colours, general)
     known = examples(texture, seeds, random_seed) if settings.method == "textured" else None
     general_names = () if general is None else general.names
     groups = {name: library[name].group for name in (*general_names, *seeds.names) if name in library}

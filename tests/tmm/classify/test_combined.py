@@ -88,9 +88,9 @@ def test_survey_in_bands_is_that_of_the_whole(monkeypatch, step):
     texture = Texture(pixels, np.ones((100, 70), bool), "srgb")
     model = _model(pixels[:2, 0])
     monkeypatch.setattr(combined, "GRID_TEXELS", 7000 / step**2)
-    whole = survey(texture, model)
+    whole = survey(texture, DistinctColours(texture), model)
     monkeypatch.setattr(combined, "BAND_TEXELS", 70 * 20)
-    parts = survey(texture, model)
+    parts = survey(texture, DistinctColours(texture), model)
     assert whole.step == parts.step == step
     np.testing.assert_allclose(parts.stack, whole.stack, rtol=1e-3, atol=2e-2)
     np.testing.assert_array_equal(parts.coordinates, whole.coordinates)
@@ -117,7 +117,9 @@ def test_one_texel_a_material_finds_both_halves(halves, monkeypatch, grid):
     texture, model = halves
     monkeypatch.setattr(combined, "GRID_TEXELS", grid)
     seeds = np.array([9, 80]), np.array([40, 40]), np.array([0, 1])
-    mapper = CombinedMapper(texture, DistinctColours(texture), survey(texture, model), model, np.eye(2), seeds)
+    mapper = CombinedMapper(
+        texture, DistinctColours(texture), survey(texture, DistinctColours(texture), model), model, np.eye(2), seeds
+    )
     found = mapper.window(0, 96, 0, 80)
     edge = 10
     assert (found.material[: 48 - edge] == 0).all() and (found.material[48 + edge :] == 1).all()
@@ -134,7 +136,7 @@ def test_seeds_win_over_a_library_that_is_wrong(halves):
     block = np.stack([rows, columns])[:, :, np.newaxis] + np.mgrid[-1:2, -1:2].reshape(2, 1, 9)
     rows, columns = block.reshape(2, -1)
     seeds = rows, columns, (rows >= 48).astype(int)
-    surveyed = survey(texture, model)
+    surveyed = survey(texture, DistinctColours(texture), model)
     mapper = CombinedMapper(texture, DistinctColours(texture), surveyed, model, np.eye(2)[::-1], seeds)
     assert (mapper.window(0, 96, 0, 80).material[rows, columns] == seeds[2]).mean() > 0.95
 
@@ -151,7 +153,7 @@ def test_seeds_and_model_in_a_job(build, job, two_halves, tmp_path, library):
 def test_seeds_alone_where_the_library_knows_none_of_their_materials(halves):
     """The posterior of the seeds then decides far from them, where no edge reaches."""
     texture, model = halves
-    surveyed = survey(texture, model)
+    surveyed = survey(texture, DistinctColours(texture), model)
     bare = Superpixels(surveyed.superpixels.label, surveyed.superpixels.size, np.empty((2, 0), int), np.empty(0))
     alone = replace(surveyed, superpixels=bare)
     seeds = np.array([9, 80]), np.array([40, 40]), np.array([0, 1])

@@ -18,7 +18,7 @@ from skyshine.tmm.classify.mapper import TABLE_ENTRIES, Classified, without_data
 from skyshine.tmm.classify.superpixels import HOLD, Superpixels, find_superpixels
 from skyshine.tmm.classify.trained import TYPICAL, TrainedModel
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates, to_lab
-from skyshine.tmm.features.textured import MARGIN, LightPlanes, box_means, features
+from skyshine.tmm.features.textured import MARGIN, LightPlanes, box_means, features, names
 from skyshine.tmm.images.texture import Windowed
 
 GRID_TEXELS = 1 << 20  # of the grid that superpixels are found on
@@ -81,12 +81,15 @@ def _flat(coordinates: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
 def survey(texture: Windowed, colours: DistinctColours, library: TrainedModel | None) -> Survey:
     """Read a texture once and find its superpixels and what a library model, if there is one, says of them."""
     step = int(np.ceil(np.sqrt(texture.height * texture.width / GRID_TEXELS)))
-    parts, light = [], LightPlanes(texture, colours)
+    shape, light = (-(-texture.height // step), -(-texture.width // step)), LightPlanes(texture, colours)
+    stack, valid = np.empty((len(names()), *shape), np.float32), np.empty(shape, bool)
+    coordinates = np.empty((*shape, texture.channels), np.float32)
     rows = max(BAND_TEXELS // texture.width // step, 1) * step
     for top in range(0, texture.height, rows):
-        parts.append(_surveyed(texture, light, top, min(top + rows, texture.height), step))
-    stack = np.concatenate([part[0] for part in parts], axis=1)
-    coordinates, valid = (np.concatenate([part[k] for part in parts]) for k in (1, 2))
+        part = slice(top // step, (top + rows) // step)
+        stack[:, part], coordinates[part], valid[part] = _surveyed(
+            texture, light, top, min(top + rows, texture.height), step
+        )
     superpixels = find_superpixels(stack[TYPICAL], stack)
     known = np.empty((len(superpixels.size), 0))
     if library is not None:

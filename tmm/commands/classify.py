@@ -11,8 +11,11 @@ from skyshine.schemas.quantity import quantity
 from skyshine.tmm.commands.problems import raise_all
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
+    from skyshine.schemas.errors import InputError
+    from skyshine.tmm.job.model import TmmJob
     from skyshine.tmm.mapping.run import Outcome
     from skyshine.tmm.mapping.texture_map import TextureMap
     from skyshine.tmm.mapping.write import Written
@@ -24,25 +27,25 @@ if TYPE_CHECKING:
 @click.option(
     "--fresh", is_flag=True, help="Classify everything again; without it, databases that still hold are kept."
 )
+@click.option("--jobs", type=click.IntRange(1, 256), default=1, show_default=True, help="Textures at a time.")
 @allow_outside_option
 @json_option
-def command(job: str, out: str | None, fresh: bool, as_json: bool) -> None:
+def command(job: str, out: str | None, fresh: bool, jobs: int, as_json: bool) -> None:
     """Map the texels of all textures of JOB to materials and write one database for each.
 
-    A texture that cannot be mapped is reported, and the others are finished; the status is 2 then.
+    A texture that cannot be mapped is reported, and the others are finished; the status is 2 then. With --jobs, so many
+    processes map one texture each at a time, each in memory of its own.
     """
     from skyshine.materials.library import load_library
     from skyshine.tmm.job.load import load_job
-    from skyshine.tmm.mapping.run import classify
 
-    library = load_library()
-    loaded, folder = load_job(job, library)
+    loaded, folder = load_job(job, load_library())
     reports, problems = [], []
     with progress(len(loaded.textures), "classifying") as advance:
-        for outcome in classify(loaded, folder, out, library, fresh=fresh):
-            reports.append(_outcome(outcome))
-            if outcome.problem is not None:
-                problems.append((outcome.job.name, outcome.problem))
+        for report, problem in _results(loaded, folder, out, fresh, jobs):
+            reports.append(report)
+            if problem is not None:
+                problems.append((report["name"], problem))
             advance(1)
     if as_json:
         emit_json({"textures": reports})
@@ -50,6 +53,47 @@ def command(job: str, out: str | None, fresh: bool, as_json: bool) -> None:
         for report in reports:
             _print(report)
     raise_all(problems, len(reports))
+
+
+Result = tuple[dict[str, Any], "InputError | None"]
+
+
+def _results(job: TmmJob, folder: Path, out: str | None, fresh: bool, processes: int) -> Iterator[Result]:
+    """Report and problem of each texture, in their order."""
+    if processes == 1 or len(job.textures) == 1:
+        yield from _classified(job, folder, out, fresh)
+        return
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
+    from concurrent.futures.process import BrokenProcessPool
+
+    from skyshine.schemas.errors import InputError
+
+    pool = ProcessPoolExecutor(min(processes, len(job.textures)), multiprocessing.get_context("spawn"))
+    alone = [job.model_copy(update={"textures": [entry]}) for entry in job.textures]
+    futures = [pool.submit(_in_a_process, each, folder, out, fresh) for each in alone]
+    try:
+        for future in futures:
+            yield from future.result()
+    except BrokenProcessPool:
+        raise InputError(
+            "a process was stopped from outside; memory may have run out: run it again with fewer --jobs, finished"
+            " databases are kept"
+        ) from None
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _classified(job: TmmJob, folder: Path, out: str | None, fresh: bool) -> Iterator[Result]:
+    from skyshine.materials.library import load_library
+    from skyshine.tmm.mapping.run import classify
+
+    for outcome in classify(job, folder, out, load_library(), fresh=fresh):
+        yield _outcome(outcome), outcome.problem
+
+
+def _in_a_process(job: TmmJob, folder: Path, out: str | None, fresh: bool) -> list[Result]:
+    return list(_classified(job, folder, out, fresh))
 
 
 def _outcome(outcome: Outcome) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """Jobs of many textures: one that is damaged, and a second run that does what is missing."""
 
 import json
+import os
 
 import numpy as np
 import pytest
@@ -30,6 +31,38 @@ def test_one_damaged_image_is_reported_and_the_rest_finished(run, sheets):
     assert len(lines) == 2 and "texture 'b'" in lines[0] and "b.png: is " in lines[0]
     assert "1 of 4 textures failed" in lines[1]
     assert sorted(path.name for path in (folder / "build").iterdir()) == [f"{k}.tmm.h5" for k in "acd"]
+
+
+def test_processes_write_what_one_does(run, sheets):
+    folder, _ = sheets
+    one, more = (
+        run("classify", folder / "job.yaml", "--out", folder / name, *rest)
+        for name, rest in (("1", ()), ("2", ("--jobs", "2")))
+    )
+    assert (more.exit_code, more.stderr) == (one.exit_code, one.stderr) == (2, one.stderr)
+    assert more.stdout.replace(str(folder / "2"), str(folder / "1")) == one.stdout
+    for name in "acd":
+        assert (folder / "1" / f"{name}.tmm.h5").read_bytes() == (folder / "2" / f"{name}.tmm.h5").read_bytes()
+    assert not (folder / "2" / "b.tmm.h5").exists()
+    assert set(
+        _states(run("classify", folder / "job.yaml", "--out", folder / "2", "--jobs", 2, "--json")).values()
+    ) == {
+        "kept",
+        "failed",
+    }
+
+
+def test_a_process_that_is_stopped_leaves_one_line(run, sheets, monkeypatch):
+    folder, whole = sheets
+    (folder / "sheets" / "b.png").write_bytes(whole)
+    monkeypatch.setattr("skyshine.tmm.commands.classify._in_a_process", _stopped)
+    result = run("classify", folder / "job.yaml", "--jobs", 2)
+    assert result.exit_code == 2 and "run it again with fewer --jobs" in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+
+
+def _stopped(*_):
+    os._exit(9)
 
 
 def test_a_second_run_does_what_is_missing(run, sheets):

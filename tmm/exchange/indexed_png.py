@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.materials.library import MaterialLibrary
+from skyshine.materials.colours import material_colours
+from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.levels import pure_level
 from skyshine.tmm.exchange.files import write_bytes, write_json
@@ -17,21 +18,10 @@ from skyshine.tmm.exchange.image import MaterialImage, check_size
 from skyshine.tmm.exchange.legend import legend, read_legend
 
 MAX_MATERIALS = 255  # a palette has 256 entries, the first stands for no material
-_GOLDEN = 0.618033988749895  # 1 / golden ratio: hues a golden angle apart stay distinct however many there are
-
-
-def palette(count: int) -> npt.NDArray[Any]:
-    """Distinct colours (count + 1, 3) uint8; the first is black."""
-    from matplotlib.colors import hsv_to_rgb
-
-    k = np.arange(count)
-    hsv = np.stack([(k * _GOLDEN) % 1.0, np.where(k % 2, 0.85, 0.55), np.where(k % 3 == 2, 0.65, 0.95)], axis=1)
-    colours = np.rint(255 * hsv_to_rgb(hsv)).astype(np.uint8)
-    return np.concatenate([np.zeros((1, 3), np.uint8), colours])
 
 
 def write_png(folder: str | os.PathLike[str], image: MaterialImage) -> list[Path]:
-    """Write ``NAME.png`` and ``NAME.legend.json``.
+    """Write ``NAME.png``, in the fixed colours of its materials, and ``NAME.legend.json``.
 
     Raises
     ------
@@ -47,7 +37,8 @@ def write_png(folder: str | os.PathLike[str], image: MaterialImage) -> list[Path
             f"'{image.name}' has {len(image.materials)} materials; allowed in an indexed PNG: {MAX_MATERIALS}; use --to"
             " gltf"
         )
-    colours = palette(len(image.materials))
+    named = material_colours(tuple(image.materials.values()), load_library())
+    colours = np.concatenate([np.zeros((1, 3), np.uint8), named])
     picture = Image.fromarray(image.index(first=1).astype(np.uint8)).convert("P")
     picture.putpalette(colours.tobytes(), "RGB")
     content = io.BytesIO()

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from skyshine.materials.colours import material_colours
+from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.layout import SHADE_TOTAL
 from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
@@ -106,15 +108,13 @@ def _draw_shadows(file: TmmFile, axis: Axes, code: npt.NDArray[np.uint16], light
 
 def _draw_codes(file: TmmFile, axis: Axes, code: npt.NDArray[np.uint16]) -> list[Patch]:
     """Draw level 0 and return the legend's handles, each with the material's share."""
-    from matplotlib import colormaps
     from matplotlib.patches import Patch
 
-    palette = np.asarray(colormaps["tab20"](np.arange(20)))[:, :3]
+    colours = material_colours(tuple(file.materials.values()), load_library()) / np.float32(255)
     canvas = np.empty((*code.shape, 3), np.float32)
     canvas[:] = UNKNOWN
     handles = []
-    for number, (material, (name, share)) in enumerate(zip(file.materials, file.usage.items(), strict=True)):
-        colour = palette[(2 * number) % 20 + number // 10 % 2]
+    for colour, material, (name, share) in zip(colours, file.materials, file.usage.items(), strict=True):
         canvas[code == material] = colour
         handles.append(Patch(facecolor=colour, label=f"{name} ({material}), {100 * share:.1f} %"))
     unknown = max(1 - sum(file.usage.values()), 0.0)

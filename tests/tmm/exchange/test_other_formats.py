@@ -13,7 +13,7 @@ from skyshine.tmm.database.levels import WEIGHT_TOTAL, Level
 from skyshine.tmm.exchange.dirsig import write_dirsig
 from skyshine.tmm.exchange.gltf import write_gltf
 from skyshine.tmm.exchange.image import MaterialImage
-from skyshine.tmm.exchange.indexed_png import palette, read_png, write_png
+from skyshine.tmm.exchange.indexed_png import read_png, write_png
 
 
 @pytest.fixture
@@ -53,10 +53,6 @@ def test_palette_colours_match_the_legend(image, tmp_path):
     for entry in json.loads(legend.read_text())["materials"].values():
         shown = np.unique(colours[image.level.code == entry["code"]], axis=0)
         assert ["#{:02X}{:02X}{:02X}".format(*colour) for colour in shown] == [entry["colour"]]
-
-
-def test_palette_has_no_colour_twice():
-    assert len(np.unique(palette(255), axis=0)) == 256
 
 
 def test_names_count_and_not_codes(image, library, tmp_path):

@@ -9,6 +9,7 @@ import pytest
 
 from skyshine.tmm.database.levels import pure_level
 from skyshine.tmm.exchange.gltf import write_gltf
+from skyshine.tmm.exchange.gltf_mesh import write_mesh
 from skyshine.tmm.exchange.image import MaterialImage
 
 pytestmark = pytest.mark.validation
@@ -29,6 +30,25 @@ def node() -> str:
     if subprocess.run([program, "-e", "require('gltf-validator')"], capture_output=True).returncode:
         pytest.skip("node finds no gltf-validator: npm install gltf-validator, and set NODE_PATH")
     return program
+
+
+def test_a_mesh_of_the_users_own(node, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    from PIL import Image
+
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], float)
+    material = trimesh.visual.material.PBRMaterial(baseColorTexture=Image.fromarray(np.full((8, 8, 3), 90, np.uint8)))
+    visual = trimesh.visual.TextureVisuals(uv=corners[:, :2], material=material)
+    mesh = trimesh.Trimesh(corners, [[0, 1, 2]], process=False, visual=visual)
+    (tmp_path / "mesh.glb").write_bytes(trimesh.Scene(mesh).export(file_type="glb"))
+    code = np.random.default_rng(0).integers(0, 4, (8, 8)).astype(np.uint16)
+    image = MaterialImage("texture", {k: f"material_{k}" for k in range(1, 4)}, pure_level(code))
+    before, after = (
+        json.loads(subprocess.run([node, "-e", PROGRAM, str(path)], capture_output=True, text=True, check=True).stdout)
+        for path in (tmp_path / "mesh.glb", *write_mesh(tmp_path / "out", image, tmp_path / "mesh.glb"))
+    )
+    assert after["issues"]["numErrors"] == 0, after["issues"]["messages"]
+    assert after["issues"]["numWarnings"] <= before["issues"]["numWarnings"], after["issues"]["messages"]
 
 
 @pytest.mark.parametrize("binary", [True, False])

@@ -37,6 +37,10 @@ if TYPE_CHECKING:
     help="CDB: a map of materials to base materials in place of the packaged one.",
 )
 @click.option("--separate", is_flag=True, help="glTF: write .gltf, .bin and .png in place of one .glb.")
+@click.option(
+    "--mesh", type=click.Path(), help="glTF: a mesh that shows the photograph, to write the feature IDs into."
+)
+@click.option("--photograph", help="glTF: name or number of the mesh's image that is the photograph.")
 @json_option
 def command(
     file: str,
@@ -48,21 +52,26 @@ def command(
     lod: int | None,
     map_file: str | None,
     separate: bool,
+    mesh: str | None,
+    photograph: str | None,
     as_json: bool,
 ) -> None:
     """Write the materials of FILE in another format.
 
     png: indexed PNG with a legend. masks: a grey PNG for each material (Unreal, Blender). splat: RGBA PNG of four
     materials each (Unity). geotiff: codes, confidence and shade on the map. relit: the photograph without its cast
-    shade. gltf: a quad with a feature ID texture and a
-    property table. dirsig: material map and mixture map. cdb: raster materials with their composite material table, of
-    a tile (005, 006) or of a model (504, 505).
+    shade. gltf: a quad, or a mesh of your own (--mesh), with a feature ID texture and a property table. dirsig:
+    material map and mixture map. cdb: raster materials with their composite material table, of a tile (005, 006) or
+    of a model (504, 505).
     """
     from skyshine.materials.library import load_library
-    from skyshine.tmm.exchange.export import CdbTarget, export
+    from skyshine.tmm.exchange.export import CdbTarget, MeshTarget, export
 
     target = CdbTarget(tile, model, lod, map_file)
-    written = export(file, form, out, load_library(), level, target, not separate)
+    if photograph is not None and mesh is None:
+        raise click.UsageError("--photograph names an image of a mesh; give --mesh")
+    into = None if mesh is None else MeshTarget(mesh, photograph)
+    written = export(file, form, out, load_library(), level, target, not separate, into)
     if as_json:
         emit_json({"file": file, "format": form, "written": [str(path) for path in written]})
     else:

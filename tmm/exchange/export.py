@@ -31,6 +31,14 @@ class CdbTarget:
     map_file: str | None = None
 
 
+@dataclass(frozen=True)
+class MeshTarget:
+    """A glTF mesh that shows the texture's photograph, and which of its images that is; see `write_mesh`."""
+
+    file: str
+    photograph: str | None = None
+
+
 def export(
     path: str | os.PathLike[str],
     form: Form,
@@ -39,6 +47,7 @@ def export(
     level: int | None = None,
     target: CdbTarget = CdbTarget(),
     binary: bool = True,
+    mesh: MeshTarget | None = None,
 ) -> list[Path]:
     """Write a texture's materials in another format.
 
@@ -55,6 +64,8 @@ def export(
         The mip level: by default the first; for a CDB tile the one of the tile's size; a model texture has all.
     binary : bool
         Of glTF: one .glb, rather than .gltf, .bin and .png.
+    mesh : MeshTarget, optional
+        Of glTF: the mesh that the feature IDs go into, in place of a quad.
 
     Returns
     -------
@@ -66,6 +77,8 @@ def export(
     InputError
         The file cannot be read, its materials do not fit the format, or a file cannot be written.
     """
+    if mesh is not None and (form != "gltf" or not binary):
+        raise InputError("--mesh goes with --to gltf alone, and its result is one .glb; leave the rest out")
     if form == "cdb":
         return _export_cdb(path, Path(out), library, level, target)
     if form == "relit":
@@ -77,6 +90,7 @@ def export(
     from skyshine.tmm.exchange.dirsig import write_dirsig
     from skyshine.tmm.exchange.geotiff import write_geotiff
     from skyshine.tmm.exchange.gltf import write_gltf
+    from skyshine.tmm.exchange.gltf_mesh import write_mesh
     from skyshine.tmm.exchange.indexed_png import write_png
     from skyshine.tmm.exchange.share_maps import write_masks, write_splat_maps
 
@@ -89,7 +103,11 @@ def export(
         "splat": write_splat_maps,
         "geotiff": lambda folder, texture: write_geotiff(folder, texture, path, level or 0),
         "dirsig": write_dirsig,
-        "gltf": lambda folder, texture: write_gltf(folder, texture, binary),
+        "gltf": lambda folder, texture: (
+            write_gltf(folder, texture, binary)
+            if mesh is None
+            else write_mesh(folder, texture, mesh.file, mesh.photograph)
+        ),
     }
     return writers[form](Path(out), image)
 

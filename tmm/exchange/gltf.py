@@ -1,9 +1,9 @@
 """glTF 2.0 with a feature ID texture: EXT_mesh_features and EXT_structural_metadata.
 
-A quad of one unit carries the texture; each texel's feature ID is a row of the property table, which has code, name and
-share of the materials. A texel without material has the ID that follows the last row, stated as `nullFeatureId`. The
-feature ID set is what an application takes over to its own geometry. Specifications: glTF 2.0 (Khronos, ISO/IEC 12113),
-EXT_mesh_features and EXT_structural_metadata (3D Tiles community, CesiumGS).
+A quad of one unit carries the texture (`gltf_mesh` writes it into a mesh of the user's); each texel's feature ID is a
+row of the property table, which has code, name and share of the materials. A texel without material has the ID that
+follows the last row, stated as `nullFeatureId`. Specifications: glTF 2.0 (Khronos, ISO/IEC 12113), EXT_mesh_features
+and EXT_structural_metadata (3D Tiles community, CesiumGS).
 """
 
 from __future__ import annotations
@@ -24,18 +24,25 @@ from skyshine.tmm.exchange.image import MaterialImage
 MAX_IDS = 65536  # of two 8 bit channels
 FLOAT, UNSIGNED_SHORT, ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 5126, 5123, 34962, 34963
 NEAREST, CLAMP_TO_EDGE, TRIANGLES = 9728, 33071, 4
-_GLB_MAGIC, _GLB_VERSION, _JSON_CHUNK, _BIN_CHUNK = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
+MAGIC, _VERSION, _JSON_CHUNK, BINARY_CHUNK = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
 _ALIGNMENT = 8  # of property table buffers, by the metadata specification
 
 
-class _Buffer:
-    """Collects buffer views of one binary buffer."""
+class Buffer:
+    """Collects buffer views of one binary buffer.
+
+    Attributes
+    ----------
+    content : bytearray
+    views : list of dict
+        As a document has them.
+    """
 
     def __init__(self) -> None:
         self.content = bytearray()
         self.views: list[dict[str, Any]] = []
 
-    def add(self, data: bytes, **settings: int) -> int:
+    def add(self, data: bytes, **settings: Any) -> int:
         """Append a view and return its number."""
         self.content += b"\0" * (-len(self.content) % _ALIGNMENT)
         self.views.append({"buffer": 0, "byteOffset": len(self.content), "byteLength": len(data), **settings})
@@ -55,13 +62,13 @@ def write_gltf(folder: str | os.PathLike[str], image: MaterialImage, binary: boo
         raise InputError(
             f"'{image.name}' has {len(image.materials)} materials; allowed in a feature ID texture: {MAX_IDS - 1}"
         )
-    buffer, folder = _Buffer(), Path(folder)
-    ids, channels = _feature_ids(image)
+    buffer, folder = Buffer(), Path(folder)
+    ids, channels = feature_ids(image)
     document = _document(image, buffer, channels)
     if binary:
         document["images"] = [{"name": "material feature IDs", "mimeType": "image/png", "bufferView": buffer.add(ids)}]
         path = folder / f"{image.name}.glb"
-        write_bytes(path, _glb(_complete(document, buffer), bytes(buffer.content)))
+        write_bytes(path, glb(_complete(document, buffer), bytes(buffer.content)))
         return [path]
     paths = [folder / f"{image.name}{ending}" for ending in (".gltf", ".bin", ".ids.png")]
     document["images"] = [{"name": "material feature IDs", "uri": paths[2].name}]
@@ -72,7 +79,7 @@ def write_gltf(folder: str | os.PathLike[str], image: MaterialImage, binary: boo
     return paths
 
 
-def _feature_ids(image: MaterialImage) -> tuple[bytes, list[int]]:
+def feature_ids(image: MaterialImage) -> tuple[bytes, list[int]]:
     """The feature IDs as PNG, and the channels that hold them, the lowest byte first."""
     from PIL import Image
 
@@ -85,7 +92,7 @@ def _feature_ids(image: MaterialImage) -> tuple[bytes, list[int]]:
     return content.getvalue(), [0] if len(image.materials) < 256 else [0, 1]
 
 
-def _document(image: MaterialImage, buffer: _Buffer, channels: list[int]) -> dict[str, Any]:
+def _document(image: MaterialImage, buffer: Buffer, channels: list[int]) -> dict[str, Any]:
     aspect = image.width / image.height
     positions = np.array([[0, 0, 0], [aspect, 0, 0], [aspect, 1, 0], [0, 1, 0]], "<f4")
     corners = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], "<f4")  # texture coordinates run down from the top left
@@ -113,7 +120,7 @@ def _document(image: MaterialImage, buffer: _Buffer, channels: list[int]) -> dic
     return {
         "asset": {"version": "2.0", "generator": "skyshine"},
         "extensionsUsed": ["EXT_mesh_features", "EXT_structural_metadata"],
-        "extensions": {"EXT_structural_metadata": _metadata(image, buffer)},
+        "extensions": {"EXT_structural_metadata": metadata(image, buffer)},
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": [{"name": image.name, "mesh": 0}],
@@ -128,7 +135,8 @@ def _document(image: MaterialImage, buffer: _Buffer, channels: list[int]) -> dic
     }
 
 
-def _metadata(image: MaterialImage, buffer: _Buffer) -> dict[str, Any]:
+def metadata(image: MaterialImage, buffer: Buffer) -> dict[str, Any]:
+    """The property table of a texture's materials, for EXT_structural_metadata; its values go into the buffer."""
     names = [name.encode() for name in image.materials.values()]
     offsets = np.cumsum([0, *map(len, names)]).astype("<u4")
     counts = np.bincount(image.level.code.ravel(), minlength=max(image.materials) + 1)[list(image.materials)]
@@ -152,13 +160,16 @@ def _metadata(image: MaterialImage, buffer: _Buffer) -> dict[str, Any]:
     return {"schema": {"id": "skyshine_materials", "classes": classes}, "propertyTables": [table]}
 
 
-def _complete(document: dict[str, Any], buffer: _Buffer, **uri: str) -> dict[str, Any]:
+def _complete(document: dict[str, Any], buffer: Buffer, **uri: str) -> dict[str, Any]:
     return {**document, "buffers": [{**uri, "byteLength": len(buffer.content)}], "bufferViews": buffer.views}
 
 
-def _glb(document: dict[str, Any], content: bytes) -> bytes:
+def glb(document: dict[str, Any], content: bytes) -> bytes:
+    """A binary glTF of a document and the content of its buffer."""
     text = json.dumps(document, separators=(",", ":"), ensure_ascii=False).encode()
     text += b" " * (-len(text) % 4)
     content += b"\0" * (-len(content) % 4)
-    chunks = struct.pack("<II", len(text), _JSON_CHUNK) + text + struct.pack("<II", len(content), _BIN_CHUNK) + content
-    return struct.pack("<III", _GLB_MAGIC, _GLB_VERSION, 12 + len(chunks)) + chunks
+    chunks = (
+        struct.pack("<II", len(text), _JSON_CHUNK) + text + struct.pack("<II", len(content), BINARY_CHUNK) + content
+    )
+    return struct.pack("<III", MAGIC, _VERSION, 12 + len(chunks)) + chunks

@@ -78,9 +78,14 @@ def _flat(coordinates: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
     return coordinates.reshape(-1, coordinates.shape[-1]).astype(np.float64)
 
 
+def grid_step(texture: Windowed) -> int:
+    """Rows and columns from one line of the grid of a survey to the next."""
+    return int(np.ceil(np.sqrt(texture.height * texture.width / GRID_TEXELS)))
+
+
 def survey(texture: Windowed, colours: DistinctColours, library: TrainedModel | None) -> Survey:
     """Read a texture once and find its superpixels and what a library model, if there is one, says of them."""
-    step = int(np.ceil(np.sqrt(texture.height * texture.width / GRID_TEXELS)))
+    step = grid_step(texture)
     shape, light = (-(-texture.height // step), -(-texture.width // step)), LightPlanes(texture, colours)
     stack, valid = np.empty((len(names()), *shape), np.float32), np.empty(shape, bool)
     coordinates = np.empty((*shape, texture.channels), np.float32)

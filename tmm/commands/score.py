@@ -11,6 +11,7 @@ from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
     from skyshine.tmm.quality.counts import Quality
+    from skyshine.tmm.report.score import Checked
 
 
 RADIANCE_UNITS = "W m^-2 sr^-1"
@@ -53,7 +54,10 @@ def command(
     slope: float,
     as_json: bool,
 ) -> None:
-    """Compare FILE with the label image that the YAML file LABELS names.
+    """Compare FILE with the label image that the YAML file LABELS names, or with the answers that it holds.
+
+    A list of answers at places drawn at random ('tmm suggest --random') gives the share of right texels, with its
+    interval of 95 % confidence.
 
     LABELS has the keys `image` and `palette`, as `labels` has in a job. Shadow is where a texel is far darker than
     the material it is labelled with is elsewhere; without the texture's image it is not told from sunlight.
@@ -62,8 +66,13 @@ def command(
     """
     from skyshine.materials.library import load_library
     from skyshine.tmm.report import radiance_cost
-    from skyshine.tmm.report.score import score
+    from skyshine.tmm.report.score import check_answers, is_list_of_answers, score
 
+    if is_list_of_answers(labels):
+        if htt or bands or airs or image:
+            raise click.UsageError("a list of answers has no label image; leave --image, --htt, --band and --atmq out")
+        _show_checked(file, check_answers(file, labels, load_library()), as_json)
+        return
     surface = {"altitude": altitude, "azimuth": azimuth, "slope": slope}
     tables = radiance_cost.open_tables(htt, bands, airs)
     result = score(file, labels, load_library(), image)
@@ -86,6 +95,30 @@ def command(
     _print(report)
     for cost in report.get("radiance_cost", []):
         _show_cost(cost)
+
+
+def _show_checked(file: str, found: Checked, as_json: bool) -> None:
+    if as_json:
+        emit_json(
+            {
+                "file": file,
+                "answered": found.answered,
+                "skipped": found.skipped,
+                "overall_accuracy": quantity(found.accuracy, "1"),
+                "interval_95": [quantity(found.low, "1"), quantity(found.high, "1")],
+                "stated_confidence": quantity(found.stated, "1"),
+                "wrong": [{"seen": seen, "found": other, "places": n} for (seen, other), n in found.wrong.items()],
+            }
+        )
+        return
+    click.echo(
+        f"{found.right} of {found.answered} places are right: accuracy {found.accuracy:.3f}, with 95 % confidence "
+        f"{found.low:.3f} to {found.high:.3f}; the database states {found.stated:.3f}"
+    )
+    if found.skipped:
+        click.echo(f"{found.skipped} places are not answered; where they are harder than others, this says too much")
+    if found.wrong:
+        echo_table(("seen", "found", "places"), [[*pair, str(n)] for pair, n in found.wrong.items()])
 
 
 def _report(part: Quality) -> dict[str, Any]:

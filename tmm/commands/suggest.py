@@ -23,22 +23,26 @@ SMALL = 0.01  # expected gain of a whole sheet of questions below which they are
 @click.argument("job", type=click.Path())
 @click.option("--out", type=click.Path(), help="Folder of the pictures; by default the output folder of the job.")
 @click.option("--count", type=click.IntRange(1, 200), default=12, show_default=True, help="Places to ask about.")
+@click.option("--random", "at_random", is_flag=True, help="Ask about places drawn at random, to measure the map by.")
 @allow_outside_option
 @json_option
-def command(job: str, out: str | None, count: int, as_json: bool) -> None:
+def command(job: str, out: str | None, count: int, at_random: bool, as_json: bool) -> None:
     """Ask where an answer is worth most: for each texture of JOB a picture of numbered patches, NAME.suggest.png, the
     same as a page to fill in, NAME.suggest.html, and the list of answers.
 
     The list is the one that the job names as `suggested` in `seeds`, else NAME.answers.yaml beside the job. Fill in
     material names, name the list in the job, and run again until the expected gain is small. Answers that are there
     are kept. The job needs seeds, a model, or nothing but `seeds: {suggested: LIST}`.
+
+    With --random the list is NAME.check.yaml, its answers are no seeds, and 'tmm score DATABASE NAME.check.yaml' says
+    how many texels of the map are right: seeds lie where things are clear, and what is held out of them says too much.
     """
     from pathlib import Path
 
     from skyshine.materials.library import load_library
     from skyshine.tmm.job.load import load_job
     from skyshine.tmm.mapping.run import output_folder
-    from skyshine.tmm.mapping.suggest import suggest
+    from skyshine.tmm.mapping.suggest import draw_at_random, suggest
     from skyshine.tmm.report.questions import write_questions
 
     library = load_library()
@@ -47,7 +51,7 @@ def command(job: str, out: str | None, count: int, as_json: bool) -> None:
     reports, problems = [], []
     for entry in loaded.textures:
         try:
-            suggestion = suggest(entry, folder, library, count)
+            suggestion = (draw_at_random if at_random else suggest)(entry, folder, library, count)
             files = write_questions(suggestion, Path(target), library.names)
         except InputError as problem:
             problems.append((entry.name, problem))
@@ -71,14 +75,15 @@ def _report(suggestion: Suggestion, files: tuple[Path, Path]) -> dict[str, Any]:
         "answered": len(suggestion.kept),
         "expected_wrong": None if suggestion.doubt is None else quantity(suggestion.doubt, "1"),
         "expected_gain": quantity(suggestion.gain, "1"),
-        "small": suggestion.gain < SMALL,
+        "small": not suggestion.measures and suggestion.gain < SMALL,
+        "measures": suggestion.measures,
         "questions": [
             {
                 "number": question.answer.number,
                 "x": question.answer.x,
                 "y": question.answer.y,
                 "radius": question.answer.radius,
-                "expected_gain": quantity(question.gain, "1"),
+                "expected_gain": None if question.gain is None else quantity(question.gain, "1"),
                 "now": question.now or None,
             }
             for question in suggestion.questions
@@ -87,6 +92,12 @@ def _report(suggestion: Suggestion, files: tuple[Path, Path]) -> dict[str, Any]:
 
 
 def _print(report: dict[str, Any]) -> None:
+    if report["measures"]:
+        numbers = [question["number"] for question in report["questions"]]
+        click.echo(f"{report['name']}: {report['answered']} answers so far; asked at random: {len(numbers)} places")
+        click.echo(f"  look at {report['page']} or {report['picture']}")
+        click.echo(f"  fill in {report['list']}, then: tmm score DATABASE {report['list']}")
+        return
     wrong, gain = report["expected_wrong"], 100 * report["expected_gain"]["value"]
     known = "nothing is known yet" if wrong is None else f"{100 * wrong['value']:.1f} % of the texels expected wrong"
     click.echo(f"{report['name']}: {report['answered']} answers so far, {known}")

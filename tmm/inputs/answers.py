@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Protocol
 
 import numpy as np
 import pydantic
@@ -11,10 +11,21 @@ from pydantic import Field
 
 from skyshine.schemas.documents import StrictModel, parse_model, read_yaml
 from skyshine.schemas.errors import nearest
-from skyshine.tmm.images.texture import Windowed
 
 SKIP, UNKNOWN = "skip", "unknown"  # answers that name no material: not to be asked again, and none of the library's
 CORNERS = 32  # of the polygon that stands for a disk
+
+
+class Sized(Protocol):
+    """A texture, or the database of one."""
+
+    @property
+    def height(self) -> int:
+        """Rows of texels."""
+
+    @property
+    def width(self) -> int:
+        """Columns of texels."""
 
 
 def _known_answer(name: str, info: pydantic.ValidationInfo) -> str:
@@ -48,13 +59,13 @@ class AnswerList(StrictModel):
     answers: tuple[Answer, ...] = Field(description="In any order.")
 
 
-def read_answers(path: Path, texture: Windowed | None = None, materials: tuple[str, ...] | None = None) -> list[Answer]:
+def read_answers(path: Path, texture: Sized | None = None, materials: tuple[str, ...] | None = None) -> list[Answer]:
     """The answers of a list, those that are not filled in included.
 
     Parameters
     ----------
     path : Path
-    texture : Windowed, optional
+    texture : Sized, optional
         Within which all places must lie.
     materials : tuple of str, optional
         Names that are allowed; by default all.

@@ -11,13 +11,13 @@ import numpy.typing as npt
 
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.classify.combined import Survey, library_classes, seed_shares, survey
+from skyshine.tmm.classify.combined import Survey, grid_step, library_classes, seed_shares, survey
 from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.classify.questions import choose, clearness, doubt, middles, reach, strangeness
 from skyshine.tmm.classify.trained import TrainedModel
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.answers import Answer, read_answers
-from skyshine.tmm.inputs.load import load_texture
+from skyshine.tmm.inputs.load import load_texture, open_texture
 from skyshine.tmm.inputs.seeds import SeedTexels
 from skyshine.tmm.job.model import TextureJob
 from skyshine.tmm.training.examples import examples
@@ -25,6 +25,7 @@ from skyshine.tmm.training.train import train_on_seeds
 
 RADIUS = 8  # of the disk that is asked about, in texels of the survey's grid, at most
 SEEDED = 1 / 8  # share of a superpixel that must be seeds for it to be known
+TRIES = 1000  # for a texel with data
 WAYS = ("seeds", "model", "clusters")  # that answers are of use to
 
 
@@ -36,14 +37,14 @@ class Question:
     ----------
     answer : Answer
         To be filled in.
-    gain : float
-        Share of the texture's texels that it is expected to put right.
+    gain : float or None
+        Share of the texture's texels that it is expected to put right; None where it is to measure.
     now : str
         The material that its superpixel has by what is known so far; empty where nothing is.
     """
 
     answer: Answer
-    gain: float
+    gain: float | None
     now: str
 
 
@@ -62,6 +63,8 @@ class Suggestion:
         Whether the job names this list.
     doubt : float or None
         Share of the texels that are expected to have a wrong material now; None where nothing is known yet.
+    measures : bool
+        Whether the places were drawn at random, to measure a map by.
     """
 
     job: TextureJob
@@ -72,11 +75,17 @@ class Suggestion:
     kept: tuple[Answer, ...]
     questions: tuple[Question, ...]
     doubt: float | None
+    measures: bool = False
+
+    @property
+    def kind(self) -> str:
+        """What the names of its pictures end in."""
+        return "check" if self.measures else "suggest"
 
     @property
     def gain(self) -> float:
         """Share of the texels that all answers together are expected to put right."""
-        return sum(question.gain for question in self.questions)
+        return sum(question.gain or 0.0 for question in self.questions)
 
 
 @dataclass(frozen=True)
@@ -148,6 +157,40 @@ def suggest(job: TextureJob, folder: Path, library: MaterialLibrary, count: int)
     return Suggestion(
         job, texture, surveyed.step, path, suggested is not None, kept, tuple(questions), wrong if known.names else None
     )
+
+
+def draw_at_random(job: TextureJob, folder: Path, library: MaterialLibrary, count: int) -> Suggestion:
+    """Places of a texture drawn at random, whose answers measure a map of it without favour; they are no seeds.
+
+    Every texel with data is as likely as any other. Places of the list that have no answer yet are asked again; new
+    ones follow, by the job's random seed, so that a longer list is the shorter one with more.
+
+    Raises
+    ------
+    InputError
+        The image or the list is wrong, or no texel has data.
+    """
+    texture = open_texture(job, folder)
+    path = folder / f"{job.name}.check.yaml"
+    listed = read_answers(path, texture, library.names) if path.exists() else []
+    asked = [answer for answer in listed if answer.material is None][:count]
+    first = max((answer.number for answer in listed), default=0) + 1
+    random = np.random.default_rng([job.held_out.random_seed, first])
+    for _ in range(TRIES * count):
+        if len(asked) >= count:
+            break
+        row, column = int(random.integers(texture.height)), int(random.integers(texture.width))
+        if texture.window(slice(row, row + 1), slice(column, column + 1))[1].all():
+            asked.append(Answer(number=first, x=column, y=row))
+            first += 1
+    if not asked:
+        raise InputError(
+            "has hardly any texel with data; name another image, or say 'alpha: ignore'", file=texture.path
+        )
+    kept = tuple(answer for answer in listed if answer.material is not None)
+    step = grid_step(texture)
+    questions = tuple(Question(answer, None, "") for answer in asked)
+    return Suggestion(job, texture, step, path, True, kept, questions, None, measures=True)
 
 
 def _with_seeds(job: TextureJob, kept: tuple[Answer, ...]) -> TextureJob:

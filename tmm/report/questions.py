@@ -47,7 +47,7 @@ def write_questions(suggestion: Suggestion, folder: Path, materials: tuple[str, 
     InputError
         A file cannot be written.
     """
-    picture, page = (folder / f"{suggestion.job.name}.suggest.{ending}" for ending in ("png", "html"))
+    picture, page = (folder / f"{suggestion.job.name}.{suggestion.kind}.{ending}" for ending in ("png", "html"))
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -62,7 +62,7 @@ def write_questions(suggestion: Suggestion, folder: Path, materials: tuple[str, 
 
 def _text(suggestion: Suggestion) -> str:
     asked = [question.answer for question in suggestion.questions]
-    gains = {question.answer.number: question.gain for question in suggestion.questions}
+    gains = {question.answer.number: question.gain for question in suggestion.questions if question.gain is not None}
     return to_text([*suggestion.kept, *asked], gains, suggestion.job.name)
 
 
@@ -89,7 +89,8 @@ def _sheet(suggestion: Suggestion, whole: npt.NDArray[Any]) -> bytes:
         axis.imshow(shown, extent=(left, left + wide, top + high, top), interpolation="nearest")
         _circle(axis, question.answer, 1.5)
         now = f"\nnow {question.now}" if question.now else ""
-        axis.set_title(f"{question.answer.number}:  gain {100 * question.gain:.1f} %{now}", fontsize=9)
+        gain = "" if question.gain is None else f":  gain {100 * question.gain:.1f} %"
+        axis.set_title(f"{question.answer.number}{gain}{now}", fontsize=9)
     buffer = io.BytesIO()
     FigureCanvasAgg(figure).print_png(buffer, metadata={"Software": "skyshine"})  # type: ignore[no-untyped-call]
     return buffer.getvalue()

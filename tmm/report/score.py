@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,12 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.materials.library import MaterialLibrary
-from skyshine.schemas.documents import load_model
+from skyshine.schemas.documents import load_model, read_yaml
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
 from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.images.labels import Labels
 from skyshine.tmm.images.texture import TextureFile
+from skyshine.tmm.inputs.answers import SKIP, UNKNOWN, read_answers
 from skyshine.tmm.job.model import LabelImage, TextureJob
 from skyshine.tmm.quality.counts import Quality, Tally
 
@@ -90,6 +92,85 @@ def score(
     if texture is None:
         return Score(names, whole.quality(), None, None)
     return Score(names, whole.quality(), inside.quality(), outside.quality())
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What was found at places drawn at random, against what somebody saw there.
+
+    Attributes
+    ----------
+    answered, right : int
+        Places with an answer, and those whose material is that answer; `unknown` is right where nothing was found.
+    skipped : int
+        Places at which it could not be told, or was not yet.
+    accuracy : float
+        Share of the texels that have the right material.
+    low, high : float
+        Of its interval of 95 % confidence (Wilson 1927, J. Am. Stat. Assoc. 22:209-212).
+    stated : float
+        Mean confidence that the database states at the places answered.
+    wrong : dict of (str, str) to int
+        How often what was seen was found as something else.
+    """
+
+    answered: int
+    right: int
+    skipped: int
+    accuracy: float
+    low: float
+    high: float
+    stated: float
+    wrong: dict[tuple[str, str], int]
+
+
+def check_answers(path: str | os.PathLike[str], answers: str | os.PathLike[str], library: MaterialLibrary) -> Checked:
+    """Compare a database with the answers of a list that `tmm suggest --random` wrote.
+
+    Parameters
+    ----------
+    path : path
+        The database.
+    answers : path
+    library : MaterialLibrary
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, a place lies beyond the image, a name is unknown, or nothing is answered yet.
+    """
+    from scipy.stats import binomtest
+
+    answers = Path(answers)
+    with open_tmm(path) as file:
+        listed = read_answers(answers, file, library.names)
+        given = [answer for answer in listed if answer.material not in (None, SKIP)]
+        if not given:
+            raise InputError("has no answer yet; fill in what is there, or 'skip'", file=answers)
+        pairs, stated = [], []
+        for answer in given:
+            row = slice(answer.y, answer.y + 1)
+            code = int(file.rows("code", row)[0, answer.x])
+            stated.append(float(file.rows("confidence", row)[0, answer.x]))
+            pairs.append((str(answer.material), file.materials.get(code, UNKNOWN)))
+    right = sum(seen == found for seen, found in pairs)
+    interval = binomtest(right, len(pairs)).proportion_ci(method="wilson")
+    wrong = Counter(pair for pair in pairs if pair[0] != pair[1])
+    skipped = len(listed) - len(given)
+    accuracy, mean = right / len(pairs), float(np.mean(stated))
+    return Checked(len(pairs), right, skipped, accuracy, interval.low, interval.high, mean, dict(wrong.most_common()))
+
+
+def is_list_of_answers(path: str | os.PathLike[str]) -> bool:
+    """Whether a YAML file is such a list, rather than one that names a label image.
+
+    Raises
+    ------
+    InputError
+        It is no YAML that can be read.
+    """
+    content = read_yaml(Path(path)).data
+    return isinstance(content, dict) and "answers" in content
 
 
 def _bands(height: int, width: int) -> list[slice]:

@@ -16,6 +16,7 @@ COMMANDS = {
     "render": "Draw a scene from built databases, by hour and band.",
     "contrast": "One material against another through the day, with crossovers.",
     "export": "Write databases for engines without HDF5.",
+    "gazebo": "Write heat signatures for the thermal camera of Gazebo.",
     "view": "Write a page that shows built databases in the infrared.",
     "spectrum": "Transmittance and radiance of one line of sight.",
     "temperature": "One surface through the day: temperature and every flux.",

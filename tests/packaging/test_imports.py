@@ -20,7 +20,7 @@ FLOORS = (
     ("mat.commands",),
     ("mat",),
     ("mat.api",),
-    ("mat.gpu",),
+    ("mat.gpu", "mat.exchange"),
     ("mat.bench",),
     ("mat.budget",),
     ("mat.builder",),

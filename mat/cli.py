@@ -20,6 +20,7 @@ COMMANDS = {
     "view": "Write a page that shows built databases in the infrared.",
     "spectrum": "Transmittance and radiance of one line of sight.",
     "temperature": "One surface through the day: temperature and every flux.",
+    "lut": "Write a look-up table for ISOFIT.",
     "specular": "Shininess and normalisation of a specular lobe.",
     "materials": "List, show or plot the materials.",
     "presets": "List or show the ready atmospheric states.",

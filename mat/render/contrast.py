@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,8 +13,12 @@ from skyshine.mat.render.databases import BandTables, SceneTables, held_hours, r
 from skyshine.mat.render.surface_mesh import direction
 from skyshine.mat.runtime.misclassification import equivalent_temperature
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
+from skyshine.mat.tables.dataset import dataset
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray
 
 STEPS = 288  # of a day
 
@@ -85,6 +89,15 @@ class Contrast:
     def contrast(self) -> Floats:
         """Material minus background (T,) [K]."""
         return self.material - self.background
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Both apparent temperatures and the contrast as an `xarray.Dataset` over hours of the local clock."""
+        values = {"material": self.material, "background": self.background, "contrast": self.contrast}
+        return dataset(
+            {"time": ("h", self.hours)},
+            {name: (("time",), "K", array) for name, array in values.items()},
+            {"band": self.band, "crossovers": np.array(self.crossovers)},
+        )
 
 
 def contrast(

@@ -24,6 +24,7 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 CHECK_FAILED, INPUT_WRONG, INTERRUPTED = 1, 2, 130
 # Packages that only some commands need, with the extra that installs them.
 EXTRAS = {
+    "casadi": "fit",
     "numba": "spectroscopy",
     "hapi": "spectroscopy",
     "netCDF4": "spectroscopy",

@@ -4,7 +4,7 @@
 date, band or source; `spectrum`, `temperature` and `band` compute one thing without a job's tables; `report` measures
 how wrong built tables are; `fit_material` finds a material's parameters from a measured record; `Scene` draws pictures
 from built tables, and `contrast` compares two materials through the day; `example` names a packaged job. Results are
-small objects; most of them have `to_xarray`.
+small objects; those of numbers have `to_xarray`.
 
 Examples
 --------

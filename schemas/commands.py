@@ -12,18 +12,23 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import Any, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import click
 
 from skyshine.schemas.errors import CheckFailed, InputError
 from skyshine.schemas.paths import allow_outside
 
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import Progress
+
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 CHECK_FAILED, INPUT_WRONG, INTERRUPTED = 1, 2, 130
 # Packages that only some commands need, with the extra that installs them.
 EXTRAS = {
+    "casadi": "fit",
     "numba": "spectroscopy",
     "hapi": "spectroscopy",
     "netCDF4": "spectroscopy",
@@ -34,6 +39,7 @@ EXTRAS = {
     "sklearn": "train",
     "xarray": "xarray",
 }
+LINES = logging.Formatter("%(asctime)s %(message)s", "%H:%M:%S")  # of `mat build --verbose`
 PIPE_WIDTH = 200  # columns of a table that no terminal shows
 
 
@@ -190,6 +196,14 @@ def progress(total: float, description: str) -> Iterator[Callable[[float], None]
         ``advance(n)`` says that n more of `total` are done.
     """
     from rich.console import Console
+
+    with progress_on(Console(stderr=True), total, description) as (_, advance):
+        yield advance
+
+
+@contextmanager
+def progress_on(console: Console, total: float, description: str) -> Iterator[tuple[Progress, Callable[[float], None]]]:
+    """The bar of `progress` on a console, nothing where that is no terminal; yields the bar and `advance`."""
     from rich.markup import escape
     from rich.progress import (
         BarColumn,
@@ -200,7 +214,6 @@ def progress(total: float, description: str) -> Iterator[Callable[[float], None]
         TimeRemainingColumn,
     )
 
-    console = Console(stderr=True)
     text = TextColumn("{task.description}")
     columns = (text, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
@@ -213,14 +226,14 @@ def progress(total: float, description: str) -> Iterator[Callable[[float], None]
             bar.update(task, description=escape(record.getMessage().split(";")[0]))
 
         with _heard(_Listener(describe)) if console.is_terminal else nullcontext():
-            yield advance
+            yield bar, advance
 
 
 @contextmanager
 def log_lines(total: float, description: str) -> Iterator[Callable[[float], None]]:
     """In place of a bar, the lines of the log on standard error, each with the time of the day."""
     handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(logging.Formatter("%(asctime)s %(message)s", "%H:%M:%S"))
+    handler.setFormatter(LINES)
     with _heard(handler):
         yield lambda amount: None
 

@@ -38,6 +38,13 @@ from skyshine.schemas.regular_files import refuse_special_file
 from skyshine.schemas.whole_files import part_file
 
 CONVENTIONS = "CF-1.11"
+# What CF knows of our arrays by name. The hour of the local clock, `time`, is no instant, and has none.
+CF_NAMES = {
+    "altitude": {"standard_name": "altitude", "positive": "up"},
+    "wavelength": {"standard_name": "radiation_wavelength"},
+    "sun_elevation": {"standard_name": "solar_elevation_angle"},
+    "sun_azimuth": {"standard_name": "solar_azimuth_angle"},
+}
 LayoutCheck: TypeAlias = Callable[[h5py.File], None]
 ValueCheck: TypeAlias = Callable[[StrPath, str, npt.NDArray[Any]], None]  # path and name of the array, for messages
 
@@ -255,7 +262,7 @@ def _write_array(
         dataset = target.create_dataset(name, dtype=kind, track_order=True, **content, **filters)
     dataset.attrs["units"] = described.units
     dataset.attrs["long_name"] = described.long_name
-    for key, value in described.attributes.items():
+    for key, value in (CF_NAMES.get(name, {}) | described.attributes).items():
         dataset.attrs[key] = value
     return dataset
 

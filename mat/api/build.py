@@ -87,7 +87,7 @@ def build(
     InputError
         The job does not fit, a file cannot be written, or another build writes into the folder.
     CheckFailed
-        A process of the build died.
+        A process of the build died, or a table failed for another reason than its input; the others are built.
 
     Examples
     --------

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,9 +19,13 @@ from skyshine.mat.surface.free_parameters import changed_numbers, with_numbers
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.measured_skin import read_measured
 from skyshine.mat.surface.skin_errors import SkinError
+from skyshine.mat.tables.dataset import dataset
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
+
+if TYPE_CHECKING:
+    import xarray
 
 
 @dataclass(frozen=True)
@@ -102,6 +106,21 @@ class MaterialFit:
             if (each.part, each.prediction, each.hours) == (part, prediction, hours):
                 return each
         raise KeyError(f"no error of '{prediction}' in {part} days, {hours}")
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Measured and predicted skin temperature as an `xarray.Dataset` over time, the parameters as attributes."""
+        kelvin = {"measured": self.measured, "predicted": self.predicted}
+        counted = {"fitted": self.fitted, "held_out": self.held_out}
+        over_time = dataset(
+            {"time": ("UTC", self.time.astype("datetime64[ns]"))},
+            {
+                **{name: (("time",), "K", values) for name, values in kelvin.items()},
+                **{name: (("time",), "1", values) for name, values in counted.items()},
+            },
+            {"material": self.material, "effective_readings": self.effective_readings, **self.values},
+        )
+        del over_time["time"].attrs["units"]  # a date needs none, and xarray writes its own
+        return over_time
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values with their units, as ``mat materials fit --json`` prints them."""

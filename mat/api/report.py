@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skyshine.mat.api.dataset import dataset
 from skyshine.mat.budget.budget import Budget, error_budget
 from skyshine.mat.budget.page import render
 from skyshine.mat.budget.summary import describe_all
 from skyshine.mat.budget.truth import Prepared
 from skyshine.mat.job.load import LoadedJob, load_job
+from skyshine.mat.tables.dataset import dataset
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 

@@ -14,7 +14,6 @@ import numpy as np
 import numpy.typing as npt
 import yaml
 
-from skyshine.mat.api.dataset import Column, dataset
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, SpectralPoints
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
@@ -39,6 +38,7 @@ from skyshine.mat.spectroscopy.continua import Continua
 from skyshine.mat.spectroscopy.gases import LineLibrary
 from skyshine.mat.spectroscopy.line_points import LineByLinePoints
 from skyshine.mat.spectroscopy.lowtran_continua import LowtranContinua
+from skyshine.mat.tables.dataset import Column, dataset
 from skyshine.mat.tables.spectrum_file import write_spectrum, write_spectrum_csv
 from skyshine.schemas.errors import InputError
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.api.dataset import dataset
 from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.mat.job.fields import clock_interval
 from skyshine.mat.job.surface import Operation
@@ -20,6 +19,7 @@ from skyshine.mat.surface.column import ColumnResult, from_record, from_scene
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.surroundings import WALL_EMISSIVITY, Surroundings
 from skyshine.mat.surface.weather_readings import read_record
+from skyshine.mat.tables.dataset import dataset
 from skyshine.materials.files import load_thermal
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError

@@ -15,6 +15,7 @@ from filelock import FileLock, Timeout
 
 from skyshine.mat import threads
 from skyshine.mat.builder.executors import open_executor
+from skyshine.mat.builder.failures import messages, refuse_failures, stops_the_build
 from skyshine.mat.builder.record import write_record
 from skyshine.mat.builder.tasks import PICTURES, run_task
 from skyshine.mat.job.load import LoadedJob
@@ -65,9 +66,10 @@ def build(
     Raises
     ------
     InputError
-        The job does not fit, a file cannot be written, or another build writes into the folder.
+        The job does not fit, a file cannot be written, or another build writes into the folder. Where only some tables
+        fail, once the others are built.
     CheckFailed
-        A process of the build died.
+        A process of the build died, or a table failed for another reason than its input.
     """
     begin = time.perf_counter()
     library = load_library()
@@ -80,11 +82,15 @@ def build(
     except OSError as error:
         raise InputError(f"cannot be made: {error.strerror}; name another output folder", file=folder) from None
     with _only_build_in(folder):
-        reports = _run_all(loaded, plan, folder, jobs or os.cpu_count() or 1, fresh, executor, progress)
+        reports, failed = _run_all(loaded, plan, folder, jobs or os.cpu_count() or 1, fresh, executor, progress)
         names = [name for report in reports for name in report.files]
-        write_catalog(folder, names)
-        others = sorted({path.name for path in folder.glob("*.h5")} - set(names))
-        return write_record(folder, reports, others, time.perf_counter() - begin)
+        if names:
+            write_catalog(folder, names)
+        reasons = messages(failed)
+        others = sorted({path.name for path in folder.glob("*.h5")} - set(names) - set(reasons))
+        record = write_record(folder, reports, others, time.perf_counter() - begin, reasons)
+        refuse_failures(failed, len(names) + len(reasons))
+        return record
 
 
 @contextmanager
@@ -112,12 +118,21 @@ def _only_build_in(folder: Path) -> Iterator[None]:
 
 def _run_all(
     loaded: LoadedJob, plan: Plan, folder: Path, jobs: int, fresh: bool, where: str | None, progress: Progress
-) -> list[TaskReport]:
-    """Run the tasks: textures and atmospheres first, then what needs the materials that the textures use."""
+) -> tuple[list[TaskReport], dict[Task, Exception]]:
+    """Run the tasks: textures and atmospheres first, then what needs the materials that the textures use.
+
+    Returns
+    -------
+    list of TaskReport
+        Of the tasks that ended well.
+    dict
+        The errors of the others.
+    """
     first = [task for task in plan.tasks if not task.kind.reads_materials]
     first.sort(key=lambda task: task.kind != Kind.TEXTURE)
     later = [task for task in plan.tasks if task.kind.reads_materials]
     reports: dict[Task, TaskReport] = {}
+    failed: dict[Task, Exception] = {}
     atmospheres = sum(task.kind == Kind.ATMOSPHERE for task in first)
     spare = {threads.VARIABLE: str(max(1, jobs // max(1, atmospheres)))}
     with (
@@ -132,13 +147,20 @@ def _run_all(
             done, _ = wait(waiting, return_when=FIRST_COMPLETED)
             for future in done:
                 task = waiting.pop(future)
-                reports[task] = future.result()
-                _say(loaded, task, reports[task], f"{len(reports)} of {len(plan.tasks)} done")
+                try:
+                    reports[task] = future.result()
+                except Exception as error:
+                    if stops_the_build(task, error, folder):
+                        raise
+                    failed[task] = error
+                else:
+                    _say(loaded, task, reports[task], f"{len(reports)} of {len(plan.tasks)} done")
                 advance(1)
                 textures -= task.kind == Kind.TEXTURE
                 if task.kind == Kind.TEXTURE and not textures:
                     waiting |= _submit_later(executor, loaded, later, folder, fresh)
-    return [reports[task] for task in plan.tasks]
+    ordered = [task for task in plan.tasks if task in reports], [task for task in plan.tasks if task in failed]
+    return [reports[task] for task in ordered[0]], {task: failed[task] for task in ordered[1]}
 
 
 def _say(loaded: LoadedJob, task: Task, report: TaskReport, done: str) -> None:

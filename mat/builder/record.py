@@ -5,8 +5,9 @@ gives the same bytes.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from skyshine.mat.products.product import TaskReport
@@ -14,7 +15,13 @@ from skyshine.mat.tables.build_record import NAME, cost_of
 from skyshine.schemas.whole_files import write_whole
 
 
-def write_record(folder: Path, reports: Sequence[TaskReport], others: Sequence[str], seconds: float) -> dict[str, Any]:
+def write_record(
+    folder: Path,
+    reports: Sequence[TaskReport],
+    others: Sequence[str],
+    seconds: float,
+    failed: Mapping[str, str] = MappingProxyType({}),
+) -> dict[str, Any]:
     """Write what a build cost; files that it kept have the cost of the build that made them, where that is known.
 
     Parameters
@@ -26,20 +33,23 @@ def write_record(folder: Path, reports: Sequence[TaskReport], others: Sequence[s
         Databases in the folder that this build did not write or keep: of an earlier job, say.
     seconds : float
         Of the whole build, wall clock.
+    failed : mapping of str to str, optional
+        Files that could not be built, and why.
 
     Returns
     -------
     dict
-        What was written: folder, seconds, the others, and for each file whether it was kept, its seconds and stages
-        by clock and processor, peak memory, notes and, of tables that state it, the error of the quantity that errs
-        most.
+        What was written: folder, seconds, the others, the failed, and for each file whether it was kept, its seconds
+        and stages by clock and processor, peak memory, notes and, of tables that state it, the error of the quantity
+        that errs most.
     """
     files = {}
     for report in reports:
         for name in report.files:
             before = cost_of(folder / name) if report.kept else None
             files[name] = {**before, "kept": True} if before else _entry(report, name)
-    result = {"folder": str(folder), "seconds": round(seconds, 3), "not_of_this_job": list(others), "files": files}
+    result = {"folder": str(folder), "seconds": round(seconds, 3), "not_of_this_job": list(others)}
+    result |= {"failed": dict(failed), "files": files}
     write_whole(folder / NAME, json.dumps(result, indent=2) + "\n")
     return result
 

@@ -11,6 +11,7 @@ import click
 from skyshine.mat.commands.fit_material import fit
 from skyshine.mat.commands.handbooks import handbooks
 from skyshine.mat.commands.new_material import new
+from skyshine.mat.commands.openmaterial import openmaterial
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
@@ -44,7 +45,7 @@ def command() -> None:
     """
 
 
-for part in (fit, handbooks, new):
+for part in (fit, handbooks, new, openmaterial):
     command.add_command(part)
 
 

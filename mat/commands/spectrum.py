@@ -14,8 +14,8 @@ from skyshine.schemas.plain_numbers import plain_number
 from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
-    from skyshine.mat.api.dataset import Column
     from skyshine.mat.api.spectrum import Spectrum
+    from skyshine.mat.tables.dataset import Column
 
 
 @click.command("spectrum")

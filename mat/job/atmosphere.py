@@ -111,11 +111,22 @@ def _preset_brings_the_rest(schema: dict[str, Any]) -> None:
     schema["anyOf"] = [{"required": ["preset"]}, {"required": schema.pop("required")}]
 
 
+NAME_PATTERN = "^[A-Za-z][A-Za-z0-9_-]{0,39}$"
+StateName = Annotated[str, Field(pattern=NAME_PATTERN)]
+
+
 class State(StrictModel):
     """One atmospheric state: profile, gases, aerosol, cloud, rain, weather."""
 
     model_config = pydantic.ConfigDict(json_schema_extra=_preset_brings_the_rest)
 
+    name: StateName | None = Field(
+        None,
+        description=(
+            "Stands in its files, their pictures and the catalogue, by which open_catalog finds them; by default the"
+            " preset's or profile's name. A series shares it."
+        ),
+    )
     preset: str | None = Field(
         None, description="A ready state (mat presets); keys beside it take the place of its own."
     )
@@ -340,7 +351,9 @@ class Band(StrictModel):
     """One spectral band of the sensor: a rectangle, or a table of the response."""
 
     name: str | None = Field(
-        None, pattern="^[A-Za-z][A-Za-z0-9_-]{0,39}$", description="For needs.bands; by default b01, b02 ... by order."
+        None,
+        pattern=NAME_PATTERN,
+        description="Stands in files, pictures and the catalogue; for needs.bands. By default b01, b02 ... by order.",
     )
     wavelength_um: Edges | None = Field(None, description="Lower and upper edge; the response is 1 between them.")
     wavenumber_cm: Edges | None = Field(None, description="Lower and upper edge, cm-1; the response is 1 between them.")

@@ -115,7 +115,9 @@ def load_job(
     document = mapping_document(source, folder or Path.cwd()) if isinstance(source, Mapping) else read_yaml(source)
     names = (library or load_library()).names
     context = {"materials": names, "folder": document.file.resolve().parent}
-    job = _with_air_times(_with_series(parse_model(document, Job, context), document, context), document)
+    written = parse_model(document, Job, context)
+    _refuse_shared_names(written, document)
+    job = _with_air_times(_with_series(written, document, context), document)
     _check_query_limits(job, document)
     job, remarks = _with_soundings(_with_typical_aerosol(_with_profiles(job)))
     requested, warnings = _with_weather_files(job, document)
@@ -139,6 +141,17 @@ def _check_query_limits(job: Job, document: Document) -> None:
                 f"needs.{key}: found [{low:g}, {high:g}]; allowed: some of what {grid}.{name} holds, {nodes[0]:g} to"
                 f" {nodes[-1]:g}; change one of them",
             )
+
+
+def _refuse_shared_names(job: Job, document: Document) -> None:
+    """Refuse two written states of one name."""
+    seen: set[str] = set()
+    for i, state in enumerate(job.states):
+        if state.name in seen:
+            raise document.error(
+                ("states", i, "name"), f"found the state '{state.name}' twice; allowed: names once each; rename it"
+            )
+        seen |= {state.name} if state.name else set()
 
 
 def _with_series(job: Job, document: Document, context: dict[str, Any]) -> Job:

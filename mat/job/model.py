@@ -31,7 +31,7 @@ from skyshine.mat.job.textures import FinishedTexture, JobTexture
 from skyshine.mat.radiometry.spherical_harmonics import COUNTS
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.job.model import MaterialName, TextureJob, check_distinct_names
+from skyshine.tmm.job.model import MaterialName, TextureJob, check_distinct_names, folder_by_name
 
 SIX_HOLD_K = 0.15  # tests/validation/test_tilted_faces.py
 WaterContinuum = Literal["mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]
@@ -134,7 +134,9 @@ class Job(StrictModel):
         alias="needs",
         description="What scenes will ask for; nodes and sources that none of that reads are left out.",
     )
-    output: Output = Field(Output(), description="Where the files go, and how large they may be.")
+    output: Annotated[Output, pydantic.BeforeValidator(folder_by_name, json_schema_input_type=Output | str)] = Field(
+        Output(), description="Where the files go, by a folder alone or by keys, and how large they may be."
+    )
 
     @pydantic.model_validator(mode="before")
     @classmethod

@@ -5,16 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skyshine.mat.render.databases import SceneTables, held_hours, refused
+from skyshine.mat.render.databases import BandTables, SceneTables, held_hours, refused
 from skyshine.mat.render.surface_mesh import direction
 from skyshine.mat.runtime.misclassification import equivalent_temperature
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
+from skyshine.mat.tables.dataset import dataset
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray
 
 STEPS = 288  # of a day
 
@@ -86,6 +90,15 @@ class Contrast:
         """Material minus background (T,) [K]."""
         return self.material - self.background
 
+    def to_xarray(self) -> xarray.Dataset:
+        """Both apparent temperatures and the contrast as an `xarray.Dataset` over hours of the local clock."""
+        values = {"material": self.material, "background": self.background, "contrast": self.contrast}
+        return dataset(
+            {"time": ("h", self.hours)},
+            {name: (("time",), "K", array) for name, array in values.items()},
+            {"band": self.band, "crossovers": np.array(self.crossovers)},
+        )
+
 
 def contrast(
     folder: Path, material: Face, background: Face, sight: Sight, *, band: str | None, state: int, source: str
@@ -113,46 +126,66 @@ def contrast(
     day = np.arange(float(STEPS)) * (24.0 / STEPS)
     held = held_hours(tables.surface, day)
     hours, whole = day[held], bool(held.all())
-    altitude = sight.altitude
-    if altitude is None:
-        altitude = float(tables.surface.root.axes["altitude"].values[0])
-    track = tables.surface.source_track(source, time=hours)
-    towards = direction(track.elevation, track.azimuth)
-    seen = direction(sight.elevation, sight.heading)
-    observer = altitude - sight.range * np.sin(np.radians(sight.elevation))
     codes = tables.codes({face.material: () for face in (material, background)})
     codes = np.resize(codes, 2)  # one code where both faces are of one material
     results = []
     for read in tables.bands:
-        nearest = float(read.air.rules("beta_star")[0].nodes[0])
-        apparent = []
-        for face, code in zip((material, background), codes, strict=True):
-            normal = direction(90.0 - face.slope, face.azimuth)
-            if normal @ seen >= 0:
-                raise InputError(
-                    f"the face of {face.material} is turned away from the observer; change its slope or azimuth, or the"
-                    " line of sight"
-                )
-            count = hours.size
-            view = View(
-                range=np.full(count, sight.range),
-                centre_range=np.full(count, max(sight.range, nearest)),
-                centre_elevation=np.full(count, sight.elevation),
-                altitude=np.full(count, observer),
-                source_elevation=track.elevation,
-                source_azimuth=np.mod(track.azimuth - sight.heading, 360.0),
-                normal=np.broadcast_to(normal, (count, 3)),
-                to_source=towards,
-                to_observer=np.broadcast_to(-seen, (count, 3)),
-                source_heading=track.azimuth,
-            )
-            radiance = pixel_radiance(
-                tables.surface, read.band, read.air, _faces(tables, face, int(code), altitude, hours), view
-            ).radiance
-            apparent.append(equivalent_temperature(read.band, radiance))
+        apparent = [
+            equivalent_temperature(read.band, seen_radiance(tables, read, face, int(code), sight, hours, source=source))
+            for face, code in zip((material, background), codes, strict=True)
+        ]
         crossovers = crossover_hours(hours, apparent[0] - apparent[1], periodic=whole)
         results.append(Contrast(hours, apparent[0], apparent[1], crossovers, read.name))
     return results
+
+
+def seen_radiance(
+    tables: SceneTables, read: BandTables, face: Face, code: int, sight: Sight, hours: Floats, *, source: str
+) -> Floats:
+    """Radiance (T,) of a face, through the air, at hours (T,) of the local clock [W m^-2 sr^-1].
+
+    Parameters
+    ----------
+    tables : SceneTables
+    read : BandTables
+        One band of the tables.
+    face : Face
+    code : int
+        Of the face's material in the tables.
+    sight : Sight
+    hours : (T,) array
+    source : {'sun', 'moon'}
+
+    Raises
+    ------
+    InputError
+        The face is turned away from the observer, or a value is outside an axis.
+    """
+    altitude = sight.altitude
+    if altitude is None:
+        altitude = float(tables.surface.root.axes["altitude"].values[0])
+    seen, normal = direction(sight.elevation, sight.heading), direction(90.0 - face.slope, face.azimuth)
+    if normal @ seen >= 0:
+        raise InputError(
+            f"the face of {face.material} is turned away from the observer; change its slope or azimuth, or the"
+            " line of sight"
+        )
+    track = tables.surface.source_track(source, time=hours)
+    nearest, count = float(read.air.rules("beta_star")[0].nodes[0]), hours.size
+    view = View(
+        range=np.full(count, sight.range),
+        centre_range=np.full(count, max(sight.range, nearest)),
+        centre_elevation=np.full(count, sight.elevation),
+        altitude=np.full(count, altitude - sight.range * np.sin(np.radians(sight.elevation))),
+        source_elevation=track.elevation,
+        source_azimuth=np.mod(track.azimuth - sight.heading, 360.0),
+        normal=np.broadcast_to(normal, (count, 3)),
+        to_source=direction(track.elevation, track.azimuth),
+        to_observer=np.broadcast_to(-seen, (count, 3)),
+        source_heading=track.azimuth,
+    )
+    faces = _faces(tables, face, code, altitude, hours)
+    return pixel_radiance(tables.surface, read.band, read.air, faces, view).radiance
 
 
 def crossover_hours(hours: Floats, contrast: Floats, *, periodic: bool) -> tuple[float, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -23,12 +23,16 @@ from skyshine.mat.render.temperatures import SeenTemperatures
 from skyshine.mat.runtime.misclassification import equivalent_temperature
 from skyshine.mat.runtime.pixel import Faces, PixelRadiance, View, pixel_radiance, sky_radiance
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.dataset import dataset
 from skyshine.mat.tables.night import SOURCE_ELEVATION
 from skyshine.mat.tables.response import forcing_hours
 from skyshine.mat.tables.surface_tables import TemperatureTable
 from skyshine.mat.tables.tracks import SourceTrack
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.progress import Progress, silent
+
+if TYPE_CHECKING:
+    import xarray
 
 _BLOCK = 1 << 13  # pixels read together, which bounds what light by wavelength takes
 
@@ -61,6 +65,21 @@ class Frame:
     apparent_temperature: Floats
     surface_temperature: Floats
     range: Floats
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The arrays as an `xarray.Dataset` over rows from the top and columns from the left."""
+        rows, columns = self.radiance.shape
+        arrays = {
+            "radiance": ("W m^-2 sr^-1", self.radiance),
+            "apparent_temperature": ("K", self.apparent_temperature),
+            "surface_temperature": ("K", self.surface_temperature),
+            "range": ("km", self.range),
+        }
+        return dataset(
+            {"row": ("1", np.arange(rows)), "column": ("1", np.arange(columns))},
+            {name: (("row", "column"), units, values) for name, (units, values) in arrays.items()},
+            {"hour": self.hour, "band": self.band, "wavelength_um": list(self.wavelength)},
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -78,7 +78,8 @@ def _cloud(cloud: Cloud) -> dict[str, Any]:
 
 
 def state_attributes(state: State) -> dict[str, str]:
-    """Root attributes that name a state in its files: a sounding, its preset, or its profile; and what its air near the
+    """Root attributes that name a state in its files: its name or what it is made from (a sounding, its preset, or its
+    profile); and what its air near the
     ground follows; optical depth, Angstrom exponent, table and layers of the aerosol, where the job writes them.
     """
     air = {"air": air_text(state)}
@@ -96,9 +97,11 @@ def state_attributes(state: State) -> dict[str, str]:
             air[name] = f"{value:g}"
     if state.night_sky:
         air["night_sky"] = f"{state.night_sky:g}"
-    if state.sounding is not None:
-        return {"state": "sounding", "sounding": state.sounding.name, **air}
-    return {"state": state.preset or blended_profile(state.profile_weights).name, **air}
+    sounding = {} if state.sounding is None else {"sounding": state.sounding.name}
+    made_from = "sounding" if sounding else state.preset or blended_profile(state.profile_weights).name
+    if state.name is None:
+        return {"state": made_from, **sounding, **air}
+    return {"state": state.name, "made_from": made_from, **sounding, **air}
 
 
 def summary_line(summary: dict[str, Any]) -> str:

@@ -8,16 +8,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date as Date
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+import numpy.typing as npt
 import pydantic
 
+from skyshine.mat.tables.dataset import dataset
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.hdf5 import open_database
 from skyshine.schemas.paths import StrPath
 from skyshine.schemas.whole_files import write_whole
+
+if TYPE_CHECKING:
+    import xarray
 
 CATALOG = "catalog.json"
 CATALOG_FORMAT = "1.1.0"
@@ -88,6 +94,20 @@ class Catalog:
 
     def __repr__(self) -> str:
         return f"<Catalog {self.folder}, {len(self.entries)} databases>"
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The entries as an `xarray.Dataset` over files; 0 or empty text where a database has no such key."""
+
+        def values(key: str) -> npt.NDArray[Any]:
+            empty = 0 if key in ("state", "band") else ""
+            found = [getattr(entry, key) or empty for entry in self.entries]
+            return np.array(found if empty == 0 else [str(value) for value in found])
+
+        return dataset(
+            {"file": ("1", values("file"))},
+            {key: (("file",), "1", values(key)) for key in Entry.model_fields if key != "file"},
+            {"folder": str(self.folder)},
+        )
 
     def find(
         self,

@@ -82,7 +82,9 @@ def htt_group(
         )
     }
     variables = {
-        "temperature": Variable((*COLUMN, "time"), table.temperature, "K", "surface temperature"),
+        "temperature": Variable(
+            (*COLUMN, "time"), table.temperature, "K", "surface temperature", {"standard_name": "surface_temperature"}
+        ),
         "material_name": Variable(("material",), np.asarray(names, object), "1", "material name"),
     }
     diagnostics = {

@@ -21,6 +21,7 @@ from skyshine.schemas.paths import StrPath
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+NAMED = ("state", "band", "date", "source")  # attributes that tell databases of one type apart
 SHOWN_PARTS = 8  # absorbers drawn in a spectrum
 SHOWN = 12  # lines in one plot beyond which colours no longer tell them apart
 
@@ -49,7 +50,8 @@ def draw(file: StrPath, picture: StrPath) -> Path:
         _atmosphere(figure, table)
     else:
         _band(figure, table)
-    figure.suptitle(f"{table.path.name}  ({table.attributes['title']})", fontsize=10)
+    names = ", ".join(str(table.attributes[key]) for key in NAMED if key in table.attributes)
+    figure.suptitle(f"{table.path.name}  ({table.attributes['title']})  {names}".rstrip(), fontsize=10)
     figure.savefig(picture, dpi=110, metadata={"Software": None})
     return Path(picture)
 

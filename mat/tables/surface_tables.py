@@ -19,6 +19,8 @@ from skyshine.mat.tables.table import Table
 from skyshine.mat.tables.tracks import SourceTrack, source_track
 from skyshine.schemas.errors import InputError
 
+_PLACE = ("altitude", "azimuth", "slope")
+
 
 class TemperatureTable(Table):
     """A ``.htt`` database."""
@@ -27,10 +29,10 @@ class TemperatureTable(Table):
         self,
         *,
         material: Any,
-        altitude: npt.ArrayLike = 0.0,
-        azimuth: npt.ArrayLike = 0.0,
-        slope: npt.ArrayLike = 0.0,
-        time: npt.ArrayLike = 0.0,
+        altitude: npt.ArrayLike | None = None,
+        azimuth: npt.ArrayLike | None = None,
+        slope: npt.ArrayLike | None = None,
+        time: npt.ArrayLike | None = None,
         absorbed_change: npt.ArrayLike | None = None,
         out_of_range: Policy = None,
     ) -> npt.NDArray[np.float64]:
@@ -41,8 +43,9 @@ class TemperatureTable(Table):
         material : int, str or array
             Code or name.
         altitude : km
+            By default the lowest of the table.
         azimuth, slope : degree
-            The face looks towards `azimuth`, from north eastward.
+            The face looks towards `azimuth`, from north eastward; by default level. A tilted face needs its azimuth.
         time : h
             Local clock.
         absorbed_change : (..., n) array_like, optional
@@ -53,15 +56,16 @@ class TemperatureTable(Table):
         Raises
         ------
         InputError
-            A value is outside its axis, or there is a change and the file holds no response to it.
+            A value is missing or outside its axis, or there is a change and the file holds no response to it.
         """
-        column = {"material": material, "altitude": altitude, "azimuth": azimuth, "slope": slope}
-        sunlit = self.value("temperature", **column, time=time, out_of_range=out_of_range)
+        place = self._place(slope, altitude=altitude, azimuth=azimuth, time=time)
+        sunlit = self.value("temperature", material=material, **place, out_of_range=out_of_range)
         if absorbed_change is None:
             return sunlit
         history = partial(self.value, "temperature", out_of_range=out_of_range)
-        codes = column | {"material": self.material_codes(material)}
-        change = response.temperature_change(self.root, history, codes, time, np.asarray(absorbed_change, float))
+        column = {"material": self.material_codes(material)} | {name: place[name] for name in _PLACE}
+        heat = np.asarray(absorbed_change, float)
+        change = response.temperature_change(self.root, history, column, place["time"], heat)
         highest = self.value(response.HIGHEST, material=material)
         return np.asarray(np.where(change == 0, sunlit, np.minimum(sunlit + change, np.maximum(highest, sunlit))))
 
@@ -69,9 +73,9 @@ class TemperatureTable(Table):
         self,
         *,
         material: Any,
-        altitude: npt.ArrayLike = 0.0,
-        azimuth: npt.ArrayLike = 0.0,
-        slope: npt.ArrayLike = 0.0,
+        altitude: npt.ArrayLike | None = None,
+        azimuth: npt.ArrayLike | None = None,
+        slope: npt.ArrayLike | None = None,
         shade: Sequence[tuple[float, float]] = (),
         sky_view: float = 1.0,
         facing: float | None = None,
@@ -97,7 +101,8 @@ class TemperatureTable(Table):
             Of the broadcast shape of the arguments, for `temperature`.
         """
         around = Surroundings(tuple((float(a), float(b)) for a, b in shade), sky_view, facing, facing_emissivity)
-        places = [np.asarray(values, float) for values in (altitude, azimuth, slope)]
+        place = self._place(slope, altitude=altitude, azimuth=azimuth)
+        places = [np.asarray(place[name], float) for name in _PLACE]
         return absorbed_change(self.root, around, self.material_codes(material), *places)
 
     def exposed_change(
@@ -105,9 +110,9 @@ class TemperatureTable(Table):
         exposure: Exposure,
         *,
         material: Any,
-        altitude: npt.ArrayLike = 0.0,
-        azimuth: npt.ArrayLike = 0.0,
-        slope: npt.ArrayLike = 0.0,
+        altitude: npt.ArrayLike | None = None,
+        azimuth: npt.ArrayLike | None = None,
+        slope: npt.ArrayLike | None = None,
     ) -> npt.NDArray[np.float64]:
         """As `absorbed_change`, for surfaces each of which has shade and a sky view of its own.
 
@@ -118,8 +123,29 @@ class TemperatureTable(Table):
         material, altitude, azimuth, slope
             As in `temperature`; together of the shape (P,).
         """
-        places = [np.asarray(values, float) for values in (altitude, azimuth, slope)]
+        place = self._place(slope, altitude=altitude, azimuth=azimuth)
+        places = [np.asarray(place[name], float) for name in _PLACE]
         return absorbed_change(self.root, exposure, self.material_codes(material), *places)
+
+    def _place(self, slope: npt.ArrayLike | None, **given: npt.ArrayLike | None) -> dict[str, npt.ArrayLike]:
+        """Values by axis: those given; else slope 0, the lowest altitude, of level faces any azimuth, the only hour.
+
+        Axes that a part of a table has no more are left out.
+        """
+        nodes = {name: np.asarray(axis.values) for name, axis in self.root.axes.items()}
+        if slope is None and "slope" in nodes:
+            slope = 0.0 if nodes["slope"].size > 1 else nodes["slope"][0]
+        level = slope is not None and not np.any(np.asarray(slope))
+        place: dict[str, npt.ArrayLike] = {} if slope is None else {"slope": slope}
+        for name, value in given.items():
+            if value is not None:
+                place[name] = value
+            elif name in nodes:
+                if nodes[name].size > 1 and name != "altitude" and not (name == "azimuth" and level):
+                    span = f"{nodes[name][0]:g} to {nodes[name][-1]:g} {self.root.axes[name].units}"
+                    raise InputError(f"a temperature needs '{name}'; give {name}, {span}", file=self.path)
+                place[name] = nodes[name][0]
+        return place
 
     def sunlit_temperature(self, *, material: Any, **where: Any) -> npt.NDArray[np.float64]:
         """Temperature in kelvin of surfaces on which the Sun shines all day; `where` as in `temperature`."""
@@ -143,7 +169,7 @@ class TemperatureTable(Table):
         sky_view, facing, facing_emissivity
             As in `absorbed_change`.
         """
-        column = {name: where[name] for name in ("altitude", "azimuth", "slope") if name in where}
+        column = {name: where[name] for name in _PLACE if name in where}
         change = self.absorbed_change(
             material=material,
             **column,

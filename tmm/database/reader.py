@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import os
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import h5py
 import numpy as np
 import numpy.typing as npt
 import yaml
 
+from skyshine.mat.tables.dataset import dataset
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database, sound
 from skyshine.schemas.hdf5_gate import refuse_large
@@ -20,6 +21,9 @@ from skyshine.tmm.database.layout import CHUNK, FILETYPE, FORMAT_VERSION, SHADE_
 from skyshine.tmm.database.levels import WEIGHT_TOTAL
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.job.model import TextureJob, stored_job
+
+if TYPE_CHECKING:
+    import xarray
 
 
 class TmmFile:
@@ -158,6 +162,30 @@ class TmmFile:
         if not self.has_shade:
             return 0.0 * self._at("code", x, y, level, outside)
         return self._at("shade", x, y, level, outside) / SHADE_TOTAL
+
+    def to_xarray(self, level: int = 0) -> xarray.Dataset:
+        """Codes, shares and what else a level holds, as an `xarray.Dataset` over rows and columns from the top left.
+
+        Parameters
+        ----------
+        level : int
+
+        Raises
+        ------
+        InputError
+            There is no such level, or xarray is not installed.
+        """
+        if not 0 <= level < self.levels:
+            raise InputError(f"found level {level}; allowed: 0 to {self.levels - 1}", file=self._file.filename)
+        height, width = self.size(level)
+        plane, ranked = ("row", "column"), ("row", "column", "rank")
+        names = {"code": plane, "mix_code": ranked, "mix_weight": ranked, "confidence": plane, "shade": plane}
+        arrays = {name: self.array(f"levels/{level}/{name}") for name in names if self.has(f"levels/{level}/{name}")}
+        return dataset(
+            {"row": ("1", np.arange(height)), "column": ("1", np.arange(width)), "rank": ("1", np.arange(3))},
+            {name: (names[name], "1", values) for name, values in arrays.items()},
+            {"material_codes": list(self.materials), "material_names": list(self.materials.values()), "level": level},
+        )
 
     def _at(self, name: str, x: npt.ArrayLike, y: npt.ArrayLike, level: int, outside: str) -> npt.NDArray[Any]:
         if not 0 <= level < self.levels:

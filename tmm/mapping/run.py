@@ -142,6 +142,6 @@ def output_folder(job: TmmJob, folder: Path, out: str | os.PathLike[str] | None)
     if out is not None:
         return Path(out)
     try:
-        return job_path(folder, job.output, written=True)
+        return job_path(folder, job.output.folder, written=True)
     except ValueError as error:
         raise InputError(f"output: {error}") from None

@@ -101,25 +101,26 @@ def line_spectrum(
         For a resolution below the width of an interval, or what `geometry.trace` refuses.
     """
     bins, centre = _bins(points, resolution)
-    source = np.array([source_elevation]), np.array([source_azimuth])
-    parts = []
-    for start in range(0, points.wavenumber.size, _CHUNK):
-        part = slice(start, start + _CHUNK)
-        air = SpectralAir.of(state, points.subset(np.arange(points.wavenumber.size)[part]))
-        line = _Line.of(air, altitude, elevation, distance)
-        air = _of_line(air, line, *source)
-        parts.append(_along(air, line) | _from_source(air, line, irradiance[part], *source))
+    values, line = line_points(
+        state,
+        points,
+        irradiance,
+        altitude=altitude,
+        elevation=elevation,
+        distance=distance,
+        source_elevation=source_elevation,
+        source_azimuth=source_azimuth,
+    )
     width = np.bincount(bins, points.weight, centre.size)
 
     def mean(name: str) -> Floats:
-        values = np.concatenate([part[name] for part in parts])
-        binned: Floats = np.bincount(bins, points.weight * values, centre.size) / width
+        binned: Floats = np.bincount(bins, points.weight * values[name], centre.size) / width
         return binned
 
     return LineSpectrum(
         wavenumber=centre,
         transmittance=mean("transmittance"),
-        transmittance_by_gas={gas: mean(gas) for gas in air.optics.absorption},
+        transmittance_by_gas={gas: mean(gas) for gas in line.gases},
         transmittance_rayleigh=mean("transmittance_rayleigh"),
         transmittance_aerosol=mean("transmittance_aerosol"),
         path_thermal=mean("path_thermal"),
@@ -130,6 +131,60 @@ def line_spectrum(
         range=line.length,
         ground=line.ground,
     )
+
+
+def line_points(
+    state: AtmosphericState,
+    points: SpectralPoints,
+    irradiance: Floats,
+    *,
+    altitude: float,
+    elevation: float,
+    distance: float,
+    source_elevation: float,
+    source_azimuth: float,
+) -> tuple[dict[str, Reals], LineEnd]:
+    """What `line_spectrum` averages, at each spectral point.
+
+    Parameters
+    ----------
+    state, points, irradiance, altitude, elevation, distance, source_elevation, source_azimuth
+        As for `line_spectrum`.
+
+    Returns
+    -------
+    dict of (P,) arrays
+        By the names of `LineSpectrum`, the transmittance of each gas by its own; ``sky_thermal`` and
+        ``sky_scattered``, the parts of the sky's irradiance, beside it.
+    LineEnd
+    """
+    source = np.array([source_elevation]), np.array([source_azimuth])
+    parts = []
+    for start in range(0, points.wavenumber.size, _CHUNK):
+        part = slice(start, start + _CHUNK)
+        air = SpectralAir.of(state, points.subset(np.arange(points.wavenumber.size)[part]))
+        line = _Line.of(air, altitude, elevation, distance)
+        air = _of_line(air, line, *source)
+        parts.append(_along(air, line) | _from_source(air, line, irradiance[part], *source))
+    values = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    return values, LineEnd(line.length, line.ground, tuple(air.optics.absorption))
+
+
+@dataclass(frozen=True)
+class LineEnd:
+    """Where a line of sight ends, and which gases absorb along it.
+
+    Attributes
+    ----------
+    length : float
+        m; infinite into space.
+    ground : bool
+    gases : tuple of str
+    """
+
+    length: float
+    ground: bool
+    gases: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,9 +280,12 @@ def _from_source(
     sky = sky_irradiance(air, line.surface, np.zeros(0) if dark else source_elevation)
     direct = direct_transmittance(air.source_paths, line.surface, source_elevation)[0, 0]
     night = night_irradiance(air, line.surface)[0]
+    lit = sky.scattered.sum(axis=(0, 1)) * irradiance
     return {
         "path_scattered": scattered,
-        "sky_irradiance": sky.thermal[0] + sky.scattered.sum(axis=(0, 1)) * irradiance + night,
+        "sky_thermal": sky.thermal[0],
+        "sky_scattered": lit,
+        "sky_irradiance": sky.thermal[0] + lit + night,
         "direct_irradiance": direct * irradiance,
     }
 

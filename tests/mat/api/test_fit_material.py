@@ -50,6 +50,9 @@ def test_the_fitted_material_is_one_of_the_library(record, tmp_path, monkeypatch
     assert widths[0] / errors[0] == pytest.approx(widths[1] / errors[1])
     assert found.error("held out").rms < 0.3 < found.error("held out", "material as it was").rms
     assert repr(found).startswith("<MaterialFit of concrete to 43 readings: albedo 0.")
+    data = found.to_xarray()
+    np.testing.assert_array_equal(data.predicted.values, found.predicted)
+    assert data.attrs["albedo"] == albedo.value and int(data.fitted.sum()) == int(found.fitted.sum())
     slab = load_library(tmp_path)["slab"]
     assert slab.sources["layers.1.conductivity"] == "fit to slab.csv (2026-06-02 to 2026-06-03)"
     assert slab.sources["layers.2.conductivity"].startswith("like concrete: ")

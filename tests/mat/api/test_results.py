@@ -219,3 +219,9 @@ def test_a_state_seen_spectrally_has_the_numbers_of_its_tables(built):
     table, place = built.open("s01b01.atmq"), {"range": 1.0, "altitude": 0.1, "elevation": 0.0}
     stored = table.transmittance(range=1.0, beta_star=table.value("beta_star", **place))
     assert stored == pytest.approx(np.sum(weight * line.transmittance) / weight.sum(), abs=2e-3)
+
+
+def test_catalogue_to_xarray(built):
+    listed = skyshine.mat.open_catalog(built.folder).to_xarray()
+    assert listed.sel(file="s01.htt.h5").filetype == "htt" and int(listed.sel(file="s01.htt.h5").state) == 1
+    assert int(listed.sel(file="b01.band.h5").state) == 0

@@ -3,10 +3,12 @@
 import json
 
 import pytest
+from matplotlib.figure import Figure
 
 import skyshine.mat
 from skyshine.mat.job.load import load_job
 from skyshine.mat.scene.summary import state_attributes
+from skyshine.schemas.errors import InputError
 
 SOUNDING = "altitude[km],pressure[hPa],temperature[C],relative_humidity[%]\n0,1013,25,50\n2,795,12,40\n10,265,-50,10\n"
 
@@ -63,3 +65,39 @@ def test_the_catalogue_has_the_names_beside_the_numbers(small_build):
         "date": "2026-06-28",
         "source": "moon",
     }
+
+
+def test_a_state_bears_the_name_that_the_job_gives(tmp_path, tiny_job):
+    named = state(tmp_path, tiny_job, "name: storm\n    preset: desert_noon")
+    assert {"state": "storm", "made_from": "desert_noon"}.items() <= state_attributes(named).items()
+    measured = state(tmp_path, tiny_job, "name: kyoto\n    sounding: kyoto.csv\n    profile: tropical")
+    expected = {"state": "kyoto", "made_from": "sounding", "sounding": "kyoto.csv"}
+    assert expected.items() <= state_attributes(measured).items()
+
+
+def test_two_states_of_one_name_are_refused_at_their_place(tmp_path, tiny_job):
+    twice = "  - {name: dawn, profile: tropical, weather: {air_temperature_c: [22, 33]}}\n"
+    text = tiny_job().replace("states:\n", "states:\n" + twice).replace("  - profile:", "  - name: dawn\n    profile:")
+    (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"job\.yaml:6:11: found the state 'dawn' twice"):
+        load_job(tmp_path / "job.yaml")
+
+
+def test_names_find_databases_and_stand_over_their_pictures(tmp_path, tiny_job, build_inline, monkeypatch):
+    text = tiny_job(series="{first: 2026-06-28, last: 2026-06-29}").replace(
+        "  - profile:", "  - name: calm\n    profile:"
+    )
+    text = text.replace("  - wavelength_um", "  - name: lwir\n    wavelength_um").replace(
+        "pictures: false", "pictures: true"
+    )
+    text = text.replace("output: {folder: built, pictures: true}", "output: {folder: built}")
+    (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
+    titles = []
+    drawn = Figure.suptitle
+    monkeypatch.setattr(Figure, "suptitle", lambda self, text, **how: (titles.append(text), drawn(self, text, **how)))
+    build_inline(load_job(tmp_path / "job.yaml"), jobs=1)
+    catalogue = skyshine.mat.open_catalog(tmp_path / "built")
+    table = catalogue.open("atmq", band="lwir", state="calm", date="2026-06-29")
+    assert table.path.name == "s02b01.atmq.h5" and table.attributes["made_from"] == "midlatitude_summer"
+    assert [entry.state for entry in catalogue.find("htt", state="calm")] == [1, 2]
+    assert any("s02b01.atmq.h5" in title and title.endswith("calm, lwir, 2026-06-29, sun") for title in titles)

@@ -63,3 +63,10 @@ def test_what_cannot_be_compared_is_one_line(one_material, changes, words):
 def test_the_picture_shows_both_bands(one_material, tmp_path):
     (result,) = contrast(one_material, "asphalt_road", "asphalt_road", shade=["08:00-12:00"])
     assert draw_contrast([result, result], "shaded", "sunlit", tmp_path / "c.png").stat().st_size > 10_000
+
+
+def test_a_contrast_as_xarray(one_material):
+    (result,) = contrast(one_material, "asphalt_road", "asphalt_road", shade=["08:00-12:00"])
+    data = result.to_xarray()
+    np.testing.assert_array_equal(data.contrast.values, data.material.values - data.background.values)
+    assert data.time.size == 288 and data.contrast.attrs["units"] == "K" and data.attrs["band"] == result.band

@@ -442,3 +442,11 @@ def test_the_shade_of_a_photograph_is_in_the_shade_all_day(plan, small_build, mo
         assert renderer._materials.in_shade
         seen = renderer._see(0, np.array([10.0]))
         assert seen.lit_share.reshape(4, 8)[:, 4:] == pytest.approx(0.0) and seen.lit_share[0] == pytest.approx(0.5)
+
+
+def test_a_frame_as_xarray(plan):
+    (frame,) = frames_of(plan())
+    data = frame.to_xarray()
+    assert data.radiance.shape == frame.radiance.shape and data.apparent_temperature.attrs["units"] == "K"
+    np.testing.assert_array_equal(data.range.values, frame.range)
+    assert data.attrs["hour"] == 10.0 and data.attrs["band"] == frame.band

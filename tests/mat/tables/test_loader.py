@@ -142,3 +142,31 @@ def test_a_flat_export_that_does_not_fit_is_refused(small_build, tmp_path, chang
     file.write_text(json.dumps(json.loads(file.read_text(encoding="utf-8")) | change), encoding="utf-8")
     with pytest.raises(InputError):
         skyshine.mat.open(file)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({}, "needs 'time'; give time, 0 to 18 h"),
+        ({"altitude": 0.5}, "needs 'time'; give time, 0 to 18 h"),
+        ({"altitude": 0.5, "time": 12, "slope": 30}, "needs 'azimuth'; give azimuth, 0 to 270 degree"),
+    ],
+)
+def test_a_temperature_asks_for_what_it_needs(small_build, given, words):
+    table = skyshine.mat.open(small_build / "s01.htt.h5")
+    with pytest.raises(InputError, match=words):
+        table.temperature(material="asphalt_road", **given)
+
+
+def test_by_default_a_surface_lies_at_the_lowest_altitude(small_build):
+    table = skyshine.mat.open(small_build / "s01.htt.h5")
+    lowest = table.temperature(material="asphalt_road", altitude=0, time=12)
+    assert table.temperature(material="asphalt_road", time=12) == lowest
+
+
+def test_a_level_face_has_no_azimuth_and_a_part_no_axis_that_was_read(small_build):
+    table = skyshine.mat.open(small_build / "s01.htt.h5")
+    level = table.temperature(material="asphalt_road", altitude=0.5, time=12)
+    assert level == table.temperature(material="asphalt_road", altitude=0.5, time=12, azimuth=200)
+    at_noon = table.part(altitude=0.5, time=12)
+    assert at_noon.temperature(material="asphalt_road") == pytest.approx(level, abs=1e-4)

@@ -123,3 +123,14 @@ def test_not_a_texture_database(tmp_path):
         open_tmm(tmp_path / "a.tmm.h5")
     with pytest.raises(InputError, match="does not exist"):
         read_usage(tmp_path / "b.tmm.h5")
+
+
+def test_a_level_as_xarray(built):
+    _, path = built
+    with open_tmm(path) as file:
+        fine, coarse = file.to_xarray(), file.to_xarray(2)
+        assert fine.code.shape == (20, 40) and coarse.mix_code.shape == (5, 10, 3) and "confidence" not in coarse
+        assert int(fine.code.sel(row=3, column=30)) == int(file.code(30.5, 3.5))
+        assert dict(zip(fine.attrs["material_codes"], fine.attrs["material_names"], strict=True)) == file.materials
+        with pytest.raises(InputError, match="found level 9"):
+            file.to_xarray(9)

@@ -1,10 +1,12 @@
 """Images that an entry of a job stands for: folders, patterns, UDIM sets."""
 
 import pytest
+from PIL import Image
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.job.images import find_images
 from skyshine.tmm.job.load import load_job
+from skyshine.tmm.mapping.run import output_folder
 
 
 @pytest.fixture
@@ -134,3 +136,18 @@ def test_an_absolute_pattern(job, files, tmp_path):
     files("a.png", "b.png")
     loaded = job(f"  - {{image: '{tmp_path}/*.png', material: grass_green}}\n")
     assert [texture.image for texture in loaded.textures] == [f"{tmp_path}/{name}.png" for name in "ab"]
+
+
+@pytest.mark.parametrize("output", ["output: shown", "output: {folder: shown}", "skyshine: 1\noutput: {folder: shown}"])
+def test_the_top_keys_are_those_of_a_job_of_mat(tmp_path, library, output):
+    Image.new("RGB", (4, 4), (90, 90, 90)).save(tmp_path / "road.png")
+    (tmp_path / "job.yaml").write_text(f"{output}\ntextures: [{{image: road.png, material: asphalt_road}}]\n")
+    job, folder = load_job(tmp_path / "job.yaml", library)
+    assert job.skyshine == 1 and output_folder(job, folder, None) == tmp_path / "shown"
+
+
+def test_another_version_of_the_format_is_refused(tmp_path, library):
+    Image.new("RGB", (4, 4), (90, 90, 90)).save(tmp_path / "road.png")
+    (tmp_path / "job.yaml").write_text("skyshine: 2\ntextures: [{image: road.png, material: asphalt_road}]\n")
+    with pytest.raises(InputError, match=r"job\.yaml:1:"):
+        load_job(tmp_path / "job.yaml", library)

@@ -1,0 +1,23 @@
+"""``mat materials openmaterial``: materials as files of ASAM OpenMATERIAL 3D."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.command("openmaterial", epilog="Example: mat materials openmaterial concrete asphalt_road --out exchange")
+@click.argument("names", nargs=-1)
+@click.option("--out", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder to write into.")
+def openmaterial(names: tuple[str, ...], out: Path) -> None:
+    """Write the materials NAMES, by default all, as files of ASAM OpenMATERIAL 3D.
+
+    NAME.xomp has emissivity, density, heat layers and the specular lobe, NAME_brdf.xompt the diffuse reflectance by
+    wavelength, materials.xomm maps the names to the files.
+    """
+    from skyshine.mat.exchange.openmaterial import write_openmaterial
+    from skyshine.materials.library import load_library
+
+    for path in write_openmaterial(load_library(), names, out):
+        click.echo(path)

@@ -1,0 +1,70 @@
+"""What a shell asks of the commands: short help, the nearest option, completion."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+
+from skyshine.mat.cli import main as mat
+from skyshine.tmm.cli import main as tmm
+
+PROGRAMS = {"mat": mat, "tmm": tmm}
+
+
+def commands(group, path):
+    """Every command below a group with its path: ('mat', 'lines', 'build')."""
+    context = click.Context(group)
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
+        yield (*path, name)
+        if isinstance(command, click.Group):
+            yield from commands(command, (*path, name))
+
+
+ALL = [path for name, group in PROGRAMS.items() for path in commands(group, (name,))]
+
+
+@pytest.mark.parametrize("path", ALL, ids=" ".join)
+def test_short_help_is_help(path, capsys):
+    shown = []
+    for option in ("-h", "--help"):
+        with pytest.raises(SystemExit) as stop:
+            PROGRAMS[path[0]].main([*path[1:], option], prog_name=path[0])
+        shown.append(capsys.readouterr().out)
+        assert stop.value.code == 0
+    assert shown[0] == shown[1] and shown[0].startswith("Usage:")
+
+
+@pytest.mark.parametrize(
+    ("typed", "nearest"),
+    [
+        (["mat", "buld"], "'build'"),
+        (["mat", "build", "job.yaml", "--jbos", "2"], "--jobs"),
+        (["tmm", "clasify"], "'classify'"),
+    ],
+)
+def test_what_is_mistyped_is_answered_with_the_nearest(typed, nearest, capsys):
+    with pytest.raises(SystemExit) as stop:
+        PROGRAMS[typed[0]].main(typed[1:], prog_name=typed[0])
+    complaint = capsys.readouterr().err
+    assert stop.value.code == 2 and nearest in complaint and "id you mean" in complaint
+
+
+@pytest.mark.parametrize(
+    ("typed", "completed"), [("mat bui", "build"), ("mat build --jo", "--jobs"), ("tmm cla", "classify")]
+)
+def test_bash_completes_commands_and_options(typed, completed):
+    """As the script of `_MAT_COMPLETE=bash_source mat` asks for it."""
+    name = typed.split()[0]
+    words = {"COMP_WORDS": typed, "COMP_CWORD": str(typed.count(" ")), f"_{name.upper()}_COMPLETE": "bash_complete"}
+    program = Path(sys.executable).with_name(name)
+    if not program.exists():
+        pytest.skip("the commands are not installed beside this python")
+    told = subprocess.run([program], env=os.environ | words, capture_output=True, text=True, check=True).stdout
+    assert completed in {line.partition(",")[2] for line in told.splitlines()}
+    source = {f"_{name.upper()}_COMPLETE": "bash_source"}
+    script = subprocess.run([program], env=os.environ | source, capture_output=True, text=True, check=True).stdout
+    assert f"complete -o nosort -F _{name}_completion {name}" in script

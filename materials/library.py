@@ -68,6 +68,15 @@ class Index(StrictModel):
         return value
 
 
+def unknown_material(name: object, allowed: Iterable[str]) -> str:
+    """Words for a name that the library does not have: what is allowed, and how to add it."""
+    shown = str(name)[:40]
+    said = f"unknown material '{shown}'; {nearest(shown, allowed)}"
+    if not re.fullmatch("[a-z][a-z0-9_]*", shown):
+        return said
+    return f"{said}; to add it: 'mat materials new {shown} --like ONE_OF_THESE'"
+
+
 @dataclass(frozen=True)
 class _Place:
     """Where an entry of the library is defined."""
@@ -118,7 +127,7 @@ class MaterialLibrary:
             There is none of this name, or one of its files is wrong.
         """
         if name not in self._places:
-            raise InputError(f"no material '{name}'; {nearest(name, self._places)}")
+            raise InputError(unknown_material(name, self._places))
         if name not in self._loaded:
             self._loaded[name] = _read(self._places[name])
         return self._loaded[name]

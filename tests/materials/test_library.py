@@ -114,7 +114,10 @@ def test_flags_mark_what_they_should(library):
 
 
 def test_unknown_name_and_code(library):
-    with pytest.raises(InputError, match="no material 'concret'; did you mean 'concrete'"):
+    with pytest.raises(
+        InputError,
+        match="unknown material 'concret'; did you mean 'concrete'.*to add it: 'mat materials new concret --like",
+    ):
         library["concret"]
     with pytest.raises(InputError, match="no material of code 60000"):
         library.by_code(60000)

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import pydantic
 
 from skyshine import materials
-from skyshine.materials.library import MaterialLibrary
+from skyshine.materials.library import MaterialLibrary, unknown_material
 from skyshine.schemas.documents import Document, StrictModel, parse_model, read_yaml
-from skyshine.schemas.errors import InputError, nearest
+from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.levels import COMPONENTS
 from skyshine.tmm.exchange.cdb_table import BASE_NAME, PERCENT, Composite, Substrate
 
@@ -135,5 +135,5 @@ def load_map(library: MaterialLibrary, path: str | os.PathLike[str] | None = Non
     recipes = parse_model(document, CdbMap)
     for base, name in recipes.bases.items():
         if name is not None and name not in library:
-            raise document.error(("bases", base), f"unknown material '{name}'; {nearest(name, library.names)}")
+            raise document.error(("bases", base), unknown_material(name, library.names))
     return CdbMaterials(document, recipes, library)

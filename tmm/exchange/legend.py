@@ -7,8 +7,8 @@ import os
 from pathlib import Path
 from typing import Any
 
-from skyshine.materials.library import MaterialLibrary
-from skyshine.schemas.errors import InputError, nearest
+from skyshine.materials.library import MaterialLibrary, unknown_material
+from skyshine.schemas.errors import InputError
 from skyshine.tmm.exchange.image import MaterialImage
 
 BYTE_LIMIT = 10_000_000  # far beyond 65,536 entries
@@ -60,7 +60,5 @@ def _number(key: str, path: Path) -> int:
 def _name(key: str, entry: object, path: Path, library: MaterialLibrary) -> str:
     name = entry.get("name") if isinstance(entry, dict) else entry
     if not isinstance(name, str) or name not in library:
-        raise InputError(
-            f"materials.{key}: unknown material '{str(name)[:40]}'; {nearest(name, library.names)}", file=path
-        )
+        raise InputError(f"materials.{key}: {unknown_material(name, library.names)}", file=path)
     return name

@@ -9,8 +9,8 @@ import numpy as np
 import pydantic
 from pydantic import Field
 
+from skyshine.materials.library import unknown_material
 from skyshine.schemas.documents import StrictModel, parse_model, read_yaml
-from skyshine.schemas.errors import nearest
 
 SKIP, UNKNOWN = "skip", "unknown"  # answers that name no material: not to be asked again, and none of the library's
 CORNERS = 32  # of the polygon that stands for a disk
@@ -31,7 +31,7 @@ class Sized(Protocol):
 def _known_answer(name: str, info: pydantic.ValidationInfo) -> str:
     materials = (info.context or {}).get("materials")
     if materials is not None and name not in (SKIP, UNKNOWN) and name not in materials:
-        raise ValueError(f"unknown material '{name}'; {nearest(name, [SKIP, UNKNOWN, *materials])}")
+        raise ValueError(unknown_material(name, [SKIP, UNKNOWN, *materials]))
     return name
 
 

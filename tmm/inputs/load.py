@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.materials.library import MaterialLibrary
+from skyshine.materials.library import MaterialLibrary, unknown_material
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.classify.combined import library_classes
 from skyshine.tmm.classify.model_file import model_path, read_model
@@ -122,7 +122,7 @@ def load_texture(
     names = job_materials(job, base_folder)
     for name in names:
         if name not in library:
-            raise InputError(f"unknown material '{name}' in '{job.name}'; {nearest(name, library.names)}")
+            raise InputError(f"'{job.name}': {unknown_material(name, library.names)}")
     names = tuple(sorted(names, key=lambda name: library[name].code))
     if job.model is not None:
         model = read_model(model_path(job.model, base_folder))

@@ -15,6 +15,7 @@ import pydantic
 import yaml
 from pydantic import Field
 
+from skyshine.materials.library import unknown_material
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import nearest
 from skyshine.schemas.paths import job_path
@@ -26,7 +27,7 @@ MAX_RADIUS = 127
 def _known_material(name: str, info: pydantic.ValidationInfo) -> str:
     names = (info.context or {}).get("materials")
     if names is not None and name not in names:
-        raise ValueError(f"unknown material '{name}'; {nearest(name, names)}")
+        raise ValueError(unknown_material(name, names))
     return name
 
 

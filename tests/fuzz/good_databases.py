@@ -57,7 +57,7 @@ def write_all(folder: Path) -> dict[str, Path]:
     _write(
         paths[CHANNELS], channels(_atmosphere_accuracy(), GROUND | {"band": "b01", "date": "2026-06-28"}), ATMQ_CHANNELS
     )
-    write_texture_of_two(folder)
+    with_shade(write_texture_of_two(folder))
     return paths
 
 

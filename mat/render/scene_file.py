@@ -16,6 +16,7 @@ import numpy as np
 import pydantic
 from pydantic import Field
 
+from skyshine.mat.runtime.shade import SHADED_SKY
 from skyshine.schemas.documents import Document, StrictModel, mapping_document, parse_model, read_yaml
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import job_path
@@ -112,7 +113,7 @@ class SurfaceModel(StrictModel):
     )
 
     shaded_sky: float = Field(
-        0.5,
+        SHADED_SKY,
         ge=0,
         le=1,
         description="Open share of the sky above ground that a texture's layer of shade shows in the shade; no direct"

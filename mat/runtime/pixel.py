@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.radiometry.lobe import specular_lobe
 from skyshine.mat.runtime.by_wavelength import emitted_share, parts_light, reflected
 from skyshine.mat.runtime.by_wavelength import transmittance as transmittance_of
+from skyshine.mat.runtime.shade import SHADED_SKY, air_temperature, shaded_temperature
 from skyshine.mat.runtime.walls import beside_walls
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
@@ -77,6 +78,14 @@ class Faces:
     sky_view, wall_temperature : array, optional
         Open share of the sky above the face, and the temperature of the wall that hides the rest [K]; without them the
         whole sky is open.
+    shade : array, optional
+        Share of the face that lies in the shade all day, as `skyshine.tmm.TmmFile.shade` gives it; by default none. No
+        direct light falls there, and no more of the sky is open than `shaded_sky`; what hides it has the temperature
+        of the air, where `wall_temperature` is not given.
+    shaded_sky : array, optional
+        Open share of the sky above the part in the shade; by default .5, as in a scene of `mat render`.
+    shaded_temperature : (n, M) array, optional
+        Of the materials in the shade [K], in place of those by the response of the table; any where `shade` is 0.
     """
 
     codes: Integers
@@ -90,6 +99,9 @@ class Faces:
     lit: Floats | None = None
     sky_view: Floats | None = None
     wall_temperature: Floats | None = None
+    shade: Floats | None = None
+    shaded_sky: Floats | None = None
+    shaded_temperature: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,22 +150,17 @@ def pixel_radiance(
     Raises
     ------
     InputError
-        A pixel without material, a material that a table lacks, or a value outside an axis.
+        A pixel without material, a material that a table lacks, a value outside an axis, or a face in the shade and
+        the table of temperatures holds no response to it.
     """
+    if faces.shade is not None and np.any(faces.shade != 0):
+        faces = _with_shade(surface, faces, faces.shade)
     used = faces.shares > 0
     if np.any(used & (faces.codes == 0)) or not np.all(used.any(axis=-1)):
         raise InputError("found a pixel without material; allowed: codes of the tables; leave such pixels out")
     # Unused places read as the first material, with no share.
     codes = np.where(used, faces.codes, np.take_along_axis(faces.codes, used.argmax(axis=-1)[:, None], axis=-1))
-    temperature = faces.temperature
-    if temperature is None:
-        temperature = surface.temperature(
-            material=codes,
-            altitude=faces.altitude[:, None],
-            azimuth=faces.azimuth[:, None],
-            slope=faces.slope[:, None],
-            time=faces.time[:, None],
-        )
+    temperature = faces.temperature if faces.temperature is not None else _sunlit(surface, faces, codes)
     fraction, shininess, normalisation = (
         band.value(name, material=codes) for name in ("specular_fraction", "shininess", "normalisation")
     )
@@ -222,6 +229,47 @@ def pixel_value(radiance: npt.ArrayLike, *, bits: int, gain: float, buffer_gain:
     share = np.clip(np.asarray(radiance, float) / gain, 0.0, 1.0)
     level = np.clip(np.floor(2**bits * buffer_gain * (share - offset)), 0, 2**bits - 1)
     return np.asarray(level, np.int64)
+
+
+def _sunlit(surface: TemperatureTable, faces: Faces, codes: Integers) -> Floats:
+    """Temperatures (n, M) of materials in full sun under the whole sky [K]."""
+    return surface.temperature(
+        material=codes,
+        altitude=faces.altitude[:, None],
+        azimuth=faces.azimuth[:, None],
+        slope=faces.slope[:, None],
+        time=faces.time[:, None],
+    )
+
+
+def _with_shade(surface: TemperatureTable, faces: Faces, shade: Floats) -> Faces:
+    """Faces of twice as many materials: as they were, and once more in the shade all day."""
+    if not np.all((shade >= 0) & (shade <= 1)):
+        raise InputError("found a share in the shade beyond 0 to 1; allowed: what a texture's `shade` gives")
+    own = np.ones(shade.shape) if faces.sky_view is None else faces.sky_view
+    under = np.minimum(own, SHADED_SKY if faces.shaded_sky is None else faces.shaded_sky)
+    dark = (faces.shares > 0) & (faces.codes > 0) & (shade > 0)[:, None]
+    codes = np.where(faces.shares > 0, faces.codes, faces.codes[:, :1])
+    kelvin = faces.temperature if faces.temperature is not None else _sunlit(surface, faces, codes)
+    cool = faces.shaded_temperature
+    if cool is None:
+        row, part = np.nonzero(dark)
+        where = {name: getattr(faces, name)[row] for name in ("altitude", "azimuth", "slope", "time")}
+        cool = np.zeros(dark.shape)
+        cool[row, part] = shaded_temperature(surface, codes[row, part], under[row], **where)
+    view, wall = own - shade * (own - under), faces.wall_temperature
+    if wall is None and np.any(view < 1):
+        wall = air_temperature(surface, faces.altitude, faces.time)
+    return replace(
+        faces,
+        codes=np.concatenate([faces.codes, faces.codes], axis=1),
+        shares=np.concatenate([faces.shares * (1 - shade[:, None]), faces.shares * shade[:, None]], axis=1),
+        temperature=np.concatenate([kelvin, np.where(dark, cool, kelvin)], axis=1),
+        lit=1 - shade if faces.lit is None else (1 - shade) * faces.lit,
+        sky_view=view,
+        wall_temperature=wall,
+        shade=None,
+    )
 
 
 def _unit(vectors: Floats) -> Floats:

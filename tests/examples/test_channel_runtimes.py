@@ -13,6 +13,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Header, read_file, write_file
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
+from good_databases import with_shade, write_texture_of_two
 from runtime_loaders import by_library
 
 # Relative; the arithmetic of all is double, of arrays of single precision.
@@ -48,6 +49,11 @@ def lines(scene, channel_atmosphere, band_file):
         return scene | {"atmosphere": str(channel_atmosphere), "band": str(band_file), "pixels": pixels}
 
     return drawn
+
+
+@pytest.fixture(scope="module")
+def shaded_texture(tmp_path_factory):
+    return with_shade(write_texture_of_two(tmp_path_factory.mktemp("texture")))
 
 
 @pytest.fixture
@@ -89,6 +95,20 @@ def test_every_term_agrees_with_the_library(runtime, lines, sun, line):
     length = np.array([pixel["range"] for pixel in scene["pixels"]])
     assert np.all((terms["path"] > 0) == (length > 0)) and np.mean(length > 0) > 0.7
     assert np.all((terms["transmittance"] > 0) & ((terms["transmittance"] < 1) == (length > 0)))
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_texels_in_the_shade_and_faces_beside_walls_agree_with_the_library(runtime, lines, shaded_texture, line):
+    """Light of what hides the sky by wavelength, over ranges from none to the longest."""
+    draw, scene = np.random.default_rng(41), lines("day", line)
+    pixels = []
+    for number, pixel in enumerate(scene["pixels"][:20]):
+        place = {"texel": [float(draw.uniform(0, 40)), float(draw.uniform(0, 20))], "level": number % 3}
+        pixels.append(pixel | place | {"sky_view": float(draw.uniform(0.2, 1))})
+    shaded = scene | {"texture": str(shaded_texture), "shaded_sky": 0.3, "pixels": pixels}
+    terms = agrees(runtime, shaded)
+    without = by_library(scene | {"pixels": scene["pixels"][:20]})
+    assert np.any(terms["skyshine"] != without["skyshine"]) and np.any(terms["diffuse"] < without["diffuse"])
 
 
 def test_the_lines_are_of_all_kinds(lines, channel_atmosphere):

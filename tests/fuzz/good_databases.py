@@ -7,6 +7,7 @@ are those of the writers.
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -28,7 +29,7 @@ from skyshine.mat.tables.htt import htt_group, shade_fields
 from skyshine.mat.tables.stated_error import accuracy_group, measure
 from skyshine.mat.tables.tracks import track_fields, track_hours
 from skyshine.materials.library import load_library
-from skyshine.schemas.hdf5 import Group, Header, Variable, write_file
+from skyshine.schemas.hdf5 import Group, Header, Variable, read_file, write_file
 from skyshine.tmm import map_texture, write_texture
 from skyshine.tmm.job.model import TextureJob
 
@@ -56,7 +57,7 @@ def write_all(folder: Path) -> dict[str, Path]:
     _write(
         paths[CHANNELS], channels(_atmosphere_accuracy(), GROUND | {"band": "b01", "date": "2026-06-28"}), ATMQ_CHANNELS
     )
-    write_texture_of_two(folder)
+    with_shade(write_texture_of_two(folder))
     return paths
 
 
@@ -231,6 +232,22 @@ def _atmosphere_accuracy() -> Group:
     }
     axis = type(accuracy.axes["quantity"])(np.array(["beta_star", "direct"], object), "1", "in-band quantity")
     return Group(accuracy.axes | {"spectral_quantity": axis}, accuracy.variables | spectral, {}, accuracy.attributes)
+
+
+def with_shade(path: Path) -> Path:
+    """Give a texture a layer of shade, of shares drawn for each level, so that no level follows from another."""
+    root, attributes = read_file(path)
+    header = Header("tmm", "1.3.0", *(str(attributes[name]) for name in ("data_version", "job", "title")))
+    draw, levels = np.random.default_rng(3), root.groups["levels"]
+    shaded = {}
+    for name, level in levels.groups.items():
+        code = level.variables["code"]
+        drawn = draw.choice([0, 60, 128, 200, 255], code.data.shape).astype(np.uint8)
+        layer = Variable(code.dims, drawn, "1", "share of the texel in cast shade", {"total": 255})
+        shaded[name] = replace(level, variables=level.variables | {"shade": layer})
+    groups = root.groups | {"levels": replace(levels, groups=shaded)}
+    write_file(path, replace(root, groups=groups), header)
+    return path
 
 
 def write_texture_of_two(folder: Path) -> Path:

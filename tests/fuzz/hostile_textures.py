@@ -29,12 +29,34 @@ def cases() -> Iterator[Case]:
         "shape-huge": lambda f: (f.pop(code), f.create_dataset(code, (HUGE,), "u2", chunks=(1024,))),
         "code-in-another-file": lambda f: (f.pop(code), f.__setitem__(code, h5py.ExternalLink("o.h5", "/code"))),
     }
+    shade, coarse = "levels/0/shade", "levels/1/shade"  # pixels ask for both levels
+    edits |= {
+        "shade-as-floats": lambda f: _reshaded(f, shade, lambda values: values.astype(np.float32)),
+        "shade-of-16-bits": lambda f: _reshaded(f, shade, lambda values: values.astype(np.uint16)),
+        "shade-signed": lambda f: _reshaded(f, shade, lambda values: (values // 2).astype(np.int8)),
+        "shade-of-fewer-rows": lambda f: _reshaded(f, shade, lambda values: values[1:]),
+        "shade-of-three-axes": lambda f: _reshaded(f, shade, lambda values: values[..., None]),
+        "shade-of-another-total": lambda f: f[shade].attrs.__setitem__("total", 100),
+        "shade-of-a-total-in-words": lambda f: f[shade].attrs.__setitem__("total", "all"),
+        "shade-without-total": lambda f: f[shade].attrs.pop("total"),
+        "shade-a-group": lambda f: (f.pop(shade), f.create_group(shade)),
+        "shade-huge": lambda f: (f.pop(shade), f.create_dataset(shade, (HUGE, 1), "u1", chunks=(1024, 1))),
+        "shade-in-another-file": lambda f: (f.pop(shade), f.__setitem__(shade, h5py.ExternalLink("o.h5", "/shade"))),
+        "shade-missing-on-a-level": lambda f: f.pop(coarse),
+        "shade-of-fewer-columns-on-a-level": lambda f: _reshaded(f, coarse, lambda values: values[:, 1:]),
+    }
     for name, edit in edits.items():
         yield edited("texture", name, REFUSE, edit)
     yield on_path("texture", "truncated", REFUSE, lambda path: change.truncate(path, 0.6))
     yield edited("texture", "web-of-links", EITHER, change.linked_web)
     yield edited("texture", "more-attributes", EQUAL, lambda f: change.more_attributes(f, code))
     yield on_path("texture", "behind-a-user-block", EQUAL, change.with_user_block)
+
+
+def _reshaded(file: h5py.File, name: str, change_of: Callable[[Any], Any]) -> None:
+    values = change_of(file[name][()])
+    del file[name]
+    file.create_dataset(name, data=values).attrs["total"] = 255
 
 
 def _retype(file: h5py.File, name: str, kind: Any, rows: slice = slice(None)) -> None:

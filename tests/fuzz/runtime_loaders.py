@@ -37,7 +37,15 @@ if TYPE_CHECKING:
 
 RUNTIMES = Path(__file__).parents[2] / "examples" / "runtimes"
 TABLES = ("surface", "band", "atmosphere")
-NOT_ARRAYS = ("material", "texel", "level", "absorbed_change", "surroundings", "line_heading")  # keys of a pixel
+NOT_ARRAYS = (
+    "material",
+    "texel",
+    "level",
+    "absorbed_change",
+    "surroundings",
+    "line_heading",
+    "sky_view",
+)  # keys of a pixel
 SECONDS = 20  # a loader that takes longer hangs
 MEMORY = 2 << 30  # bytes beyond those of the interpreter
 LONGEST = 800  # characters of a message, which may list the quantities of a file after a long path
@@ -238,7 +246,8 @@ def texture_library() -> Loader:
         with open_tmm(path) as file:
             x, y = np.meshgrid(np.arange(file.width) + 0.5, np.arange(file.height) + 0.5)
             codes, shares = file.mixture(x, y)
-            values = [file.code(x, y), codes, shares, file.confidence(x, y)]
+            values = [file.code(x, y), codes, shares, file.confidence(x, y), file.shade(x, y)]
+            values += [file.shade(x, y, level) for level in range(1, file.levels)]
             return json.dumps([file.materials, [value.tolist() for value in values]])
 
     return in_child(read)
@@ -252,11 +261,11 @@ def by_library(scene: dict) -> dict[str, np.ndarray]:
             raise InputError(f"holds '{table.filetype}'; allowed: {filetypes}; name another file", file=table.path)
     pixels = [_with_source(surface, air, pixel) for pixel in scene["pixels"]]
     of = {name: np.array([pixel[name] for pixel in pixels]) for name in pixels[0] if name not in NOT_ARRAYS}
-    codes, shares = _materials(band, scene, pixels)
+    codes, shares, shade = _materials(band, scene, pixels)
     face = {name: of[f"surface_{name}"] for name in ("altitude", "azimuth", "slope")} | {"time": of["time"]}
     faces = Faces(codes, shares, **face, ground_material=of.get("ground_material"))
     temperature = np.array([_temperatures(surface, faces, number, pixel) for number, pixel in enumerate(pixels)])
-    faces = replace(faces, temperature=temperature)
+    faces = replace(faces, temperature=temperature, **_exposure(surface, faces, scene, pixels, shade))
     names = [field.name for field in fields(View) if field.name in of]
     terms = pixel_radiance(surface, band, air, faces, View(**{name: of[name] for name in names}))
     camera = {name: scene[name] for name in ("bits", "gain", "buffer_gain", "offset")}
@@ -279,18 +288,43 @@ def _with_source(surface, air, pixel: dict) -> dict:
     return place | pixel
 
 
-def _materials(band, scene: dict, pixels: list[dict]) -> tuple[np.ndarray, np.ndarray]:
-    """Codes and shares (n, 3) of the materials of pixels: those of their texels, or one each."""
-    codes, shares = np.zeros((len(pixels), 3), int), np.zeros((len(pixels), 3))
+def _exposure(surface, faces: Faces, scene: dict, pixels: list[dict], shade: np.ndarray) -> dict[str, np.ndarray]:
+    """What keeps light from the pixels, as fields of `Faces`."""
+    sky_view = np.array([pixel.get("sky_view", 1.0) for pixel in pixels])
+    shaded_sky = np.full(len(pixels), scene.get("shaded_sky", 0.5))
+    given = {}
+    if np.any(sky_view < 1):
+        air = surface.value("air_temperature", altitude=faces.altitude, forcing_time=faces.time)
+        given = {"sky_view": sky_view, "wall_temperature": air}
+    if shade.any():
+        given |= {"shade": shade, "shaded_sky": shaded_sky}
+    if any("surroundings" in pixel for pixel in pixels):
+        dark = []
+        for number, pixel in enumerate(pixels):
+            around = dict(pixel.get("surroundings", {}))
+            open_sky = min(around.get("sky_view", 1.0), sky_view[number], shaded_sky[number])
+            around |= {"shade": [[0, 24]], "sky_view": open_sky}
+            dark.append(_temperatures(surface, faces, number, pixel | {"surroundings": around}))
+        given["shaded_temperature"] = np.array(dark)
+    return given
+
+
+def _materials(band, scene: dict, pixels: list[dict]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Codes and shares (n, 3) of the materials of pixels, and their shares (n,) in the shade: those of their texels, or
+    one material each.
+    """
+    codes, shares, shade = np.zeros((len(pixels), 3), int), np.zeros((len(pixels), 3)), np.zeros(len(pixels))
     shares[:, 0] = 1
     for number, pixel in enumerate(pixels):
         if "texel" in pixel:
             with open_tmm(scene["texture"]) as texture:
-                codes[number], shares[number] = texture.mixture(*pixel["texel"], level=pixel.get("level", 0))
+                place, level = pixel["texel"], pixel.get("level", 0)
+                codes[number], shares[number] = texture.mixture(*place, level=level)
+                shade[number] = texture.shade(*place, level=level)
         else:
             given = pixel["material"]
             codes[number, 0] = given if isinstance(given, int) else int(band.material_codes(given))
-    return codes, shares
+    return codes, shares, shade
 
 
 def _temperatures(surface, faces: Faces, number: int, pixel: dict) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.database.layout import SHADE_TOTAL
 from skyshine.tmm.database.levels import COMPONENTS, WEIGHT_TOTAL, level_sizes
 
 ROOT = ("filetype", "format_version", "data_version", "generator", "job", "content_sha256")
@@ -52,6 +53,8 @@ def check_parts(file: h5py.File, path: str | os.PathLike[str]) -> None:
                 raise _damaged(
                     path, f"levels/{k}/{name} is {plane.dtype} {plane.shape}; allowed: {kind.__name__} {shape}"
                 )
+            if name in SHADE and not np.array_equal(plane.attrs.get("total"), SHADE_TOTAL):
+                raise _damaged(path, f"levels/{k}/{name} does not state its total, {SHADE_TOTAL}")
 
 
 def _check_materials(file: h5py.File, path: str | os.PathLike[str]) -> None:

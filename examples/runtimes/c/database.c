@@ -62,15 +62,23 @@ static void check_shares(const struct source *from, const struct database *datab
     }
 }
 
-/* Harmonics of the light around faces, and what the file states of the ground. */
+/* What the file states of the ground. */
+static void read_ground(const struct source *from, struct database *database)
+{
+    sky_read_text(from->file, "ground_material", database->ground_material);
+    for (int k = 0; k < 3; ++k)
+        if (H5Aexists(from->file, GROUND[k]) <= 0 || !sky_read_number(from->file, GROUND[k], &database->ground[k]) ||
+            !isfinite(database->ground[k]) || database->ground[k] < 0)
+            database->ground[k] = NAN;
+}
+
+/* Harmonics of the light around faces; the file then states the ground. */
 static void read_tilted(const struct source *from, struct database *database, const struct layout *layout, const char *const *clamped)
 {
     read_more(from, database, layout, clamped);
     if ((sky_codes_of(database, LIGHT)->count == 6) != (sky_codes_of(database, GLOW)->count == 3)) sky_fail("%s: '%s' and '%s' are of different harmonics", from->path, LIGHT, GLOW);
     for (int k = 0; k < 3; ++k)
-        if (H5Aexists(from->file, GROUND[k]) <= 0 || !sky_read_number(from->file, GROUND[k], &database->ground[k]) ||
-            !isfinite(database->ground[k]) || database->ground[k] < 0)
-            sky_fail("%s: does not state '%s'", from->path, GROUND[k]);
+        if (isnan(database->ground[k])) sky_fail("%s: does not state '%s'", from->path, GROUND[k]);
     database->tilted = 1;
 }
 
@@ -191,6 +199,7 @@ void sky_open_database(struct database *database, const char *path, const char *
         sky_fail("%s: holds '%s' %s; allowed: %s %sx", path, found, version, filetype, majors);
     database->path = copy_of(path);
     database->lunar = !strcmp(found, "lunar_atmq");
+    if (air) read_ground(&from, database);
     const struct layout *layout = air ? ATMOSPHERE : !strcmp(filetype, "band") ? BAND : SURFACE;
     if (in_channels) {
         from.own_axes = 0;

@@ -52,7 +52,8 @@ struct database {
     const char *path;
     struct array arrays[ARRAYS];
     int tilted;            /* it has harmonics of the light around faces */
-    double ground[3];      /* emissivity, temperature and emitted radiance of the ground, where it has them */
+    double ground[3];      /* emissivity, temperature and emitted radiance of the ground; NaN where it does not state them */
+    char ground_material[NAME]; /* of the ground; empty where it names none */
     int night;             /* it has its quantities without the source */
     int tracked;           /* it has the tracks of Sun and Moon */
     int lunar;             /* its source is the Moon */

@@ -1,4 +1,5 @@
 /* Equations (1) to (44) for one pixel. */
+#include "shade.h"
 #include "tables.h"
 
 #include <math.h>
@@ -107,20 +108,20 @@ static double lobe(const double *normal, const double *to_source, const double *
     return pow(fmin(fmax(chi, 0.0), 1.0), shininess);
 }
 
-/* Of a material at a temperature: reflectance, and the share in what a black body emits, at each wavelength or in the
- * whole band. */
-static void spectra_of(const struct database *band, size_t parted, double code, double temperature, double *rho, double *emission)
+/* Reflectance of a material at each wavelength, or in the whole band. */
+static void reflectance_of(const struct database *band, size_t parted, double code, double *rho)
 {
-    if (!parted) {
-        *rho = sky_value_at(band, "reflectance", &code);
-        *emission = 1.0;
-        return;
-    }
-    const double *nodes = sky_array_of(band, "emission_share")->axes[1].nodes;
-    for (size_t b = 0; b < parted; ++b) {
-        rho[b] = sky_interpolated(band, "reflectance_spectrum", (double[]){code, nodes[b]});
-        emission[b] = sky_interpolated(band, "emission_share", (double[]){temperature, nodes[b]});
-    }
+    if (!parted) *rho = sky_value_at(band, "reflectance", &code);
+    for (size_t b = 0; b < parted; ++b)
+        rho[b] = sky_interpolated(band, "reflectance_spectrum", (double[]){code, sky_array_of(band, "emission_share")->axes[1].nodes[b]});
+}
+
+/* Share of each wavelength in what a black body emits, or of the whole band. */
+static void emission_of(const struct database *band, size_t parted, double temperature, double *emission)
+{
+    if (!parted) *emission = 1.0;
+    for (size_t b = 0; b < parted; ++b)
+        emission[b] = sky_interpolated(band, "emission_share", (double[]){temperature, sky_array_of(band, "emission_share")->axes[1].nodes[b]});
 }
 
 /* L_ambient of the pixel's face at each wavelength; of a level one where the file or the pixel says no more. */
@@ -143,6 +144,54 @@ static void ambient_of(const skyshine_tables *tables, const skyshine_pixel *pixe
     }
 }
 
+/* What black bodies beside a pixel emit, at each wavelength as `sky_light_at` gives light there. */
+static void glow_of(const skyshine_tables *tables, const double *place, double temperature, double *to)
+{
+    const size_t parts = sky_parts_of(&tables->air);
+    const double radiance = sky_value_at(&tables->band, "blackbody_radiance", &temperature);
+    *to = radiance;
+    if (!tables->air.parted) return;
+    const double tau = exp(-5.5 * place[0] / sky_value_at(&tables->air, "beta_star", place));
+    double *extinction = sky_allocate(parts, sizeof *extinction);
+    sky_extinction_at(&tables->air, place, extinction);
+    emission_of(&tables->band, parts, temperature, to);
+    for (size_t b = 0; b < parts; ++b) to[b] *= tau > 0.0 ? radiance * exp(-extinction[b] * place[0]) / tau : 0.0;
+}
+
+/* Temperature of the ground that what hides the sky reflects: of the pixel's material, of the file's, or as it states it. */
+static double ground_before_walls(const skyshine_tables *tables, const skyshine_pixel *pixel)
+{
+    const struct database *air = &tables->air, *surface = &tables->surface;
+    double code = pixel->ground_material, altitude = pixel->surface_altitude;
+    if (!pixel->ground_material && !*air->ground_material) {
+        if (isnan(air->ground[1])) sky_fail("%s: does not state the temperature of the ground", air->path);
+        return air->ground[1];
+    }
+    if (!pixel->ground_material) {
+        const struct axis *codes = &sky_array_of(&tables->band, "reflectance")->axes[0];
+        for (size_t i = 0; i < codes->count; ++i)
+            if (!strcmp(tables->band.material_names[i], air->ground_material)) code = codes->nodes[i];
+        if (code == 0.0) sky_fail("%s: names the ground '%s', a material that the band lacks", air->path, air->ground_material);
+        altitude = sky_array_of(surface, "temperature")->axes[ALTITUDE].nodes[0];
+    }
+    return sky_value_at(surface, "temperature", (double[]){code, altitude, 0.0, 0.0, pixel->time});
+}
+
+/* Put what hides a share of the sky in its place: the formula of schemas/formats/atmq-2.md. */
+static void hide_sky(const skyshine_tables *tables, const skyshine_pixel *pixel, const double *place, double hidden, double *sky)
+{
+    const size_t parts = sky_parts_of(&tables->air);
+    double *level = sky_allocate(3 * parts, sizeof *level), *wall = level + parts, *ground = wall + parts;
+    sky_light_at(&tables->air, "ambient_radiance", place, level);
+    glow_of(tables, place, sky_air_temperature(&tables->surface, pixel->surface_altitude, pixel->time), wall);
+    glow_of(tables, place, ground_before_walls(tables, pixel), ground);
+    const double share = hidden * 0.5 * (1.0 + cos(RADIAN * pixel->surface_slope));
+    for (size_t b = 0; b < parts; ++b) {
+        const double light = SKY_WALL_EMISSIVITY * wall[b] + (1.0 - SKY_WALL_EMISSIVITY) * 0.5 * (level[b] + ground[b]);
+        sky[b] = fmax(sky[b] + share * (light - level[b]), 0.0);
+    }
+}
+
 /* What a pixel is lit by and seen through, at each wavelength. */
 struct light {
     size_t parts;
@@ -150,29 +199,54 @@ struct light {
     double normal[3], to_source[3], to_observer[3], incidence;
 };
 
-static void add_material(const skyshine_tables *tables, const skyshine_pixel *pixel, size_t k, const struct light *light, skyshine_terms *terms)
+/* A share of the pixel that emits at a temperature. */
+static void add_emission(const skyshine_tables *tables, const struct light *light, const double *rho, double share, double temperature, skyshine_terms *terms)
 {
-    const struct database *band = &tables->band;
-    const double code = pixel->material[k], share = pixel->share[k];
-    double temperature = pixel->temperature[k], emitted = 0.0, sky = 0.0, direct = 0.0;
-    if (isnan(temperature))
-        temperature = sky_value_at(&tables->surface, "temperature", (double[]){code, pixel->surface_altitude, pixel->surface_azimuth, pixel->surface_slope, pixel->time});
-    const double blackbody = sky_value_at(band, "blackbody_radiance", &temperature), fraction = sky_value_at(band, "specular_fraction", &code);
-    double *rho = sky_allocate(2 * light->parts, sizeof *rho), *emission = rho + light->parts;
-    spectra_of(band, tables->air.parted, code, temperature, rho, emission);
-    for (size_t b = 0; b < light->parts; ++b) {
-        emitted += (1.0 - rho[b]) * emission[b] * light->through[b];
-        sky += rho[b] * light->sky[b];
-        direct += rho[b] * light->beam[b];
-    }
-    direct = fmax(direct, 0.0) * terms->transmittance;
+    double emitted = 0.0, *emission = sky_allocate(light->parts, sizeof *emission);
+    const double blackbody = sky_value_at(&tables->band, "blackbody_radiance", &temperature);
+    emission_of(&tables->band, tables->air.parted, temperature, emission);
+    for (size_t b = 0; b < light->parts; ++b) emitted += (1.0 - rho[b]) * emission[b] * light->through[b];
     terms->temperature += share * temperature;
     terms->blackbody_radiance += share * blackbody; /* (7) */
     terms->thermal += share * blackbody * emitted; /* (5), or (6) */
+}
+
+/* Open share of the sky above what of a pixel lies in the shade. */
+static double shaded_view(const skyshine_pixel *pixel)
+{
+    return fmin(1.0 - pixel->hidden_sky, pixel->shaded_sky);
+}
+
+static void add_material(const skyshine_tables *tables, const skyshine_pixel *pixel, size_t k, const struct light *light, skyshine_terms *terms)
+{
+    static const double ALL_DAY[][2] = {{0.0, 24.0}};
+    const struct database *band = &tables->band;
+    const double code = pixel->material[k], lit = 1.0 - pixel->shade, share = pixel->share[k];
+    const double face[] = {code, pixel->surface_altitude, pixel->surface_azimuth, pixel->surface_slope, pixel->time};
+    double temperature = pixel->temperature[k], sky = 0.0, direct = 0.0, *rho = sky_allocate(light->parts, sizeof *rho);
+    if (isnan(temperature)) temperature = sky_value_at(&tables->surface, "temperature", face);
+    reflectance_of(band, tables->air.parted, code, rho);
+    add_emission(tables, light, rho, share * lit, temperature, terms);
+    if (pixel->shade > 0.0) {
+        const skyshine_surroundings around = {ALL_DAY, 1, shaded_view(pixel), NAN, NAN};
+        const double given = pixel->shaded_temperature[k];
+        add_emission(tables, light, rho, share * pixel->shade, isnan(given) ? sky_temperature_beside(&tables->surface, face, &around) : given, terms);
+    }
+    for (size_t b = 0; b < light->parts; ++b) {
+        sky += rho[b] * light->sky[b];
+        direct += rho[b] * light->beam[b];
+    }
+    const double fraction = sky_value_at(band, "specular_fraction", &code);
+    direct = fmax(direct, 0.0) * terms->transmittance * lit;
     terms->skyshine += share * fmax(sky, 0.0) * terms->transmittance; /* (18), or (19) */
     terms->diffuse += share * direct * light->incidence * (1.0 - fraction); /* (34) */
     const double shape = lobe(light->normal, light->to_source, light->to_observer, sky_value_at(band, "shininess", &code));
     terms->specular += share * direct * shape * fraction * sky_value_at(band, "normalisation", &code); /* (35) */
+}
+
+static void check_share(const char *name, double value)
+{
+    if (!(value >= 0.0 && value <= 1.0)) sky_fail("%s: found %g; allowed: 0 to 1", name, value);
 }
 
 static void compute(const skyshine_tables *tables, const skyshine_pixel *pixel, skyshine_terms *terms)
@@ -182,6 +256,9 @@ static void compute(const skyshine_tables *tables, const skyshine_pixel *pixel, 
     struct light light = {.parts = sky_parts_of(air)};
     memset(terms, 0, sizeof *terms);
     if (pixel->materials < 1 || pixel->materials > SKYSHINE_COMPONENTS) sky_fail("materials: found %zu; allowed: 1 to %d", pixel->materials, SKYSHINE_COMPONENTS);
+    check_share("shade", pixel->shade);
+    check_share("hidden_sky", pixel->hidden_sky);
+    if (pixel->shade > 0.0) check_share("shaded_sky", pixel->shaded_sky);
     terms->beta_star = sky_value_at(air, "beta_star", place);
     const double depth = 5.5 * pixel->range / terms->beta_star;
     terms->transmittance = exp(-depth); /* (9) */
@@ -194,6 +271,8 @@ static void compute(const skyshine_tables *tables, const skyshine_pixel *pixel, 
     light.through = light.beam + light.parts;
     if (light.incidence > 0.0) sky_light_at(air, "direct_radiance", place, light.beam);
     ambient_of(tables, pixel, place, light.sky);
+    const double open = 1.0 - pixel->hidden_sky, seen = pixel->shade > 0.0 ? open - pixel->shade * (open - shaded_view(pixel)) : open;
+    if (seen < 1.0) hide_sky(tables, pixel, place, 1.0 - seen, light.sky);
     sky_extinction_at(air, place, light.through);
     for (size_t b = 0; b < light.parts; ++b) light.through[b] = exp(-pixel->range * light.through[b]);
     for (size_t k = 0; k < pixel->materials; ++k) add_material(tables, pixel, k, &light, terms);

@@ -136,12 +136,16 @@ static void place_materials(const struct scene *scene, const struct json *given,
     const double level = sky_json_get(given, "level") ? number(given, "level") : 0.0;
     if (!(level >= 0 && level < 1000) || level != floor(level)) stop("level: found %g; allowed: a level of the texture", level);
     skyshine_error error;
+    skyshine_texture_shade(scene->texture, across->number, down->number, (unsigned)level, &pixel->shade, &error);
+    check(&error);
     skyshine_texture_mixture(scene->texture, across->number, down->number, (unsigned)level, &pixel->materials, pixel->material, pixel->share, &error);
     check(&error);
 }
 
-static double shaded(const skyshine_tables *tables, const skyshine_face *face, const struct json *around)
+/* Temperature of a face by the object `surroundings` of a pixel; `whole_day`: in the shade all day, under `most_sky` of the sky. */
+static double shaded(const skyshine_tables *tables, const skyshine_face *face, const struct json *around, int whole_day, double most_sky)
 {
+    static const double ALL_DAY[][2] = {{0.0, 24.0}};
     skyshine_error error;
     double temperature;
     const struct json *list = sky_json_get(around, "shade");
@@ -157,6 +161,11 @@ static double shaded(const skyshine_tables *tables, const skyshine_face *face, c
         hours[at][1] = last->number;
     }
     surroundings.shade = (const double(*)[2])hours;
+    if (whole_day) {
+        surroundings.shade = ALL_DAY;
+        surroundings.shade_count = 1;
+        surroundings.sky_view = fmin(surroundings.sky_view, most_sky);
+    }
     skyshine_shaded_temperature(tables, face, &surroundings, &temperature, &error);
     check(&error);
     free(hours);
@@ -181,11 +190,15 @@ static double heated(const skyshine_tables *tables, const skyshine_face *face, c
 static void place_temperatures(const struct scene *scene, const struct json *given, skyshine_pixel *pixel)
 {
     const struct json *around = sky_json_get(given, "surroundings"), *list = sky_json_get(given, "absorbed_change");
+    if (pixel->shade > 0.0 && !around && list && list->kind == JSON_LIST) stop("a texel in the shade takes 'surroundings' in place of 'absorbed_change'");
+    const double most_sky = fmin(1.0 - pixel->hidden_sky, pixel->shaded_sky);
     for (size_t k = 0; k < pixel->materials; ++k) {
         const skyshine_face face = {pixel->material[k], pixel->surface_altitude, pixel->surface_azimuth, pixel->surface_slope, pixel->time};
-        pixel->temperature[k] = NAN;
-        if (around && around->kind == JSON_OBJECT) pixel->temperature[k] = shaded(scene->tables, &face, around);
-        else if (list && list->kind == JSON_LIST) pixel->temperature[k] = heated(scene->tables, &face, list);
+        pixel->temperature[k] = pixel->shaded_temperature[k] = NAN;
+        if (around && around->kind == JSON_OBJECT) {
+            pixel->temperature[k] = shaded(scene->tables, &face, around, 0, 1.0);
+            if (pixel->shade > 0.0) pixel->shaded_temperature[k] = shaded(scene->tables, &face, around, 1, most_sky);
+        } else if (list && list->kind == JSON_LIST) pixel->temperature[k] = heated(scene->tables, &face, list);
     }
 }
 
@@ -206,6 +219,8 @@ static struct result compute(const struct scene *scene, const struct json *given
     direction(given, "normal", pixel.normal);
     direction(given, "to_observer", pixel.to_observer);
     const struct json *ground = sky_json_get(given, "ground_material");
+    pixel.shaded_sky = sky_json_get(scene->root, "shaded_sky") ? number(scene->root, "shaded_sky") : SKYSHINE_SHADED_SKY;
+    pixel.hidden_sky = sky_json_get(given, "sky_view") ? 1.0 - number(given, "sky_view") : 0.0;
     if (ground) pixel.ground_material = material_code(scene->tables, ground);
     place_materials(scene, given, &pixel);
     place_temperatures(scene, given, &pixel);

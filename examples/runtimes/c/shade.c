@@ -6,7 +6,8 @@
 #include <string.h>
 
 enum { STEPS = 288, CORRECTIONS = 8, MOST = 512 };
-static const double DAY = 24.0, STEFAN_BOLTZMANN = 5.670374419e-8, WALL_EMISSIVITY = 0.95, MELTING_RANGE = 0.01, STEP = 24.0 / STEPS;
+static const double DAY = 24.0, STEFAN_BOLTZMANN = 5.670374419e-8, MELTING_RANGE = 0.01, STEP = 24.0 / STEPS;
+const double SKY_WALL_EMISSIVITY = 0.95; /* of masonry, concrete and foliage in the thermal infrared */
 
 /* Sums of step means, for integrals to any hour. */
 struct sums {
@@ -157,6 +158,18 @@ static void need_response(const struct database *surface)
     sky_fail("the surface file holds no response to shade");
 }
 
+/* Altitude at which the air over a surface is read. */
+static double air_altitude(const struct database *surface, double altitude)
+{
+    return within(&sky_array_of(surface, "air_temperature")->axes[0], altitude);
+}
+
+double sky_air_temperature(const struct database *surface, double altitude, double time)
+{
+    need_response(surface);
+    return sky_value_at(surface, "air_temperature", (double[]){air_altitude(surface, altitude), time});
+}
+
 double sky_temperature_under(const struct database *surface, const double *face, const double *absorbed, size_t count)
 {
     need_response(surface);
@@ -188,12 +201,12 @@ double sky_temperature_beside(const struct database *surface, const double *face
 {
     need_response(surface);
     const double degree = acos(-1.0) / 180.0, open = around->sky_view, facing = around->facing;
-    const double emissivity = isnan(around->facing_emissivity) ? WALL_EMISSIVITY : around->facing_emissivity;
+    const double emissivity = isnan(around->facing_emissivity) ? SKY_WALL_EMISSIVITY : around->facing_emissivity;
     int finite = isfinite(open) && !isinf(facing) && isfinite(emissivity);
     for (size_t i = 0; i < around->shade_count; ++i) finite = finite && isfinite(around->shade[i][0]) && isfinite(around->shade[i][1]);
     if (!finite) sky_fail("surroundings must be finite numbers");
     const double absorbs = sky_value_at(surface, "solar_absorptance", face), emits = sky_value_at(surface, "thermal_emissivity", face);
-    const double altitude = within(&sky_array_of(surface, "air_temperature")->axes[0], face[ALTITUDE]);
+    const double altitude = air_altitude(surface, face[ALTITUDE]);
     const double cosine = cos(face[SLOPE] * degree), sine = sin(face[SLOPE] * degree), view = 0.5 * (1 + cosine);
     double absorbed[STEPS];
     for (size_t k = 0; k < STEPS; ++k) {

@@ -13,4 +13,9 @@ double sky_temperature_under(const struct database *surface, const double *face,
 /* The same for a face with surroundings: see `skyshine_surroundings`. */
 double sky_temperature_beside(const struct database *surface, const double *face, const skyshine_surroundings *around);
 
+/* Temperature of the air over surfaces at an altitude and a time. */
+double sky_air_temperature(const struct database *surface, double altitude, double time);
+
+extern const double SKY_WALL_EMISSIVITY;
+
 #endif

@@ -36,6 +36,8 @@ extern "C" {
 #define SKYSHINE_FORMATS "htt 1.6, band 1.5, atmq 2.4, atmq 3.3, tmm 1.3"
 
 enum { SKYSHINE_MESSAGE = 300, SKYSHINE_COMPONENTS = 3 };
+/* Open share of the sky above what a texture shows in the shade, where a scene says nothing else. */
+#define SKYSHINE_SHADED_SKY 0.5
 
 typedef enum {
     SKYSHINE_OK = 0,
@@ -88,6 +90,10 @@ typedef struct {
     double source_heading;   /* NaN: the sky of a level face */
     int32_t ground_material; /* 0: the ground that the atmosphere file states */
     double normal[3], to_source[3], to_observer[3]; /* of any length, in any frame */
+    double hidden_sky; /* share of the sky above it that something as warm as the air hides; 0: none */
+    double shade;      /* share of it in the shade all day, of `skyshine_texture_shade`; 0: none, and the next two are not read */
+    double shaded_sky; /* open share of the sky above that share, which is never more than that above the pixel */
+    double shaded_temperature[SKYSHINE_COMPONENTS]; /* NaN: by the response of the surface file */
 } skyshine_pixel;
 
 /* The terms of a pixel; `specular` has the lobe of (37) and (38). */
@@ -186,6 +192,10 @@ SKYSHINE_API skyshine_status skyshine_texture_open(const char *path, skyshine_te
  * read with the first request, which no other thread may share. */
 SKYSHINE_API skyshine_status skyshine_texture_mixture(skyshine_texture *texture, double across, double down, unsigned level, size_t *count,
                                                       int32_t codes[SKYSHINE_COMPONENTS], double shares[SKYSHINE_COMPONENTS], skyshine_error *error);
+
+/* Share of the texel at that point in the shade of its photograph; 0 where the file has no such layer. Its level is read as
+ * for `skyshine_texture_mixture`. */
+SKYSHINE_API skyshine_status skyshine_texture_shade(skyshine_texture *texture, double across, double down, unsigned level, double *shade, skyshine_error *error);
 SKYSHINE_API void skyshine_texture_close(skyshine_texture *texture);
 
 /* Pixel value of a radiance, (44), rounded to the nearest integer: of `bits` bits, a gain [W m^-2 sr^-1], buffer gain and

@@ -52,6 +52,9 @@ export class Database {
     this.stored = new Set(this.file.keys());
     this.filetype = filetype;
     const inChannels = filetypes.includes("atmq") && version.startsWith("3.");
+    const named = filetypes.includes("atmq") ? attribute(this.file, "ground_material", "") : "";
+    this.groundMaterial = typeof named === "string" ? named : "";
+    this.groundTemperature = attribute(this.file, "ground_temperature", NaN);
     this.ownAxes = !inChannels; // an array may have axes of its own, named after it: not in format 3
     const stated = inChannels ? this.stated() : null;
     const layouts = inChannels ? this.channelLayouts() : this.layouts(filetypes[0]);

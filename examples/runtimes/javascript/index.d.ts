@@ -15,6 +15,9 @@ export class SkyshineError extends Error {
 /** The newest formats that this version knows; it reads all minor versions of their major ones. */
 export const FORMATS: readonly (readonly [filetype: string, version: string])[];
 
+/** Open share of the sky above what a texture shows in the shade, where a scene says nothing else: .5. */
+export const SHADED_SKY: number;
+
 /** Names of axes on which values outside are read at the nearest node. */
 export type Clamp = readonly string[];
 
@@ -81,8 +84,11 @@ export type Direction = readonly [number, number, number];
 
 /** A pixel; the atmosphere is read at the range and elevation of the centre. */
 export interface Pixel {
-  /** Shares sum to 1; a temperature in place of that of the tables. */
-  materials: readonly { code: number; share: number; temperature?: number }[];
+  /**
+   * Shares sum to 1; a temperature in place of that of the tables, and one of what of the material lies in the shade in place of that
+   * by the response of the surface file.
+   */
+  materials: readonly { code: number; share: number; temperature?: number; shadedTemperature?: number }[];
   surfaceAltitude: number;
   surfaceAzimuth: number;
   surfaceSlope: number;
@@ -102,6 +108,12 @@ export interface Pixel {
   normal: Direction;
   toSource: Direction;
   toObserver: Direction;
+  /** Open share of the sky above it, 1 by default; what hides the rest is as warm as the air. */
+  skyView?: number;
+  /** Share of it in the shade all day, of {@link Texture.shade}; none by default. No direct light falls there. */
+  shade?: number;
+  /** Open share of the sky there, {@link SHADED_SKY} by default and never more than `skyView`. */
+  shadedSky?: number;
 }
 
 /** The terms of a pixel. */
@@ -207,6 +219,8 @@ export interface Tables {
 export interface Texture {
   /** Codes and shares at a point, in texels of level 0 from the top left corner of the image. */
   mixture(across: number, down: number, level?: number): [code: number, share: number][];
+  /** Share of the texel at that point in the shade of its photograph; 0 where the file has no such layer. */
+  shade(across: number, down: number, level?: number): number;
 }
 
 /** Open a state, a band and a source in the folder of a build, by its `catalog.json` (in Node). */

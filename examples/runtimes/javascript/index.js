@@ -1,6 +1,6 @@
 // Reading of the databases that `mat build` and `tmm build` write, for a scene runtime. Types and units: index.d.ts.
 export { SkyshineError } from "./axis.js";
-export { pixelValue } from "./pixel.js";
+export { pixelValue, SHADED_SKY } from "./pixel.js";
 export { open, openFiles, openTexture } from "./tables.js";
 
 // The newest formats that this version knows; it reads all minor versions of their major ones.

@@ -4,7 +4,7 @@
 // The scene and the result are described in ../README.md.
 import { readFileSync } from "node:fs";
 import { dirname, isAbsolute, join } from "node:path";
-import { openFiles, openTexture, pixelValue, SkyshineError } from "./index.js";
+import { openFiles, openTexture, pixelValue, SHADED_SKY, SkyshineError } from "./index.js";
 
 // Code of a material given by code or by name.
 function codeOf(tables, given) {
@@ -28,12 +28,12 @@ function sourceOf(tables, given) {
   };
 }
 
-// Codes and shares of the materials that the pixel sees: those of a texel, or one.
+// Codes and shares of the materials that the pixel sees, and its share in the shade: of a texel, or of one material.
 function materialsOf(tables, texture, { material, texel, level = 0 }) {
-  if (texel === undefined) return [{ code: codeOf(tables, material), share: 1 }];
+  if (texel === undefined) return [[{ code: codeOf(tables, material), share: 1 }], 0];
   if (!texture) throw new SkyshineError("the scene lacks 'texture'");
   if (!Array.isArray(texel) || texel.length !== 2) throw new SkyshineError("'texel' must be two numbers");
-  return texture.mixture(...texel, level).map(([code, share]) => ({ code, share }));
+  return [texture.mixture(...texel, level).map(([code, share]) => ({ code, share })), texture.shade(...texel, level)];
 }
 
 // Temperature of a material where the pixel has surroundings or other heat.
@@ -45,13 +45,25 @@ function temperatureOf(tables, face, { absorbed_change: absorbed, surroundings: 
   return absorbed ? tables.heatedTemperature(face, absorbed) : undefined;
 }
 
+// Temperature of a material in the shade all day, under no more of the sky than `open`, where the pixel has surroundings.
+function temperatureInShade(tables, face, { absorbed_change: absorbed, surroundings: around }, open) {
+  if (!around && absorbed) throw new SkyshineError("a texel in the shade takes 'surroundings' in place of 'absorbed_change'");
+  if (!around) return undefined;
+  const { sky_view: skyView = 1, facing, facing_emissivity: facingEmissivity } = around;
+  return tables.shadedTemperature(face, { shade: [[0, 24]], skyView: Math.min(skyView, open), facing, facingEmissivity });
+}
+
 function pixel(scene, tables, texture, given) {
   const place = { surfaceAltitude: given.surface_altitude, surfaceAzimuth: given.surface_azimuth, surfaceSlope: given.surface_slope, time: given.time };
   const face = { altitude: given.surface_altitude, azimuth: given.surface_azimuth, slope: given.surface_slope, time: given.time };
-  const materials = materialsOf(tables, texture, given);
-  for (const each of materials) each.temperature = temperatureOf(tables, { ...face, material: each.code }, given);
+  const [materials, shade] = materialsOf(tables, texture, given);
+  const sky = { shade, skyView: given.sky_view ?? 1, shadedSky: scene.shaded_sky ?? SHADED_SKY };
+  for (const each of materials) {
+    each.temperature = temperatureOf(tables, { ...face, material: each.code }, given);
+    if (shade > 0) each.shadedTemperature = temperatureInShade(tables, { ...face, material: each.code }, given, Math.min(sky.skyView, sky.shadedSky));
+  }
   const terms = tables.pixelRadiance({
-    ...place, ...sourceOf(tables, given), materials,
+    ...place, ...sourceOf(tables, given), ...sky, materials,
     range: given.range, centreRange: given.centre_range, centreElevation: given.centre_elevation, altitude: given.altitude,
     groundMaterial: given.ground_material === undefined ? undefined : codeOf(tables, given.ground_material),
     normal: given.normal, toObserver: given.to_observer,

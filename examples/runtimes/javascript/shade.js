@@ -3,7 +3,7 @@ import { SkyshineError } from "./axis.js";
 
 const [STEPS, CORRECTIONS, DAY] = [288, 8, 24];
 const STEFAN_BOLTZMANN = 5.670374419e-8;
-const WALL_EMISSIVITY = 0.95;
+export const WALL_EMISSIVITY = 0.95; // of masonry, concrete and foliage in the thermal infrared
 const MELTING_RANGE = 0.01; // K below its melting point in which a surface counts as melting
 const HOURS = Array.from({ length: STEPS }, (_, k) => (k * DAY) / STEPS);
 
@@ -125,6 +125,12 @@ function shadedShare(intervals, hour) {
       covered += Math.max(Math.min(last, (end < begin ? end + DAY : end) + turn) - Math.max(first, begin + turn), 0);
   }
   return Math.min((covered * STEPS) / DAY, 1);
+}
+
+// Temperature of the air over surfaces at an altitude and a time.
+export function airTemperature(surface, altitude, time) {
+  needResponse(surface);
+  return surface.value("air_temperature", { altitude: within(surface.arrays.air_temperature.axes[0], altitude), forcing_time: time });
 }
 
 // Change of the heat that a face absorbs at each step of the day, by shade and a wall: see `Surroundings` in index.d.ts.

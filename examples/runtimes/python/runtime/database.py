@@ -53,7 +53,8 @@ class Database:
         self.path, self.clamped = path, clamped
         self.arrays: dict[str, tuple[list[Axis], NDArray[np.float32]]] = {}
         self.codes: dict[str, int] = {}
-        self.ground: dict[str, float] = {}
+        self.ground: dict[str, float] = {}  # of a file with harmonics
+        self.ground_material, self.ground_temperature = "", math.nan  # of any atmosphere that says them
         self.filetype = ""
         self.channels: Channels | None = None
         self.parted = False  # light is read at each wavelength of the band
@@ -78,6 +79,9 @@ class Database:
             allowed = f"{' or '.join(filetypes)} {' or '.join(f'{major}x' for major in majors)}"
             raise SceneError(f"{self.path}: holds {filetype[:40]!r} {version[:20]}; allowed: {allowed}")
         self.filetype = filetype
+        if "atmq" in filetypes:
+            self.ground_material = text(file, "ground_material")
+            self.ground_temperature = number(file, "ground_temperature")
         in_channels = "atmq" in filetypes and version.startswith("3.")
         self.own_axes = not in_channels  # an array may have axes of its own, named after it: not in format 3
         stated = self._stated(file) if in_channels else {}

@@ -13,6 +13,9 @@ from .database import Database
 from .layouts import CODES, FACE, GLOW, GROUND, LIGHT
 from .shade import absorbed_change, temperature_under
 from .texture import Texture
+from .walls import hide_sky
+
+SHADED_SKY = 0.5  # open share of the sky above what lies in the shade, where the scene says nothing else
 
 
 def unit(vector: Sequence[float]) -> Floats:
@@ -50,6 +53,16 @@ def temperature_of(surface: Database, face: dict[str, float], given: dict[str, A
     if given.get("absorbed_change"):
         return temperature_under(surface, face, given["absorbed_change"])
     return surface.value("temperature", face)
+
+
+def temperature_in_shade(surface: Database, face: dict[str, float], given: dict[str, Any], open_sky: float) -> float:
+    """Temperature of what lies in the shade all day, with the surroundings that the pixel has."""
+    if given.get("absorbed_change") and not given.get("surroundings"):
+        raise SceneError("a texel in the shade takes 'surroundings' in place of 'absorbed_change'")
+    around = given.get("surroundings") or {}
+    view = min(around.get("sky_view", 1.0), open_sky)
+    heat = absorbed_change(surface, face, around | {"shade": [(0.0, 24.0)], "sky_view": view})
+    return temperature_under(surface, face, heat)
 
 
 def irradiance_harmonics(x: float, y: float, z: float) -> tuple[float, ...]:
@@ -138,14 +151,27 @@ def with_source(surface: Database, air: Database, given: dict[str, Any]) -> dict
     return place | given
 
 
-def materials_of(band: Database, texture: Texture | None, given: dict[str, Any]) -> list[tuple[float, float]]:
-    """Codes and shares of the materials that the pixel sees: those of a texel, or one."""
+def materials_of(
+    band: Database, texture: Texture | None, given: dict[str, Any]
+) -> tuple[list[tuple[float, float]], float]:
+    """Codes and shares of the materials that the pixel sees, and its share in the shade: of a texel, or of one
+    material.
+    """
     if "texel" not in given:
-        return [(band.material(given["material"]), 1.0)]
+        return [(band.material(given["material"]), 1.0)], 0.0
     if texture is None:
         raise SceneError("the scene lacks 'texture'")
     across, down = given["texel"]
-    return texture.mixture(float(across), float(down), int(given.get("level", 0)))
+    place = float(across), float(down), int(given.get("level", 0))
+    return texture.mixture(*place), texture.shade(*place)
+
+
+def open_share(pixel: dict[str, Any], name: str, default: float) -> float:
+    """A share of the sky."""
+    share = float(pixel.get(name, default))
+    if not 0 <= share <= 1:
+        raise SceneError(f"{name}: found {share:g}; allowed: 0 to 1")
+    return share
 
 
 def pixel(
@@ -167,25 +193,32 @@ def pixel(
     beta = air.value("beta_star", centre)
     depth = 5.5 * given["range"] / beta
     tau = math.exp(-depth)  # (9)
+    materials, shade = materials_of(band, texture, given)
+    own = open_share(given, "sky_view", 1.0)
+    under = min(own, open_share(scene, "shaded_sky", SHADED_SKY))
     sky = ambient_of_pixel(surface, band, air, centre, given)
+    if (hidden := 1 - own + shade * (own - under)) > 0:
+        sky = hide_sky(surface, band, air, centre, given, hidden, sky)
     normal, to_source, to_observer = (unit(given[name]) for name in ("normal", "to_source", "to_observer"))
     incidence = max(float(normal @ to_source), 0.0)
     beam = air.light("direct_radiance", centre) if incidence > 0 else np.zeros(sky.size)
     through = air.transmittance(centre, given["range"])
     sums = dict.fromkeys(("temperature", "blackbody_radiance", "thermal", "skyshine", "diffuse", "specular"), 0.0)
-    materials = materials_of(band, texture, given)
     for code, share in materials:
         face = {name: given[f"surface_{name}"] for name in FACE[1:-1]} | {"material": code, "time": given["time"]}
-        temperature = temperature_of(surface, face, given)
-        blackbody = band.value("blackbody_radiance", {"temperature": temperature})  # (7)
+        parts = [(share * (1 - shade), temperature_of(surface, face, given))]
+        if shade > 0:
+            parts.append((share * shade, temperature_in_shade(surface, face, given, under)))
+        for part, temperature in parts:
+            rho, emission = reflectance_and_emission(band, code, temperature, parted=air.parted)
+            blackbody = band.value("blackbody_radiance", {"temperature": temperature})  # (7)
+            sums["temperature"] += part * temperature
+            sums["blackbody_radiance"] += part * blackbody
+            sums["thermal"] += part * blackbody * float(((1.0 - rho) * emission) @ through)  # (5), or (6)
         fraction, shininess, normalisation = (
             band.value(name, {"material": code}) for name in ("specular_fraction", "shininess", "normalisation")
         )
-        rho, emission = reflectance_and_emission(band, code, temperature, parted=air.parted)
-        direct = max(float(rho @ beam), 0.0) * tau
-        sums["temperature"] += share * temperature
-        sums["blackbody_radiance"] += share * blackbody
-        sums["thermal"] += share * blackbody * float(((1.0 - rho) * emission) @ through)  # (5), or (6)
+        direct = max(float(rho @ beam), 0.0) * tau * (1 - shade)
         sums["skyshine"] += share * max(float(rho @ sky), 0.0) * tau  # (18), or (19)
         sums["diffuse"] += share * direct * incidence * (1.0 - fraction)  # (34)
         shape = lobe(normal, to_source, to_observer, shininess)

@@ -183,6 +183,13 @@ def absorbed_change(surface: Database, face: Mapping[str, float], surroundings: 
     return result
 
 
+def air_temperature(surface: Database, altitude: float, time: float) -> float:
+    """Temperature of the air over surfaces."""
+    need_response(surface)
+    place = {"altitude": within(surface.arrays["air_temperature"][0][0], altitude), "forcing_time": time}
+    return surface.value("air_temperature", place)
+
+
 def need_response(surface: Database) -> None:
     """Refuse a file without the response."""
     if "response_kernel" not in surface.arrays:

@@ -13,6 +13,10 @@ pub struct Database {
     codes: HashMap<String, f64>,
     /// Emissivity, temperature and emitted radiance of the ground, where the file has harmonics.
     pub ground: Option<[f64; 3]>,
+    /// Name of the ground's material, where the file names one.
+    pub ground_material: Option<String>,
+    /// Of the ground that the file states, where it does.
+    pub ground_temperature: Option<f64>,
     /// Whether its source is the Moon.
     pub lunar: bool,
     /// Whether light is read at each wavelength of the band.
@@ -52,6 +56,13 @@ fn stated_ground(source: &Source, light: &Array, glow: &Array) -> Result<[f64; 3
         }
     }
     Ok(stated)
+}
+
+/// Name of the ground's material and the temperature of the ground, where the file says them.
+fn ground_before_walls(source: &Source) -> (Option<String>, Option<f64>) {
+    let name = text(&source.file, "ground_material").unwrap_or_default();
+    let stated = source.file.attr("ground_temperature").ok().and_then(|_| number(&source.file, "ground_temperature").ok());
+    (Some(name).filter(|name| !name.is_empty()), stated.filter(|kelvin| kelvin.is_finite() && *kelvin >= 0.0))
 }
 
 impl Database {
@@ -108,7 +119,9 @@ impl Database {
             Some(array) => source.names(&array.axes[0].nodes)?,
             None => HashMap::new(),
         };
-        Ok(Database { arrays, codes, ground, lunar: filetype == "lunar_atmq", parted: false, channels: None })
+        let (ground_material, ground_temperature) = ground_before_walls(&source);
+        let lunar = filetype == "lunar_atmq";
+        Ok(Database { arrays, codes, ground, ground_material, ground_temperature, lunar, parted: false, channels: None })
     }
 
     /// An atmosphere of format 3.
@@ -140,7 +153,8 @@ impl Database {
         let stated_by = |_: &Layout| stated_ground(source, &arrays["scattered_harmonics"], &arrays["ground_harmonics"]);
         let ground = harmonics.first().map(stated_by).transpose()?;
         let channels = Some(Channels::new(&stated, dark_below, source.clamped));
-        Ok(Database { arrays, codes: HashMap::new(), ground, lunar, parted: false, channels })
+        let (ground_material, ground_temperature) = ground_before_walls(source);
+        Ok(Database { arrays, codes: HashMap::new(), ground, ground_material, ground_temperature, lunar, parted: false, channels })
     }
 
     /// Wavelengths of the band at which the file parts light; none where it does not.

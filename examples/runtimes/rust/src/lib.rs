@@ -13,10 +13,11 @@ mod shade;
 mod source;
 mod tables;
 mod texture;
+mod walls;
 
 pub use error::{Error, ErrorKind, Result};
 pub use frame::{Frame, Pixels, View};
-pub use pixel::{pixel_value, Pixel, Terms};
+pub use pixel::{pixel_value, Pixel, Shade, Terms, SHADED_SKY};
 pub use shade::Surroundings;
 pub use tables::{Face, Line, Source, Tables};
 pub use texture::Texture;

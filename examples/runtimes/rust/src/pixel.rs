@@ -4,7 +4,22 @@ use crate::axis;
 use crate::database::Database;
 use crate::error::{of_value, Result};
 use crate::light::{ambient_weights, bases, has_fourth_degree, normal, summed, Place};
+use crate::shade::{absorbed_change, temperature_under, Surroundings};
 use crate::tables::{Face, Line, Tables};
+
+/// Open share of the sky above what a texture shows in the shade, where a scene says nothing else.
+pub const SHADED_SKY: f64 = 0.5;
+
+/// What of a pixel lies in the shade all day: no direct light falls there.
+#[derive(Clone, Debug)]
+pub struct Shade {
+    /// Of the pixel, as `Texture::shade` gives it.
+    pub share: f64,
+    /// Open share of the sky there, which is never more than that above the pixel.
+    pub sky: f64,
+    /// Temperatures of the materials there [K]; empty: by the response of the surface file.
+    pub temperatures: Vec<f64>,
+}
 
 /// A pixel; the atmosphere is read at the range and elevation of the centre.
 #[derive(Clone, Debug)]
@@ -43,6 +58,10 @@ pub struct Pixel {
     pub to_source: [f64; 3],
     /// From the point, of any length.
     pub to_observer: [f64; 3],
+    /// Share of the sky above it that something as warm as the air hides.
+    pub hidden_sky: f64,
+    /// What of it lies in the shade all day.
+    pub shade: Option<Shade>,
 }
 
 /// The terms of a pixel, radiances in W m^-2 sr^-1.
@@ -98,13 +117,20 @@ pub fn pixel_value(radiance: f64, bits: i32, gain: f64, buffer_gain: f64, offset
     (size * buffer_gain * (share - offset)).floor().clamp(0.0, size - 1.0) as i64
 }
 
-/// Reflectance of a material, and the share in what a black body emits, at each wavelength or in the whole band.
-fn reflectance_and_emission(band: &Database, parted: bool, code: f64, temperature: f64) -> axis::Result<(Vec<f64>, Vec<f64>)> {
-    if !parted {
-        return Ok((vec![band.value("reflectance", &[("material", code)])?], vec![1.0]));
+/// Reflectance of a material at each wavelength or in the whole band.
+fn reflectance(band: &Database, parted: bool, code: f64) -> axis::Result<Vec<f64>> {
+    if parted {
+        return band.spectrum("reflectance_spectrum", ("material", code));
     }
-    let emission = band.spectrum("emission_share", ("planck_temperature", temperature))?;
-    Ok((band.spectrum("reflectance_spectrum", ("material", code))?, emission))
+    Ok(vec![band.value("reflectance", &[("material", code)])?])
+}
+
+/// Share of each wavelength in what a black body emits, or of the whole band.
+fn emission(band: &Database, parted: bool, temperature: f64) -> axis::Result<Vec<f64>> {
+    if parted {
+        return band.spectrum("emission_share", ("planck_temperature", temperature));
+    }
+    Ok(vec![1.0])
 }
 
 /// L_ambient of a pixel's face at each wavelength; of a level one where the file or the pixel says no more.
@@ -118,6 +144,18 @@ fn ambient(tables: &Tables, pixel: &Pixel, centre: &Place) -> axis::Result<Vec<f
     Ok(summed(&weights, &bases(has_fourth_degree(&tables.air), normal)))
 }
 
+/// Share of a pixel in the shade, and the open share of the sky there and above the rest.
+fn open_sky(pixel: &Pixel) -> axis::Result<(f64, f64, f64)> {
+    let (share, sky) = pixel.shade.as_ref().map_or((0.0, 1.0), |shade| (shade.share, shade.sky));
+    for (name, value) in [("shade", share), ("shaded_sky", sky), ("hidden_sky", pixel.hidden_sky)] {
+        if !(0.0..=1.0).contains(&value) {
+            return Err(format!("{name}: found {value}; allowed: 0 to 1").into());
+        }
+    }
+    let open = 1.0 - pixel.hidden_sky;
+    Ok((share, open.min(sky), open))
+}
+
 impl Tables {
     /// The terms of a pixel, (1).
     ///
@@ -125,6 +163,13 @@ impl Tables {
     /// A value outside the tables, a pixel without material, or a direction without length.
     pub fn pixel_radiance(&self, pixel: &Pixel) -> Result<Terms> {
         of_value(self.terms(pixel))
+    }
+
+    /// Temperature of a face in the shade all day under a share of the sky.
+    fn temperature_in_shade(&self, face: &Face, sky_view: f64) -> axis::Result<f64> {
+        let around = Surroundings { shade: vec![[0.0, 24.0]], sky_view, ..Surroundings::default() };
+        let heat = absorbed_change(&self.surface, &face.place(), &around)?;
+        temperature_under(&self.surface, &face.place(), &heat)
     }
 
     fn terms(&self, pixel: &Pixel) -> axis::Result<Terms> {
@@ -139,12 +184,21 @@ impl Tables {
         if pixel.materials.is_empty() || !(pixel.temperatures.is_empty() || pixel.temperatures.len() == pixel.materials.len()) {
             return Err("a pixel has a material, and temperatures of all of its materials or of none".into());
         }
+        let (shade, under, open) = open_sky(pixel)?;
+        let given: &[f64] = pixel.shade.as_ref().map_or(&[], |shade| &shade.temperatures);
+        if !(given.is_empty() || given.len() == pixel.materials.len()) {
+            return Err("a pixel has temperatures in the shade of all of its materials or of none".into());
+        }
         let beta_star = air.value("beta_star", &centre)?;
         let depth = 5.5 * pixel.range / beta_star;
         let mut sums = Terms { beta_star, transmittance: (-depth).exp(), ..Terms::default() }; // (9)
         let (normal, to_source, to_observer) = (unit(&pixel.normal)?, unit(&pixel.to_source)?, unit(&pixel.to_observer)?);
         let incidence = dot(&normal, &to_source).max(0.0);
-        let sky = ambient(self, pixel, &centre)?;
+        let mut sky = ambient(self, pixel, &centre)?;
+        let seen = open - shade * (open - under);
+        if seen < 1.0 {
+            self.hide_sky(pixel, &centre, 1.0 - seen, &mut sky)?;
+        }
         let beam = if incidence > 0.0 { air.light("direct_radiance", &centre)? } else { vec![0.0; sky.len()] };
         let through: Vec<f64> = air.extinction(&centre)?.iter().map(|extinction| (-extinction * pixel.range).exp()).collect();
         for (k, (material, share)) in pixel.materials.iter().enumerate() {
@@ -152,17 +206,24 @@ impl Tables {
             let (altitude, azimuth, slope) = (pixel.surface_altitude, pixel.surface_azimuth, pixel.surface_slope);
             let face = Face { material: *material, altitude, azimuth, slope, time: pixel.time };
             let from_tables = || self.surface.value("temperature", &face.place());
-            let temperature = pixel.temperatures.get(k).map_or_else(from_tables, |kelvin| Ok(*kelvin))?;
-            let blackbody = band.value("blackbody_radiance", &[("temperature", temperature)])?; // (7)
+            let mut parts = vec![(share * (1.0 - shade), pixel.temperatures.get(k).map_or_else(from_tables, |kelvin| Ok(*kelvin))?)];
+            if shade > 0.0 {
+                let in_shade = || self.temperature_in_shade(&face, under);
+                parts.push((share * shade, given.get(k).map_or_else(in_shade, |kelvin| Ok(*kelvin))?));
+            }
             let property = |name: &str| band.value(name, &[("material", code)]);
             let fraction = property("specular_fraction")?;
-            let (rho, emission) = reflectance_and_emission(band, air.parted, code, temperature)?;
-            let emitted: f64 = rho.iter().zip(&emission).zip(&through).map(|((rho, share), through)| (1.0 - rho) * share * through).sum();
+            let rho = reflectance(band, air.parted, code)?;
+            for (part, temperature) in parts {
+                let blackbody = band.value("blackbody_radiance", &[("temperature", temperature)])?; // (7)
+                let emission = emission(band, air.parted, temperature)?;
+                let emitted: f64 = rho.iter().zip(&emission).zip(&through).map(|((rho, share), through)| (1.0 - rho) * share * through).sum();
+                sums.temperature += part * temperature;
+                sums.blackbody_radiance += part * blackbody;
+                sums.thermal += part * blackbody * emitted; // (5), or (6)
+            }
             let reflected = |light: &[f64]| rho.iter().zip(light).map(|(rho, light)| rho * light).sum::<f64>().max(0.0);
-            let direct = reflected(&beam) * sums.transmittance;
-            sums.temperature += share * temperature;
-            sums.blackbody_radiance += share * blackbody;
-            sums.thermal += share * blackbody * emitted; // (5), or (6)
+            let direct = reflected(&beam) * sums.transmittance * (1.0 - shade);
             sums.skyshine += share * reflected(&sky) * sums.transmittance; // (18), or (19)
             sums.diffuse += share * direct * incidence * (1.0 - fraction); // (34)
             let shape = lobe(&normal, &to_source, &to_observer, property("shininess")?);

@@ -27,9 +27,12 @@ pub struct Surroundings {
     pub facing_emissivity: f64,
 }
 
+/// Of masonry, concrete and foliage in the thermal infrared.
+pub const WALL_EMISSIVITY: f64 = 0.95;
+
 impl Default for Surroundings {
     fn default() -> Self {
-        Surroundings { shade: Vec::new(), sky_view: 1.0, facing: None, facing_emissivity: 0.95 }
+        Surroundings { shade: Vec::new(), sky_view: 1.0, facing: None, facing_emissivity: WALL_EMISSIVITY }
     }
 }
 
@@ -199,6 +202,12 @@ impl Surroundings {
         }
         (covered / STEP).min(1.0)
     }
+}
+
+/// Temperature of the air over surfaces at an altitude and a time.
+pub fn air_temperature(surface: &Database, altitude: f64, time: f64) -> Result<f64> {
+    surface.need("response_kernel")?;
+    surface.value("air_temperature", &[("altitude", surface.within("air_temperature", 0, altitude)), ("forcing_time", time)])
 }
 
 /// Change of the heat that a face absorbs at each step of the day, by shade and a wall.

@@ -5,7 +5,7 @@
 //! The scene and the result are described in ../../../README.md.
 
 use serde::{Deserialize, Serialize};
-use skyshine::{pixel_value, Face, Pixel, Pixels, Surroundings, Tables, Texture, View};
+use skyshine::{pixel_value, Face, Pixel, Pixels, Shade, Surroundings, Tables, Texture, View, SHADED_SKY};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -17,6 +17,7 @@ struct Scene {
     band: String,
     atmosphere: String,
     texture: Option<String>,
+    shaded_sky: Option<f64>,
     #[serde(default)]
     clamp: Vec<String>,
     #[serde(default)]
@@ -63,6 +64,7 @@ struct Given {
     to_observer: [f64; 3],
     absorbed_change: Option<Vec<f64>>,
     surroundings: Option<Around>,
+    sky_view: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -150,19 +152,39 @@ fn source_of(tables: &Tables, given: &Given) -> Result<(f64, f64, Option<f64>, [
     Ok((elevation, given.source_azimuth.map_or_else(from_line, Ok)?, given.source_heading.or(Some(heading)), direction))
 }
 
+impl Around {
+    fn surroundings(&self) -> Surroundings {
+        let usual = Surroundings::default();
+        Surroundings {
+            shade: self.shade.clone(),
+            sky_view: self.sky_view.unwrap_or(usual.sky_view),
+            facing: self.facing,
+            facing_emissivity: self.facing_emissivity.unwrap_or(usual.facing_emissivity),
+        }
+    }
+}
+
+/// What of a pixel lies in the shade: a share of it under a share of the sky.
+fn shade_of(tables: &Tables, faces: &[Face], given: &Given, share: f64, sky: f64) -> Result<Option<Shade>> {
+    if share == 0.0 {
+        return Ok(None);
+    }
+    let mut temperatures = Vec::new();
+    if let Some(around) = &given.surroundings {
+        let own = around.surroundings();
+        let sky_view = own.sky_view.min(sky).min(given.sky_view.unwrap_or(1.0));
+        let whole_day = Surroundings { shade: vec![[0.0, 24.0]], sky_view, ..own };
+        temperatures = faces.iter().map(|face| tables.shaded_temperature(face, &whole_day)).collect::<skyshine::Result<_>>()?;
+    } else if given.absorbed_change.is_some() {
+        return Err("a texel in the shade takes 'surroundings' in place of 'absorbed_change'".into());
+    }
+    Ok(Some(Shade { share, sky, temperatures }))
+}
+
 /// Temperature of a material where the pixel has surroundings or other heat.
 fn temperature_of(tables: &Tables, face: &Face, given: &Given) -> Result<Option<f64>> {
-    let usual = Surroundings::default();
     match (&given.surroundings, &given.absorbed_change) {
-        (Some(around), _) => Ok(Some(tables.shaded_temperature(
-            face,
-            &Surroundings {
-                shade: around.shade.clone(),
-                sky_view: around.sky_view.unwrap_or(usual.sky_view),
-                facing: around.facing,
-                facing_emissivity: around.facing_emissivity.unwrap_or(usual.facing_emissivity),
-            },
-        )?)),
+        (Some(around), _) => Ok(Some(tables.shaded_temperature(face, &around.surroundings())?)),
         (None, Some(absorbed)) => Ok(Some(tables.heated_temperature(face, absorbed)?)),
         (None, None) => Ok(None),
     }
@@ -170,15 +192,19 @@ fn temperature_of(tables: &Tables, face: &Face, given: &Given) -> Result<Option<
 
 fn pixel(scene: &Scene, tables: &Tables, texture: &mut Option<Texture>, given: &Given) -> Result<Shown> {
     let (source_elevation, source_azimuth, source_heading, to_source) = source_of(tables, given)?;
+    let mut share = 0.0;
     let materials = match (given.texel, texture, &given.material) {
-        (Some(texel), Some(texture), _) => texture.mixture(texel, given.level)?,
+        (Some(texel), Some(texture), _) => {
+            share = texture.shade(texel, given.level)?;
+            texture.mixture(texel, given.level)?
+        }
         (Some(_), None, _) => return Err("the scene lacks 'texture'".into()),
         (None, _, Some(material)) => vec![(code_of(tables, material)?, 1.0)],
         (None, _, None) => return Err("the scene lacks 'material'".into()),
     };
     let (altitude, azimuth, slope, time) = (given.surface_altitude, given.surface_azimuth, given.surface_slope, given.time);
-    let of = |(material, _): &(i32, f64)| temperature_of(tables, &Face { material: *material, altitude, azimuth, slope, time }, given);
-    let temperatures: Vec<Option<f64>> = materials.iter().map(of).collect::<Result<_>>()?;
+    let faces: Vec<Face> = materials.iter().map(|(material, _)| Face { material: *material, altitude, azimuth, slope, time }).collect();
+    let temperatures: Vec<Option<f64>> = faces.iter().map(|face| temperature_of(tables, face, given)).collect::<Result<_>>()?;
     let terms = tables.pixel_radiance(&Pixel {
         temperatures: temperatures.into_iter().flatten().collect(),
         surface_altitude: altitude,
@@ -196,6 +222,8 @@ fn pixel(scene: &Scene, tables: &Tables, texture: &mut Option<Texture>, given: &
         normal: given.normal,
         to_source,
         to_observer: given.to_observer,
+        hidden_sky: 1.0 - given.sky_view.unwrap_or(1.0),
+        shade: shade_of(tables, &faces, given, share, scene.shaded_sky.unwrap_or(SHADED_SKY))?,
         materials: materials.clone(),
     })?;
     Ok(Shown {

@@ -31,6 +31,8 @@ fn main() -> Result<(), Error> {
         normal: [0.3, -0.2, 0.9],
         to_source: [0.5, 0.5, 0.6],
         to_observer: [-0.1, -0.9, 0.3],
+        hidden_sky: 0.0,
+        shade: None,
     };
     let terms = tables.pixel_radiance(&pixel)?;
     let alike = std::thread::scope(|scope| {

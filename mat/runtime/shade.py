@@ -1,0 +1,68 @@
+"""Surfaces that lie in the shade all day, as a photograph shows them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from skyshine.mat.surface.surroundings import Exposure
+from skyshine.mat.tables.response import StoredResponse, forcing_hours, need_parts
+from skyshine.mat.tables.shade import AIR
+from skyshine.mat.tables.surface_tables import TemperatureTable
+from skyshine.schemas.arrays import Floats, Integers
+
+# Open share of the sky above ground in the shade where nothing else is said: half, as at the foot of a long wall.
+SHADED_SKY = 0.5
+_BLOCK = 1024  # faces computed together
+
+
+def shaded_temperature(
+    surface: TemperatureTable,
+    material: Integers,
+    sky_view: Floats,
+    *,
+    altitude: Floats,
+    azimuth: Floats,
+    slope: Floats,
+    time: Floats,
+) -> Floats:
+    """Temperatures (n,) of faces in the shade all day, each under a sky of its own [K].
+
+    Parameters
+    ----------
+    surface : TemperatureTable
+    material : (n,) int array
+        Codes.
+    sky_view : (n,) array
+        Open share of the sky above each face; the rest is a wall of the temperature of the air.
+    altitude, azimuth, slope, time : (n,) array
+        [km], [degree], [degree], [h]
+
+    Raises
+    ------
+    InputError
+        A value outside an axis, or the table holds no response to shade.
+    """
+    kelvin, shaded = np.empty(material.shape), np.ones((1, forcing_hours().size))
+    for start in range(0, material.size, _BLOCK):
+        rows = slice(start, start + _BLOCK)
+        exposure = Exposure(shaded, np.asarray(sky_view, float)[rows, None])
+        where: dict[str, Any] = {"altitude": altitude[rows], "azimuth": azimuth[rows], "slope": slope[rows]}
+        change = surface.exposed_change(exposure, material=material[rows], **where)
+        kelvin[rows] = surface.temperature(material=material[rows], **where, time=time[rows], absorbed_change=change)
+    return kelvin
+
+
+def air_temperature(surface: TemperatureTable, altitude: Floats, time: Floats) -> Floats:
+    """Temperature (n,) of the air at altitudes [km] and clock times [h], that of walls around faces [K].
+
+    Raises
+    ------
+    InputError
+        The table holds no response to shade, of which the air is a part.
+    """
+    StoredResponse.of(surface.root)
+    need_parts(surface.root, [AIR])
+    nodes = np.asarray(surface.root.axes["altitude"].values, float)
+    return surface.value(AIR, altitude=np.clip(altitude, nodes[0], nodes[-1]), forcing_time=time)

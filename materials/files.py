@@ -13,7 +13,7 @@ from pydantic import Field, GetJsonSchemaHandler, StringConstraints, model_valid
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from skyshine.materials.records import Back, Layer, SpectralRange, SurfaceProperties, ThermalStack
+from skyshine.materials.records import Back, Layer, Soil, SpectralRange, SurfaceProperties, ThermalStack
 from skyshine.schemas.csv_table import CsvTable, data_lines, parse_table, read_text
 from skyshine.schemas.documents import StrictModel, load_model
 from skyshine.schemas.errors import InputError, nearest
@@ -160,6 +160,18 @@ class SurfaceFile(StrictModel):
         return SurfaceProperties(**{"exposure": "field" if back == "fixed" else "plate"} | given)
 
 
+class SoilFile(StrictModel):
+    """Pores of a material that is dry in the library and answers to soil moisture; 1, W m^-1 K^-1."""
+
+    texture: Sourced[Literal["gravel", "sand", "fine", "organic"]]
+    porosity: Sourced[Annotated[float, Field(ge=0.05, le=0.95)]]
+    solid_conductivity: Sourced[Conductivity]
+    layers: Sourced[Literal[1, 2]]
+
+    def soil(self) -> Soil:
+        return Soil(**{name: getattr(self, name).value for name in type(self).model_fields})
+
+
 class ThermalFile(StrictModel):
     """`ht/NAME.yaml`."""
 
@@ -167,6 +179,7 @@ class ThermalFile(StrictModel):
     layers: Annotated[list[LayerFile], Field(min_length=2, max_length=2)]
     back: BackFile
     surface: SurfaceFile
+    soil: SoilFile | None = None
 
     def stack(self) -> ThermalStack:
         first, second = self.layers
@@ -180,10 +193,13 @@ class SpecularFile(StrictModel):
     lobe_fwhm: Sourced[LobeWidth]
 
 
-def load_thermal(file: StrPath) -> tuple[ThermalStack, SurfaceProperties, dict[str, str]]:
-    """Stack, surface properties and the source of each of their fields, from `ht/NAME.yaml`."""
+def load_thermal(file: StrPath) -> tuple[ThermalStack, SurfaceProperties, Soil | None, dict[str, str]]:
+    """Stack, surface properties, soil where it answers to moisture, and the source of each of their fields, from
+    `ht/NAME.yaml`.
+    """
     content = load_model(file, ThermalFile)
-    return content.stack(), content.surface.properties(content.back.kind.value), _sources(content)
+    soil = None if content.soil is None else content.soil.soil()
+    return content.stack(), content.surface.properties(content.back.kind.value), soil, _sources(content)
 
 
 def load_specular(file: StrPath) -> tuple[float, float, dict[str, str]]:

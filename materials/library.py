@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -18,6 +18,7 @@ from skyshine.materials.records import (
     Back,
     Layer,
     Material,
+    Soil,
     SpectralRange,
     SurfaceProperties,
     ThermalStack,
@@ -31,6 +32,7 @@ __all__ = [
     "Layer",
     "Material",
     "MaterialLibrary",
+    "Soil",
     "SpectralRange",
     "SurfaceProperties",
     "ThermalStack",
@@ -103,6 +105,7 @@ class MaterialLibrary:
         self._places = {place.entry.name: place for place in sorted(places, key=lambda place: place.entry.code)}
         self._names = {place.entry.code: name for name, place in self._places.items()}
         self._loaded: dict[str, Material] = {}
+        self._change: Callable[[Material], Material] = lambda material: material
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -129,8 +132,14 @@ class MaterialLibrary:
         if name not in self._places:
             raise InputError(unknown_material(name, self._places))
         if name not in self._loaded:
-            self._loaded[name] = _read(self._places[name])
+            self._loaded[name] = self._change(_read(self._places[name]))
         return self._loaded[name]
+
+    def changed(self, change: Callable[[Material], Material]) -> MaterialLibrary:
+        """The same library whose materials went through a function."""
+        library = MaterialLibrary(self.version, self.references, [*self._places.values()])
+        library._change = lambda material: change(self._change(material))
+        return library
 
     def by_code(self, code: int) -> Material:
         """The material of this code.
@@ -237,7 +246,7 @@ def _refuse_shared_codes(places: Iterable[_Place]) -> None:
 
 def _read(place: _Place) -> Material:
     entry = place.entry
-    stack, surface, sources = load_thermal(place.folder / "ht" / f"{entry.name}.yaml")
+    stack, surface, soil, sources = load_thermal(place.folder / "ht" / f"{entry.name}.yaml")
     spectrum = load_spectrum(place.folder / "ref" / f"{entry.name}.csv")
     fraction, width, lobe_sources = load_specular(place.folder / "spec" / f"{entry.name}.yaml")
     return Material(
@@ -256,4 +265,5 @@ def _read(place: _Place) -> Material:
         lobe_fwhm=width,
         sources={**sources, **lobe_sources, "reflectance": spectrum.header},
         reflectance_note=spectrum.header,
+        soil=soil,
     )

@@ -111,6 +111,28 @@ class SurfaceProperties:
 
 
 @dataclass(frozen=True)
+class Soil:
+    """What a material with pores, dry in the library, needs to say what water in them changes.
+
+    Attributes
+    ----------
+    texture : str
+        "gravel" (and coarse sand), "sand", "fine" (silt, loam, clay) or "organic".
+    porosity : float
+        Share of the volume that is pores.
+    solid_conductivity : float
+        Of the grains [W m^-1 K^-1].
+    layers : int
+        1 or 2: how many layers of the stack, from the skin inwards, are of this soil.
+    """
+
+    texture: str
+    porosity: float
+    solid_conductivity: float
+    layers: int
+
+
+@dataclass(frozen=True)
 class SpectralRange:
     """Where one stretch of a reflectance spectrum comes from.
 
@@ -159,6 +181,8 @@ class Material:
         Source of each number, by its field ("skin.thickness", "specular_fraction", "reflectance", ...).
     reflectance_note : str
         The comment header of the spectrum: sample, file, citation, credit, geometry.
+    soil : Soil or None
+        Of materials that answer to soil moisture.
     """
 
     code: int
@@ -176,3 +200,4 @@ class Material:
     lobe_fwhm: float
     sources: dict[str, str]
     reflectance_note: str
+    soil: Soil | None = None

@@ -18,6 +18,7 @@ from skyshine.mat.scene.agreement import air_warnings
 from skyshine.mat.scene.check import check_scene
 from skyshine.mat.scene.sources import source_hours
 from skyshine.mat.scene.summary import state_summaries
+from skyshine.mat.scene.surface_notes import surface_notes
 from skyshine.materials.library import load_library
 
 
@@ -39,6 +40,8 @@ class JobCheck:
         Processor seconds by stage, estimated within a factor of two.
     warnings : list of str
         Where weather, profile, sounding and the place of a weather file disagree, with numbers.
+    surfaces : list of str
+        What the job changes in materials of the library, with numbers.
     """
 
     loaded: LoadedJob
@@ -48,6 +51,7 @@ class JobCheck:
     states: list[dict[str, Any]]
     seconds: dict[str, float]
     warnings: list[str]
+    surfaces: list[str]
 
     @property
     def files(self) -> list[str]:
@@ -104,4 +108,5 @@ def check(job: str | os.PathLike[str] | Mapping[str, Any]) -> JobCheck:
         state_summaries(loaded.trimmed),
         estimate(loaded, plan),
         [*loaded.warnings, *air_warnings(loaded.trimmed)],
+        surface_notes(loaded.trimmed, plan.materials),
     )

@@ -17,8 +17,8 @@ from skyshine.mat.budget.page import render
 from skyshine.mat.budget.summary import describe_all
 from skyshine.mat.budget.truth import Prepared
 from skyshine.mat.job.load import LoadedJob, load_job
+from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.tables.dataset import dataset
-from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 
 if TYPE_CHECKING:
@@ -140,7 +140,8 @@ def report(
     InputError
         A database is missing or does not belong to the job, or the job does not build the band.
     """
-    loaded, library = load_job(job), load_library()
+    loaded = load_job(job)
+    library = job_library(loaded.trimmed)
     folder = Path(built) if built is not None else loaded.output_folder
     budgets: list[Budget] = []
     notes: list[str] = []

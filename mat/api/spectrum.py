@@ -33,6 +33,7 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.ground import over_ground
+from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.scene.sources import source_irradiance
 from skyshine.mat.spectroscopy.continua import Continua
 from skyshine.mat.spectroscopy.gases import LineLibrary
@@ -333,7 +334,7 @@ def _air_of(loaded: LoadedJob, state: int, low: float, high: float) -> Atmospher
     """The air of a job's state over its ground, as that is between two wavenumbers [cm^-1]."""
     written = loaded.trimmed.states[state - 1]
     response = SpectralResponse.rectangular(1e4 / high, 1e4 / low)
-    return over_ground(atmospheric_state(loaded.trimmed.site, written), written, response)
+    return over_ground(atmospheric_state(loaded.trimmed.site, written), written, response, job_library(loaded.trimmed))
 
 
 def _described_air(

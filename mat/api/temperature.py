@@ -14,6 +14,7 @@ import numpy.typing as npt
 from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.mat.job.fields import clock_interval
 from skyshine.mat.job.surface import Operation
+from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
 from skyshine.mat.surface.column import ColumnResult, from_record, from_scene
 from skyshine.mat.surface.material import SurfaceMaterial
@@ -21,7 +22,7 @@ from skyshine.mat.surface.surroundings import WALL_EMISSIVITY, Surroundings
 from skyshine.mat.surface.weather_readings import read_record
 from skyshine.mat.tables.dataset import dataset
 from skyshine.materials.files import load_thermal
-from skyshine.materials.library import load_library
+from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.errors import InputError
 
 if TYPE_CHECKING:
@@ -147,7 +148,7 @@ def temperature(
     surroundings = _surroundings(shade, sky_view, facing, facing_emissivity)
     if job is not None:
         model, (sun_path, weather, sky) = surface_inputs(job, state)
-        surface = surface_material(material, model.operated, optical)
+        surface = surface_material(material, model.operated, optical, job_library(model))
         metres = sun_path.altitude if altitude is None else 1e3 * altitude
         column = from_scene(surface, sun_path, weather, sky, metres, slope, azimuth, depth, surroundings)
     else:
@@ -173,7 +174,10 @@ def _surroundings(
 
 
 def surface_material(
-    name: str | os.PathLike[str], operated: Mapping[str, Operation], given: Mapping[str, float | None]
+    name: str | os.PathLike[str],
+    operated: Mapping[str, Operation],
+    given: Mapping[str, float | None],
+    library: MaterialLibrary | None = None,
 ) -> SurfaceMaterial:
     """A material of the library, in operation or not, or of a file; given optical values replace the library's."""
     text = os.fspath(name)
@@ -182,9 +186,9 @@ def surface_material(
         missing = [key for key in given if key not in optical]
         if missing:
             raise InputError(f"a material file holds no {missing[0]}; give {missing[0]}", file=text)
-        thermal, surface, _ = load_thermal(text)
+        thermal, surface, _, _ = load_thermal(text)
         return SurfaceMaterial(text, thermal, surface, **optical)
-    (material,) = surface_materials([load_library()[text]], operated)
+    (material,) = surface_materials([(library or load_library())[text]], operated)
     return replace(material, **optical)
 
 

@@ -29,6 +29,7 @@ from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band
 from skyshine.mat.scene.grids import path_grid
 from skyshine.mat.scene.ground import over_ground
+from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
@@ -75,7 +76,7 @@ class Prepared:
         loaded = loaded.on_date_of_state(state)
         job, response = loaded.trimmed, response_of(loaded.trimmed.bands[band - 1])
         written = job.states[state - 1]
-        air = over_ground(atmospheric_state(job.site, written), written, response)
+        air = over_ground(atmospheric_state(job.site, written), written, response, job_library(job))
         everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
         compiled, _ = compiled_band(loaded, written, response, air, everything)
         exact, few = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))
@@ -96,7 +97,8 @@ class Prepared:
         """
         job = self.loaded.trimmed
         state = job.states[self.state - 1].model_copy(update={"air": "weather", "air_times": [hour]})
-        air = BandAtmosphere.of(over_ground(atmospheric_state(job.site, state), state, self.response), self.few.band)
+        over = over_ground(atmospheric_state(job.site, state), state, self.response, job_library(job))
+        air = BandAtmosphere.of(over, self.few.band)
         return replace(air, air=replace(air.air, scatters=False))
 
     @property

@@ -11,7 +11,7 @@ from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.plan import Task
 from skyshine.mat.products.product import Context, Identity, TaskReport
 from skyshine.mat.products.table import PRODUCTS
-from skyshine.materials.library import load_library
+from skyshine.mat.scene.moisture import job_library
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import job_path
 from skyshine.schemas.process_memory import peak_memory
@@ -48,7 +48,7 @@ def run_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, 
     product = PRODUCTS[task.kind]
     if task.kind.of_state:
         loaded = loaded.on_date_of_state(task.index)
-    context = Context(task, loaded, materials, load_library())
+    context = Context(task, loaded, materials, job_library(loaded.trimmed))
     identities = product.identity(context)
     if not fresh and all(identity.is_current(folder) for identity in identities):
         report.kept = True

@@ -76,6 +76,7 @@ def _as_json(result: JobCheck) -> dict[str, Any]:
         "states": result.states,
         "warnings": result.warnings,
         "materials": result.materials,
+        "surfaces": result.surfaces,
         "left_out": [vars(item) for item in result.left_out],
         "source_up": {source: [list(span) for span in spans] for source, spans in result.source_up.items()},
         "size_before_compression": quantity(result.bytes, "byte"),
@@ -108,6 +109,8 @@ def _print(result: JobCheck) -> None:
     for line in _files(result):
         click.echo(f"  {line}")
     click.echo(f"materials: {', '.join(result.materials)}")
+    for line in result.surfaces:
+        click.echo(f"  {line}")
     click.echo("left out:" if result.left_out else "left out: nothing")
     for item in result.left_out:
         click.echo(f"  {item.what}: {item.why} (error: {item.bound}; to restore: {item.restore})")

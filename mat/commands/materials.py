@@ -95,6 +95,8 @@ def _show(library: MaterialLibrary, material: Material, summary: dict[str, float
     for key, number, units in _numbers(material):
         shown = f"{number:g}" if isinstance(number, (int, float)) and not isinstance(number, bool) else str(number)
         click.echo(f"  {key:<34} {shown} {units}".rstrip() + f"    {material.sources[key]}")
+    if material.soil is not None:
+        click.echo("  answers to soil_moisture of a job: conductivity, heat capacity, reflectance and evaporation")
     click.echo("reflectance")
     for stretch in material.ranges:
         click.echo(f"  {stretch.lower:7.3f} - {stretch.upper:7.3f} um  {stretch.kind:<12} {stretch.note}")
@@ -137,6 +139,11 @@ def _numbers(material: Material) -> Iterator[tuple[str, object, str]]:
     yield "surface.canopy", surface.canopy, ""
     yield "surface.snow", surface.snow, ""
     yield "surface.exposure", surface.exposure, ""
+    if material.soil is not None:
+        yield "soil.texture", material.soil.texture, ""
+        yield "soil.porosity", material.soil.porosity, "1"
+        yield "soil.solid_conductivity", material.soil.solid_conductivity, "W m^-1 K^-1"
+        yield "soil.layers", material.soil.layers, ""
     yield "specular_fraction", material.specular_fraction, "1"
     yield "lobe_fwhm", material.lobe_fwhm, "degree"
 

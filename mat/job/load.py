@@ -13,6 +13,7 @@ import pydantic
 from skyshine.mat.atmosphere.state.climate import profile_weights
 from skyshine.mat.job.atmosphere import AUTO, TYPICAL, State
 from skyshine.mat.job.model import Job
+from skyshine.mat.job.moisture import check_moisture
 from skyshine.mat.job.series import MEMBER_LIMIT, Series, changed, members
 from skyshine.mat.job.site import Site, great_circle
 from skyshine.mat.job.surface import HOURLY_QUANTITIES
@@ -113,12 +114,13 @@ def load_job(
         With file:line:column of the first thing that does not fit.
     """
     document = mapping_document(source, folder or Path.cwd()) if isinstance(source, Mapping) else read_yaml(source)
-    names = (library or load_library()).names
-    context = {"materials": names, "folder": document.file.resolve().parent}
+    library = library or load_library()
+    context = {"materials": library.names, "folder": document.file.resolve().parent}
     written = parse_model(document, Job, context)
     _refuse_shared_names(written, document)
     job = _with_air_times(_with_series(written, document, context), document)
     _check_query_limits(job, document)
+    _check_soil_moisture(job, document, library)
     job, remarks = _with_soundings(_with_typical_aerosol(_with_profiles(job)))
     requested, warnings = _with_weather_files(job, document)
     return LoadedJob(requested, trimmed(requested), document, (*_quantum_responses(job), *remarks, *warnings))
@@ -152,6 +154,21 @@ def _refuse_shared_names(job: Job, document: Document) -> None:
                 ("states", i, "name"), f"found the state '{state.name}' twice; allowed: names once each; rename it"
             )
         seen |= {state.name} if state.name else set()
+
+
+def _check_soil_moisture(job: Job, document: Document, library: MaterialLibrary) -> None:
+    """Refuse moisture of what has no pores, and more of it than they hold."""
+    given = job.soil_moisture
+    if given is None:
+        return
+    around = [name for state in job.states for name in state.surrounding_materials]
+    named = [*job.materials, *around] if isinstance(job.materials, list) else library.names
+    soils = {name: soil for name in named if (soil := library[name].soil) is not None}
+    try:
+        if not check_moisture(given, soils):
+            raise ValueError("found it for materials of which none has soil; allowed: with soil, sand or gravel")
+    except ValueError as error:
+        raise document.error(("soil_moisture",), f"soil_moisture: {error}") from None
 
 
 def _with_series(job: Job, document: Document, context: dict[str, Any]) -> Job:

@@ -18,6 +18,7 @@ from skyshine.mat.job.atmosphere import AtmosphereGrid, Band, State
 from skyshine.mat.job.default_nodes import OBSERVER_HEIGHTS_KM, own_nodes
 from skyshine.mat.job.extra_tables import ExtraTables
 from skyshine.mat.job.fields import Tolerance, by_hour
+from skyshine.mat.job.moisture import SoilMoisture
 from skyshine.mat.job.query_limits import QueryLimits
 from skyshine.mat.job.series import MEMBER_LIMIT
 from skyshine.mat.job.site import Site
@@ -106,6 +107,16 @@ class Job(StrictModel):
     )
     temperatures_c: dict[MaterialName, Annotated[float | list[float], by_hour(OperatedCelsius)]] = Field(
         {}, description="Temperatures given by hand in place of the heat balance, one or 24 at the hours 0 to 23."
+    )
+    # Excluded from dumps: it changes the materials, whose digest is in the identity of every table that reads them.
+    soil_moisture: SoilMoisture | None = Field(
+        None,
+        exclude=True,
+        description=(
+            "Water in the pores of soil, sand and gravel: dry, moist (a quarter of the pores), wet (all), or m3/m3; for"
+            " all such materials, or by material. It moves conductivity, heat capacity, reflectance at all wavelengths"
+            " and evaporation together. By default they are as the library has them: dry above, half full below."
+        ),
     )
     atmosphere_grid: AtmosphereGrid = Field(AtmosphereGrid(), description="Nodes of the atmospheric tables.")
     surface_grid: SurfaceGrid = Field(SurfaceGrid(), description="Nodes of the temperature tables.")

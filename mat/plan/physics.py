@@ -20,6 +20,7 @@ from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import MAX_POINTS
 from skyshine.mat.scene.grids import path_grid, path_scope
 from skyshine.mat.scene.ground import band_albedo, over_ground
+from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources
 from skyshine.mat.tables.files import state_label
@@ -33,6 +34,7 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
     than `STATES` states are represented by `STATES` of them.
     """
     job, grid, scope = loaded.trimmed, path_grid(loaded.trimmed), path_scope(loaded)
+    library = job_library(job)
     bands, left_out = {}, []
     faint: dict[str, list[tuple[float, float, str]]] = {}
     known: dict[tuple[Any, ...], tuple[Bounds, Scattering]] = {}
@@ -48,15 +50,15 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
     for number, band in itertools.product(looked_at, bands):
         state = job.states[number - 1]
         response, everything = bands[band]
-        key = band, air_key(state), band_albedo(state, response)
+        key = band, air_key(state), band_albedo(state, response, library)
         place = f"{state_label(number, len(job.states))}b{band:02d}"
-        air = over_ground(atmospheric_state(job.site, state), state, response)
+        air = over_ground(atmospheric_state(job.site, state), state, response, library)
         irradiance = irradiance_of_sources(job.on_date_of_state(number), everything)
         if key not in known:
             all_air = _at_all_points(air, everything)
             cell = shared_cell(loaded.requested, state)
             if (band, cell) not in omitted or cell is None:
-                similar = () if cell is None else states_of_cell(job.site, state, cell, response)
+                similar = () if cell is None else states_of_cell(job.site, state, cell, response, library)
                 omitted[band, cell] = negligible_gases(
                     [_at_all_points(one, everything) for one in similar] or [all_air],
                     everything,

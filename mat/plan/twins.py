@@ -6,13 +6,14 @@ from typing import Any
 
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.left_out import LeftOut
+from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.scene.surface import surface_materials
-from skyshine.materials.library import load_library
 
 
 def twins_left_out(loaded: LoadedJob, materials: tuple[str, ...]) -> list[LeftOut]:
     """Materials whose heat balance is that of another, by name the first of each."""
-    library, job = load_library(), loaded.trimmed
+    job = loaded.trimmed
+    library = job_library(job)
     every = surface_materials([library[name] for name in materials], job.operated)
     solved = [material for material in every if material.name not in job.temperatures_c]
     first: dict[tuple[Any, ...], str] = {}

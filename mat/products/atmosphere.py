@@ -65,8 +65,8 @@ class AtmosphereProduct:
         scope = _scope(loaded)
         state, response = job.states[task.index - 1], response_of(job.bands[task.band - 1])
         if state.ground_material is not None:
-            scope["ground_reflectance"] = band_albedo(state, response)
-            if isinstance(albedo := ground_albedo(state, response), SpectralAlbedo):
+            scope["ground_reflectance"] = band_albedo(state, response, context.library)
+            if isinstance(albedo := ground_albedo(state, response, context.library), SpectralAlbedo):
                 scope["ground_spectrum_sha256"] = digest_of(albedo)
         if cell := shared_cell(loaded.requested, state):
             scope["points_chosen_for"] = cell.stated
@@ -100,7 +100,7 @@ class AtmosphereProduct:
         """The tables of each source, of one compiled band."""
         task, loaded, job = context.task, context.loaded, context.loaded.trimmed
         written, response = job.states[task.index - 1], response_of(job.bands[task.band - 1])
-        state = over_ground(atmospheric_state(job.site, written), written, response)
+        state = over_ground(atmospheric_state(job.site, written), written, response, context.library)
         with report.stage("compile"):
             all_points = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
             compiled, origin = compiled_band(loaded, written, response, state, all_points)

@@ -22,6 +22,7 @@ from skyshine.mat.scene.atmosphere import aerosol_season, air_key, atmospheric_s
 from skyshine.mat.scene.ground import over_ground
 from skyshine.mat.scene.weather import daily_means
 from skyshine.mat.surface.vapour import saturation_pressure
+from skyshine.materials.library import MaterialLibrary
 
 # Edges of the cells: day's mean temperature [K], and relative humidity. Across 20 K points for three airs err about as
 # much as those of each day's own; where it is warmer, vapour doubles in 10 K.
@@ -88,7 +89,9 @@ def shared_cells(job: Job) -> list[AirCell | None]:
     return [cell if len(airs[cell]) > 1 else None for cell in cells]
 
 
-def states_of_cell(site: Site, state: State, cell: AirCell, response: SpectralResponse) -> tuple[AtmosphericState, ...]:
+def states_of_cell(
+    site: Site, state: State, cell: AirCell, response: SpectralResponse, library: MaterialLibrary
+) -> tuple[AtmosphericState, ...]:
     """The airs of a cell for which the points of a band are chosen, over the ground of a state of the cell."""
     middle = _middle(state)
     place = 1e3 * cell.others[-1]
@@ -97,7 +100,7 @@ def states_of_cell(site: Site, state: State, cell: AirCell, response: SpectralRe
         kelvin = _at(cell.temperature, along)
         vapour = _at(cell.humidity, moist) * float(saturation_pressure(kelvin))
         air = GroundAir(place, kelvin, kelvin, vapour, vapour)
-        states.append(over_ground(atmospheric_state(site, middle, air), middle, response))
+        states.append(over_ground(atmospheric_state(site, middle, air), middle, response, library))
     return tuple(states)
 
 

@@ -19,6 +19,7 @@ from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.air_cells import shared_cell, states_of_cell
 from skyshine.mat.scene.bands import absorption_table
 from skyshine.mat.scene.grids import path_grid, path_scope
+from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.scene.sources import source_irradiance, usual_irradiance
 from skyshine.schemas.arrays import Floats
 
@@ -93,4 +94,4 @@ def similar_airs(requested: Job, written: State, response: SpectralResponse) -> 
     own.
     """
     cell = shared_cell(requested, written)
-    return () if cell is None else states_of_cell(requested.site, written, cell, response)
+    return () if cell is None else states_of_cell(requested.site, written, cell, response, job_library(requested))

@@ -20,6 +20,7 @@ from skyshine.mat.job.surface import Operation, at_kelvin
 from skyshine.mat.job.surroundings import StateSurroundings
 from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
 from skyshine.mat.scene.atmosphere import atmospheric_state, materials_digest, without_air_time
+from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.scene.weather import earlier_suns, measured_radiation, near_surface_air, sun_path
 from skyshine.mat.surface.enclosed import GivenEmitter, solved_enclosure
 from skyshine.mat.surface.enclosure import Enclosure
@@ -28,7 +29,6 @@ from skyshine.mat.surface.horizon import Horizon
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.sun_path import SunPath
 from skyshine.mat.surface.weather import NearSurfaceAir
-from skyshine.materials.library import load_library
 from skyshine.materials.records import Material
 from skyshine.schemas.errors import InputError
 
@@ -63,7 +63,7 @@ def scene_inputs(job: Job, state_index: int) -> tuple[SunPath, NearSurfaceAir, S
     place = job.on_date_of_state(state_index).site
     sun = sun_path(place)
     air = atmospheric_state(place, without_air_time(state))
-    sky = band_model_sky(air, job.surface_altitudes_km[-1] * 1e3, ground_albedo(state), sun.sun_distance)
+    sky = band_model_sky(air, job.surface_altitudes_km[-1] * 1e3, ground_albedo(job, state), sun.sun_distance)
     weather = near_surface_air(sun, state.weather, earlier_suns(place, state.weather))
     if state.clouds:  # their layers are in the sky already, on the days before as on this
         weather = replace(_cloudless(weather), before=tuple((sun, _cloudless(air)) for sun, air in weather.before))
@@ -79,11 +79,11 @@ def has_enclosure(state: State) -> bool:
     return state.ground_material is not None or not (state.surroundings or StateSurroundings()).open
 
 
-def ground_albedo(state: State) -> float:
+def ground_albedo(job: Job, state: State) -> float:
     """Albedo of the ground for sunlight: as given, else that of the ground's material."""
     if state.ground_material is None or "ground_albedo" in state.weather.model_fields_set:
         return state.weather.ground_albedo
-    (material,) = surface_materials([load_library()[state.ground_material]])
+    (material,) = surface_materials([job_library(job)[state.ground_material]])
     return 1 - material.solar_absorptance
 
 
@@ -116,7 +116,7 @@ def _enclosure(job: Job, state: State, sun: SunPath, weather: NearSurfaceAir, sk
 
 def _emitter(job: Job, name: str) -> GivenEmitter:
     """A material as ground or wall, at the temperature that the job gives or that its heat balance has."""
-    (material,) = surface_materials([load_library()[name]], job.operated)
+    (material,) = surface_materials([job_library(job)[name]], job.operated)
     celsius = job.temperatures_c.get(name)
     return GivenEmitter(
         material.thermal_emissivity,
@@ -131,7 +131,7 @@ def surroundings_identity(job: Job, state_index: int) -> dict[str, Any]:
     if not has_enclosure(state):
         return {}
     names = state.surrounding_materials
-    content: dict[str, Any] = {"ground_albedo": ground_albedo(state)}
+    content: dict[str, Any] = {"ground_albedo": ground_albedo(job, state)}
     if state.surroundings is not None:
         content |= state.surroundings.content()
     for name in names:
@@ -139,7 +139,7 @@ def surroundings_identity(job: Job, state_index: int) -> dict[str, Any]:
             content.setdefault("operated", {})[name] = job.operated[name].model_dump(mode="json")
         if name in job.temperatures_c:
             content.setdefault("temperatures_c", {})[name] = job.temperatures_c[name]
-    return {"surroundings": content | {"materials_sha256": materials_digest(load_library(), names)}}
+    return {"surroundings": content | {"materials_sha256": materials_digest(job_library(job), names)}}
 
 
 def check_measured_light(job: Job, state_index: int) -> None:

@@ -18,6 +18,7 @@ from skyshine.mat.scene.grids import path_grid
 from skyshine.mat.scene.ground import over_ground
 from skyshine.mat.scene.sources import source_irradiance
 from skyshine.mat.tables.gridded import QUANTITIES, Gridded
+from skyshine.materials.library import load_library
 
 pytestmark = pytest.mark.validation
 AIRS = {
@@ -65,7 +66,7 @@ def test_99_percent_of_reads_are_within_a_kelvin(air, band, allowed, tmp_path):
     (tmp_path / "job.yaml").write_text(yaml.safe_dump(job), encoding="utf-8")
     loaded = load_job(tmp_path / "job.yaml")
     written, response = loaded.trimmed.states[0], response_of(loaded.trimmed.bands[0])
-    whole = over_ground(atmospheric_state(loaded.trimmed.site, written), written, response)
+    whole = over_ground(atmospheric_state(loaded.trimmed.site, written), written, response, load_library())
     everything = band_points(absorption_table().points(*response.wavenumber_range), response)
     compiled, _ = compiled_band(loaded, written, response, whole, everything)
     sun = source_irradiance(loaded.trimmed, "sun", compiled.band.wavenumber, compiled.band.width)

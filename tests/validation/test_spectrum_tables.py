@@ -92,7 +92,7 @@ def of_all_points(loaded, lines):
     job, response = loaded.trimmed, response_of(loaded.trimmed.bands[0])
     written = job.states[0]
     points = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
-    state = over_ground(atmospheric_state(job.site, written), written, response)
+    state = over_ground(atmospheric_state(job.site, written), written, response, load_library())
     sun = source_irradiance(job, "sun", points.wavenumber, points.width)
     air = BandAtmosphere.of(state, points)
     place = np.array(lines).T

@@ -15,8 +15,8 @@ import numpy.typing as npt
 
 NUMBER = 4000  # superpixels of a texture, about: a solve takes a fraction of a second
 LEAST_TEXELS = 16  # of a superpixel, about
-# Of SLIC, in units of CIELAB: nearly squares. On two fifths of the aerial sheets six clicks a class reach a mean IoU of .64
-# where it asks and .66 at random; superpixels that follow borders (20) .63 and .65.
+# Of SLIC, in units of CIELAB: nearly squares. On two fifths of the aerial sheets six clicks a class reach a mean IoU of
+# .64 where it asks and .66 at random; superpixels that follow borders (20) .63 and .65.
 COMPACTNESS = 1000.0
 ROUNDS = 5  # of SLIC: borders hardly move after
 ALIKE = 8  # edges from each superpixel to those most alike

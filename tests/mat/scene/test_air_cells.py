@@ -9,6 +9,7 @@ from skyshine.mat.job.load import load_job
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.air_cells import HUMIDITIES, TEMPERATURES, air_cell, shared_cell, shared_cells, states_of_cell
 from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.materials.library import load_library
 
 BAND = SpectralResponse.rectangular(10.0, 10.2)
 
@@ -52,8 +53,8 @@ def test_a_cell_does_not_depend_on_the_other_states_in_it(job_of):
     state = few.states[0]
     assert shared_cell(few, state) == shared_cell(many, state)
     for one, other in zip(
-        states_of_cell(few.site, state, shared_cell(few, state), BAND),
-        states_of_cell(many.site, many.states[3], shared_cell(many, state), BAND),
+        states_of_cell(few.site, state, shared_cell(few, state), BAND, load_library()),
+        states_of_cell(many.site, many.states[3], shared_cell(many, state), BAND, load_library()),
         strict=True,
     ):
         assert np.array_equal(one.temperature, other.temperature)
@@ -109,7 +110,7 @@ def test_the_corners_enclose_temperature_and_vapour_of_the_states_of_a_cell(job_
     assert cell.temperature in pairwise(TEMPERATURES)
     assert cell.humidity in pairwise(HUMIDITIES)
     own = atmospheric_state(job.site, state)
-    corners = states_of_cell(job.site, state, cell, BAND)
+    corners = states_of_cell(job.site, state, cell, BAND, load_library())
     assert len(corners) == 4
     kelvin = [corner.temperature[0] for corner in corners]
     vapour = [corner.mole_fraction["H2O"][0] * corner.pressure[0] for corner in corners]

@@ -34,8 +34,8 @@ def test_a_material_gives_the_ground_its_reflectance_in_the_band(load):
     wavelength = np.linspace(10.0, 10.2, 2001)
     expected = np.interp(wavelength, sand.wavelength, sand.reflectance).mean()
     response = response_of(job.bands[0])
-    assert band_albedo(job.states[0], response) == pytest.approx(expected, rel=1e-3)
-    air = over_ground(atmospheric_state(job.site, job.states[0]), job.states[0], response)
+    assert band_albedo(job.states[0], response, load_library()) == pytest.approx(expected, rel=1e-3)
+    air = over_ground(atmospheric_state(job.site, job.states[0]), job.states[0], response, load_library())
     assert air.mean_albedo == pytest.approx(expected, rel=1e-3)
     seen = air.albedo_at(1e4 / wavelength[::500])
     np.testing.assert_allclose(seen, np.interp(wavelength[::500], sand.wavelength, sand.reflectance), rtol=1e-9)
@@ -47,7 +47,7 @@ def test_a_material_gives_the_ground_its_reflectance_in_the_band(load):
 )
 def test_an_albedo_that_is_written_stays(load, keys, expected):
     job = load(**keys).trimmed
-    assert band_albedo(job.states[0], response_of(job.bands[0])) == expected
+    assert band_albedo(job.states[0], response_of(job.bands[0]), load_library()) == expected
 
 
 def test_tables_of_a_written_and_of_a_material_albedo_are_told_apart(load):
@@ -76,7 +76,7 @@ def test_a_changed_spectrum_with_the_same_mean_is_another_table(load, monkeypatc
         return AtmosphereProduct().identity(Context(task, loaded, plan.materials, library))[0].header.job
 
     before = header()
-    real = ground_albedo(loaded.trimmed.states[0], response_of(loaded.trimmed.bands[0]))
+    real = ground_albedo(loaded.trimmed.states[0], response_of(loaded.trimmed.bands[0]), load_library())
     other = replace(real, reflectance=real.reflectance[::-1].copy())
-    monkeypatch.setattr(atmosphere, "ground_albedo", lambda state, response: other)
+    monkeypatch.setattr(atmosphere, "ground_albedo", lambda state, response, library: other)
     assert header() != before

@@ -96,7 +96,7 @@ def test_the_ground_reflects_as_its_material_unless_the_weather_names_an_albedo(
         ({"weather": {**weather, "ground_albedo": 0.5}}, 0.5),
     ):
         loaded = load_job(job(**keys)).trimmed
-        assert ground_albedo(loaded.states[0]) == pytest.approx(expected)
+        assert ground_albedo(loaded, loaded.states[0]) == pytest.approx(expected)
         sky = scene_inputs(loaded, 1)[2]
         assert sky.ground_albedo == pytest.approx(expected)
         assert sky.enclosure is None or sky.enclosure.ground.albedo == sky.ground_albedo

@@ -1,0 +1,85 @@
+"""Moisture of a job's soils: one for all of them, or one by material."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+import pydantic
+from pydantic import Field
+
+from skyshine.materials.records import Soil
+from skyshine.schemas.errors import nearest
+from skyshine.tmm.job.model import MaterialName
+
+MOST_MOISTURE = 0.95  # m3/m3, the porosity of the loosest peat
+# Share of the pores that is water. Dry and wet are those of Oke (1987), table 2.1; moist is chosen: ground some days
+# after rain, half as dark as wet.
+SATURATION = {"dry": 0.0, "moist": 0.25, "wet": 1.0}
+
+
+def _kind(value: object) -> str:
+    if isinstance(value, Mapping):
+        return "by_material"
+    return "word" if isinstance(value, str) else "number"
+
+
+Moisture = Annotated[
+    Annotated[Literal["dry", "moist", "wet"], pydantic.Tag("word")]
+    | Annotated[Annotated[float, Field(ge=0, le=MOST_MOISTURE)], pydantic.Tag("number")],
+    pydantic.Discriminator(_kind),
+]
+SoilMoisture = Annotated[
+    Annotated[Literal["dry", "moist", "wet"], pydantic.Tag("word")]
+    | Annotated[Annotated[float, Field(ge=0, le=MOST_MOISTURE)], pydantic.Tag("number")]
+    | Annotated[Annotated[dict[MaterialName, Moisture], Field(min_length=1)], pydantic.Tag("by_material")],
+    pydantic.Discriminator(_kind),
+]
+
+
+def moisture_of(given: Any, name: str) -> float | str | None:
+    """What a job's `soil_moisture` says of a material; None where it says nothing."""
+    value: float | str | None = given.get(name) if isinstance(given, Mapping) else given
+    return value
+
+
+def water_fraction(value: float | str, name: str, soil: Soil) -> float:
+    """Volume fraction of water [m3/m3] of a material's soil.
+
+    Raises
+    ------
+    ValueError
+        It exceeds the porosity.
+    """
+    if isinstance(value, str):
+        return SATURATION[value] * soil.porosity
+    if value > soil.porosity:
+        raise ValueError(
+            f"found {value:g}; allowed: 0 to {soil.porosity:g}, the porosity of {name}; lower it, or give each material"
+            f" its own, such as {{{name}: wet}}"
+        )
+    return value
+
+
+def check_moisture(given: Any, soils: Mapping[str, Soil]) -> tuple[str, ...]:
+    """The soils that a `soil_moisture` speaks of.
+
+    Parameters
+    ----------
+    given : as the job has it
+    soils : mapping
+        Of all materials that it may speak of.
+
+    Raises
+    ------
+    ValueError
+        A material does not answer, or its pores do not hold as much.
+    """
+    if isinstance(given, Mapping):
+        for name in given:
+            if name not in soils:
+                raise ValueError(f"found '{name}', which does not answer to soil moisture; {nearest(name, soils)}")
+    answering = tuple(name for name in soils if moisture_of(given, name) is not None)
+    for name in answering:
+        water_fraction(moisture_of(given, name) or 0.0, name, soils[name])
+    return answering

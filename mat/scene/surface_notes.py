@@ -1,0 +1,40 @@
+"""What a job changes in the surfaces of the library, in words for those who check it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from skyshine.mat.job.model import Job
+from skyshine.mat.scene.material_summary import material_summary
+from skyshine.mat.scene.moisture import job_library
+from skyshine.materials.library import load_library
+from skyshine.materials.records import Material
+
+
+def surface_notes(job: Job, materials: Sequence[str]) -> list[str]:
+    """A line for each material that the job's soil moisture changes."""
+    if job.soil_moisture is None:
+        return []
+    dry, moist = load_library(), job_library(job)
+    names = [name for name in materials if dry[name].soil is not None and moist[name].thermal != dry[name].thermal]
+    return [_moistened(dry[name], moist[name]) for name in names]
+
+
+def _moistened(dry: Material, moist: Material) -> str:
+    def layer(material: Material) -> tuple[float, float]:
+        top = material.thermal.layers[0]
+        return top.conductivity, 1e-6 * top.density * top.heat_capacity
+
+    before, after = material_summary(dry), material_summary(moist)
+    water = 1e-3 * (moist.thermal.layers[0].density - dry.thermal.layers[0].density)
+    (conducts, holds), (conducted, held) = layer(moist), layer(dry)
+    optical = ", ".join(
+        f"{name.replace('_', ' ')} {before[name]:.3f} -> {after[name]:.3f}"
+        for name in ("solar_absorptance", "thermal_emissivity")
+    )
+    resistance = moist.surface.surface_resistance
+    return (
+        f"soil_moisture: {dry.name} with {water:.3g} m3/m3 of water: conductivity {conducted:.3g} -> {conducts:.3g}"
+        f" W/m/K, heat capacity {held:.3g} -> {holds:.3g} MJ/m3/K, {optical}, "
+        + (f"evaporates through {resistance:.0f} s/m" if moist.surface.wetness else "does not evaporate")
+    )

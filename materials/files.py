@@ -49,8 +49,8 @@ COLUMNS_TRANSMITTING = (*COLUMNS, "absorptance")
 class Sourced(StrictModel, Generic[Value]):
     """A value and where it comes from."""
 
-    value: Value
-    source: Text
+    value: Value = Field(description="The value itself, in the unit of its key.")
+    source: Text = Field(description="Where it comes from: a reference of mat.yaml in brackets and the place in it.")
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
@@ -67,10 +67,12 @@ class Sourced(StrictModel, Generic[Value]):
 class LayerFile(StrictModel):
     """A layer, every number with its source; m, W m^-1 K^-1, kg m^-3, J kg^-1 K^-1."""
 
-    thickness: Sourced[Thickness]
-    conductivity: Sourced[Conductivity]
-    density: Sourced[Density]
-    heat_capacity: Sourced[HeatCapacity]
+    thickness: Sourced[Thickness] = Field(description="m.")
+    conductivity: Sourced[Conductivity] = Field(
+        description="Of heat, W m^-1 K^-1; without effect in a skin, which has no resistance."
+    )
+    density: Sourced[Density] = Field(description="kg m^-3.")
+    heat_capacity: Sourced[HeatCapacity] = Field(description="Of mass, J kg^-1 K^-1.")
 
     def layer(self) -> Layer:
         return Layer(**{name: getattr(self, name).value for name in type(self).model_fields})
@@ -93,12 +95,31 @@ BackKind = Literal["adiabatic", "fixed", "convective", "open", "cavity", "heated
 class BackFile(StrictModel):
     """The back boundary; K, W m^-2 K^-1, J m^-2 K^-1, W m^-2. Values by hour are those of the clock hours 0 to 23."""
 
-    kind: Sourced[BackKind]
-    temperature: Sourced[Kelvin | KelvinByHour | Literal["daily_mean_air"]] | None = None
-    coefficient: Sourced[Coefficient] | None = None
-    heat_flux: Sourced[HeatFlux | HeatFluxByHour] | None = None
-    exchange: Sourced[Coefficient] | None = None
-    capacity: Sourced[AirCapacity] | None = None
+    kind: Sourced[BackKind] = Field(
+        description=(
+            "No flux (adiabatic), a temperature (fixed), a coefficient to air of a temperature (convective), to the"
+            " outdoor air of the hour (open) or to enclosed air that floats (cavity), or heat from inside (heated)."
+        )
+    )
+    temperature: Sourced[Kelvin | KelvinByHour | Literal["daily_mean_air"]] | None = Field(
+        None, description="K, one or by hour, or the day's mean air temperature; of fixed and convective, no default."
+    )
+    coefficient: Sourced[Coefficient] | None = Field(
+        None, description="Of heat to the air behind, W m^-2 K^-1; of convective, open and cavity, no default."
+    )
+    heat_flux: Sourced[HeatFlux | HeatFluxByHour] | None = Field(
+        None, description="Into the stack from behind, or into the cavity (by default none), W m^-2, one or by hour."
+    )
+    exchange: Sourced[Coefficient] | None = Field(
+        None,
+        description=(
+            "Of enclosed with outdoor air, by ventilation and through its other faces, W m^-2 K^-1 of this face; of"
+            " cavity, no default."
+        ),
+    )
+    capacity: Sourced[AirCapacity] | None = Field(
+        None, description="Of the enclosed air and what stands in it, J m^-2 K^-1 of this face; of cavity, no default."
+    )
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -147,12 +168,20 @@ class SurfaceFile(StrictModel):
     a plate.
     """
 
-    roughness_length: Sourced[Roughness]
-    wetness: Sourced[Fraction]
-    surface_resistance: Sourced[Resistance]
-    canopy: Sourced[bool]
-    snow: Sourced[bool]
-    exposure: Sourced[Literal["field", "plate", "roof", "wall"]] | None = None
+    roughness_length: Sourced[Roughness] = Field(description="Of momentum, m; without effect on a plate.")
+    wetness: Sourced[Fraction] = Field(description="Share of the surface that evaporates, 0 to 1.")
+    surface_resistance: Sourced[Resistance] = Field(
+        description="Of evaporation, s m^-1; of a canopy the least, in full light and humid air of 25 Celsius."
+    )
+    canopy: Sourced[bool] = Field(description="Whether the skin is leaves, whose stomata open with light.")
+    snow: Sourced[bool] = Field(description="Whether it is snow or ice, whose temperature ends at the melting point.")
+    exposure: Sourced[Literal["field", "plate", "roof", "wall"]] | None = Field(
+        None,
+        description=(
+            "To wind: endless ground or canopy (field), an object on open ground (plate), roof or wall of a building;"
+            " by default field on a fixed back, else plate."
+        ),
+    )
 
     def properties(self, back: str) -> SurfaceProperties:
         """Of a stack on a kind of back."""
@@ -163,10 +192,14 @@ class SurfaceFile(StrictModel):
 class SoilFile(StrictModel):
     """Pores of a material that is dry in the library and answers to soil moisture; 1, W m^-1 K^-1."""
 
-    texture: Sourced[Literal["gravel", "sand", "fine", "organic"]]
-    porosity: Sourced[Annotated[float, Field(ge=0.05, le=0.95)]]
-    solid_conductivity: Sourced[Conductivity]
-    layers: Sourced[Literal[1, 2]]
+    texture: Sourced[Literal["gravel", "sand", "fine", "organic"]] = Field(
+        description="Class of grains by which conductivity follows moisture."
+    )
+    porosity: Sourced[Annotated[float, Field(ge=0.05, le=0.95)]] = Field(
+        description="Share of the volume between the grains, 0.05 to 0.95: the most water that it holds."
+    )
+    solid_conductivity: Sourced[Conductivity] = Field(description="Conductivity of the grains themselves, W m^-1 K^-1.")
+    layers: Sourced[Literal[1, 2]] = Field(description="How many layers below the skin are of this soil.")
 
     def soil(self) -> Soil:
         return Soil(**{name: getattr(self, name).value for name in type(self).model_fields})
@@ -175,11 +208,17 @@ class SoilFile(StrictModel):
 class ThermalFile(StrictModel):
     """`ht/NAME.yaml`."""
 
-    skin: LayerFile
-    layers: Annotated[list[LayerFile], Field(min_length=2, max_length=2)]
-    back: BackFile
-    surface: SurfaceFile
-    soil: SoilFile | None = None
+    skin: LayerFile = Field(
+        description="Stores heat at the temperature of the surface: paint, leaves, millimetres of soil."
+    )
+    layers: Annotated[list[LayerFile], Field(min_length=2, max_length=2)] = Field(
+        description="Two layers that conduct, from the skin inwards."
+    )
+    back: BackFile = Field(description="What the second layer rests on.")
+    surface: SurfaceFile = Field(description="How the surface exchanges heat and water with the air.")
+    soil: SoilFile | None = Field(
+        default=None, description="Its pores, where it answers to soil moisture; without it, moisture changes nothing."
+    )
 
     def stack(self) -> ThermalStack:
         first, second = self.layers
@@ -189,8 +228,8 @@ class ThermalFile(StrictModel):
 class SpecularFile(StrictModel):
     """`spec/NAME.yaml`; fraction of 1, degrees."""
 
-    specular_fraction: Sourced[Fraction]
-    lobe_fwhm: Sourced[LobeWidth]
+    specular_fraction: Sourced[Fraction] = Field(description="Share of the reflected light in the lobe, 0 to 1.")
+    lobe_fwhm: Sourced[LobeWidth] = Field(description="Full width of the lobe at half its maximum, degree.")
 
 
 def load_thermal(file: StrPath) -> tuple[ThermalStack, SurfaceProperties, Soil | None, dict[str, str]]:

@@ -48,18 +48,18 @@ Code = Annotated[int, Field(ge=1, le=65535, strict=True)]
 class IndexEntry(StrictModel):
     """A line of the index."""
 
-    code: Code
-    name: Name
-    group: Name
-    description: Text
+    code: Code = Field(description="In textures and tables; never reused or changed. A user's own need unused ones.")
+    name: Name = Field(description="Lower-case letters, digits and underscores; names the files of the material.")
+    group: Name = Field(description="Kind of material, by which lists are sorted, such as roofing.")
+    description: Text = Field(description="One line that says what it is.")
 
 
 class Index(StrictModel):
     """`mat.yaml`."""
 
-    data_version: str
-    references: dict[str, Text] = {}
-    materials: Annotated[list[IndexEntry], Field(min_length=1)]
+    data_version: str = Field(description="Semantic version such as 1.0.0; it rises with every changed value.")
+    references: dict[str, Text] = Field({}, description="Full references of the keys that sources name in brackets.")
+    materials: Annotated[list[IndexEntry], Field(min_length=1)] = Field(description="All materials of the folder.")
 
     @field_validator("data_version", mode="before")
     @classmethod

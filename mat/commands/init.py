@@ -1,10 +1,6 @@
 """``mat init``: a starter job."""
 
-import shutil
-
 import click
-
-from skyshine.schemas.errors import InputError
 
 
 @click.command(epilog="Example: mat init demo && mat build demo/job.yaml")
@@ -16,22 +12,16 @@ from skyshine.schemas.errors import InputError
     help="Which job: airfield, dead_sea, desert_vehicle, ship, street, urban_canyon, year.",
 )
 def command(folder: str, example: str) -> None:
-    """Write a starter job, with the picture it needs, into FOLDER. Files that are there already are not touched."""
+    """Write a starter job, with the picture it needs, into FOLDER. Files that are there already are not touched.
+
+    Beside it stand the JSON Schemas by which editors with a YAML language server complete and check its keys.
+    """
     from pathlib import Path
 
     from skyshine.mat.api.examples import starter_files
+    from skyshine.schemas.starter import write_starter
 
     target = Path(folder)
-    files = starter_files(example)
-    for file in files:
-        if (target / file.name).exists():
-            raise InputError(
-                f"exists already; name an empty folder, or build it: mat build {target}", file=target / file.name
-            )
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-        for file in files:
-            shutil.copyfile(file, target / file.name)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}; name another folder", file=target) from None
+    files = {file.name: file for file in starter_files(example)}
+    write_starter(target, files, f"name an empty folder, or build it: mat build {target}")
     click.echo(f"{target / 'job.yaml'}: edit it, then run: mat build {target / 'job.yaml'}")

@@ -180,6 +180,28 @@ def test_init_writes_a_job_that_checks_and_never_overwrites(mat, tmp_path):
     assert status == 2 and "exists already" in complaint
 
 
+def test_init_names_the_schema_by_which_editors_complete_a_job(mat, tmp_path):
+    import json
+
+    import jsonschema
+
+    from skyshine.schemas.documents import read_yaml
+
+    assert mat("init", tmp_path, "--example", "street")[0] == 0
+    for name, schema in (("job", "mat-job"), ("scene", "mat-scene")):
+        first, _ = (tmp_path / f"{name}.yaml").read_text(encoding="utf-8").split("\n", 1)
+        assert first == f"# yaml-language-server: $schema={schema}.schema.json"
+        rules = json.loads((tmp_path / first.rpartition("=")[2]).read_text(encoding="utf-8"))
+        jsonschema.validate(read_yaml(tmp_path / f"{name}.yaml").data, rules)
+
+
+def test_init_into_a_folder_with_one_of_its_files_writes_none(mat, tmp_path):
+    (tmp_path / "mat-scene.schema.json").write_text("{}", encoding="utf-8")
+    status, _, complaint = mat("init", tmp_path, "--example", "street")
+    assert status == 2 and "mat-scene.schema.json: exists already; name an empty folder" in complaint
+    assert [path.name for path in tmp_path.iterdir()] == ["mat-scene.schema.json"]
+
+
 def test_build_reports_bad_jobs_with_status_2_and_leaves_nothing(mat, tmp_path):
     (tmp_path / "job.yaml").write_text("skyshine: 1\nnaem: x\n", encoding="utf-8")
     status, _, complaint = mat("build", tmp_path / "job.yaml")

@@ -102,8 +102,8 @@ def undescribed(schema, path=""):
     return own + [key for name, part in schema.items() for key in undescribed(part, f"{path}/{name}")]
 
 
-@pytest.mark.parametrize("name", ["mat-job.schema.json", "mat-scene.schema.json", "tmm-job.schema.json"])
-def test_every_key_of_a_job_says_what_it_is(name):
+@pytest.mark.parametrize("name", job_schema.MODELS)
+def test_every_key_of_a_file_says_what_it_is(name):
     import json
 
     assert undescribed({"$defs": {"A": {"properties": {"b": {"type": "string"}}}}}) == ["/$defs/A.b"]

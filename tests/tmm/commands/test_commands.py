@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from skyshine import schemas
 from skyshine.tmm.cli import COMMANDS, main
 
 
@@ -165,3 +166,13 @@ def test_what_is_probably_not_meant_is_said(run, tmp_path, write_image, way, war
     result = run("classify", tmp_path / "job.yaml", "--out", tmp_path / "out")
     assert result.exit_code == 0, result.output
     assert ("warning: " in result.output) == (warning is not None) and (warning or "") in result.output
+
+
+def test_init_names_the_schema_by_which_editors_complete_a_job(tmp_path):
+    result = CliRunner().invoke(main, ["init", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    first = (tmp_path / "job.tmm.yaml").read_text(encoding="utf-8").splitlines()[0]
+    assert first == "# yaml-language-server: $schema=tmm-job.schema.json"
+    assert (tmp_path / "tmm-job.schema.json").read_bytes() == schemas.path("tmm-job.schema.json").read_bytes()
+    again = CliRunner().invoke(main, ["init", str(tmp_path)])
+    assert again.exit_code == 2 and "exists already; name an empty folder" in again.stderr

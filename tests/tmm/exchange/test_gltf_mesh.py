@@ -128,12 +128,17 @@ def test_repetition_transform_and_set_of_coordinates_are_those_of_the_photograph
             texture["sampler"] = 0
         for material in document["materials"]:
             if colour := material.get("pbrMetallicRoughness", {}).get("baseColorTexture"):
-                colour |= {"texCoord": 0, "extensions": {"KHR_texture_transform": transform}}
+                colour |= {"texCoord": 1, "extensions": {"KHR_texture_transform": transform}}
+
+        for part in document["meshes"]:
+            for primitive in part["primitives"]:
+                if "TEXCOORD_0" in primitive["attributes"]:
+                    primitive["attributes"]["TEXCOORD_1"] = primitive["attributes"]["TEXCOORD_0"]
 
     document, _ = parts(write_mesh(tmp_path / "out", image, mesh(change=change))[0].read_bytes())
     (primitive,) = with_features(document)
     texture = primitive["extensions"]["EXT_mesh_features"]["featureIds"][0]["texture"]
-    assert texture["extensions"]["KHR_texture_transform"] == transform
+    assert texture["extensions"]["KHR_texture_transform"] == transform and texture["texCoord"] == 1
     sampler = document["samplers"][document["textures"][texture["index"]]["sampler"]]
     assert (sampler["wrapS"], sampler["wrapT"], sampler["magFilter"], sampler["minFilter"]) == (
         33648,

@@ -55,6 +55,8 @@ atmosphere_grid:
   source_elevation_deg: [-8, 90]
 """,
 }
+# Hosts that a Chromium asks for updates and dictionaries of its own, whatever page it shows.
+OWN_HOSTS = {"clients2.google.com", "update.googleapis.com", "accounts.google.com", "redirector.gvt1.com"}
 BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome", "chrome")
 
 
@@ -88,6 +90,9 @@ class Browser:
         address = f"{page.resolve().as_uri()}#probe={urllib.parse.quote(json.dumps(wanted))}"
         options = (
             "--headless",
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--no-first-run",
             "--no-sandbox",
             "--use-angle=swiftshader",
             "--enable-unsafe-swiftshader",
@@ -102,7 +107,8 @@ class Browser:
         result = json.loads(found.group(1))
         words = base64.b64decode(result.pop("pixels"))
         messages = [line for line in done.stderr.splitlines() if ":CONSOLE" in line and "GL Driver Message" not in line]
-        requests = set(re.findall(r'"url":"(https?://[^"]*|wss?://[^"]*)"', log.read_text(errors="replace")))
+        addresses = re.findall(r'"url":"(https?://[^"]*|wss?://[^"]*)"', log.read_text(errors="replace"))
+        requests = {each for each in addresses if urllib.parse.urlsplit(each).hostname not in OWN_HOSTS}
         return result, np.frombuffer(words, np.float32).reshape(-1, 4).astype(float), messages, requests
 
 

@@ -27,9 +27,9 @@ def command(source: str, out: str, texture: str | None, altitude: float | None, 
     """Write a page that shows a built FOLDER, or the SCENE of a scene file, in the infrared.
 
     Of a folder the page shows a texture, of a scene its surface from the first place of its camera,
-    every face in full sun. The page opens from the file in any browser with WebGL2 and asks for nothing elsewhere. Time
-    of day, band, source, range and gain are set on it; the temperature under the pointer and the time of a frame are
-    shown.
+    every face in full sun but for the shade that a photograph shows. The page opens from the file in any browser with
+    WebGL2 and asks for nothing elsewhere. Time of day, band, source, range and gain are set on it; the temperature
+    under the pointer and the time of a frame are shown.
     """
     if Path(source).suffix.lower() in (".yaml", ".yml"):
         given = {"--texture": texture, "--altitude": altitude, "--metres-per-texel": metres_per_texel}

@@ -16,7 +16,7 @@ _STEPS = (WEIGHT_TOTAL, 1000, 200, 100, 40, 20, 10, 4, 2, 1)  # shares are round
 
 
 def export_codes(file: TmmFile, name: str) -> GpuFile:
-    """Numbers of mixtures by texel, and the mixtures themselves.
+    """Numbers of mixtures by texel, its share in the shade where the file has that, and the mixtures themselves.
 
     Shares are rounded where a texture has more mixtures than a 16-bit texture can number; the header states by how
     much.
@@ -45,6 +45,9 @@ def export_codes(file: TmmFile, name: str) -> GpuFile:
         texels = number[start : start + down * across].reshape(down, across)
         textures[f"level{level}"] = texture("R16UI", texels, "number of the mixture of a texel, rows from the top")
         start += down * across
+        if file.has_shade:
+            shade = file.array(f"levels/{level}/shade")
+            textures[f"shade{level}"] = texture("R8", shade, "share of a texel in the shade of the photograph, 0 to 1")
     textures["mixtures"] = texture(
         "RGBA16UI",
         table.reshape(height, WIDTH * 2, 4),

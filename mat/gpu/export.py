@@ -14,6 +14,8 @@ from skyshine.mat.gpu.container import ENDING, GpuFile, write_gpu
 from skyshine.mat.gpu.shader import write_shaders
 from skyshine.mat.gpu.stated_error import with_stated_error
 from skyshine.mat.gpu.surface import export_surface
+from skyshine.mat.runtime.shade import SHADED_SKY
+from skyshine.mat.tables import response
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.catalog import CATALOG, open_catalog
 from skyshine.mat.tables.loader import open_table
@@ -141,6 +143,7 @@ def export_gpu(
         if report is not None:
             report(written[-1])
 
+    shaded_sky = SHADED_SKY if any(_has_shade(file) for file in files) else None
     for one in atmospheres:
         write(exported_air(one, frame), one.name)
     for file in files:
@@ -151,13 +154,23 @@ def export_gpu(
         elif name.endswith((".band", ".htt")):
             table = open_table(file)
             if isinstance(table, TemperatureTable):
-                write(export_surface(table, hour=None if frame is None else frame.hour), name)
+                hour = None if frame is None else frame.hour
+                sky = shaded_sky if response.KERNEL in table.root.variables else None
+                write(export_surface(table, hour=hour, shaded_sky=sky), name)
             elif isinstance(table, BandTable):
                 write(export_band(table), name)
     if not written:
         raise InputError(f"holds nothing that can be exported ({ENDING})", file=folder)
     write_shaders(folder)
     return written
+
+
+def _has_shade(file: Path) -> bool:
+    """Whether a file is a texture with a layer of shade."""
+    if not file.name.endswith(".tmm.h5"):
+        return False
+    with open_tmm(file) as texture:
+        return texture.has_shade
 
 
 def exported_air(one: AirSet, frame: Frame | None, **settings: Any) -> GpuFile:

@@ -1,6 +1,7 @@
 """The page of a scene file: its triangles, its camera and its bands.
 
-Every face is shown in full sun; shadows are those of `mat render`, which follows the Sun through the day.
+Faces are shown in full sun, but for the shade of photographs; shadows of the surface are those of `mat render`, which
+follows the Sun through the day.
 """
 
 from __future__ import annotations
@@ -62,7 +63,10 @@ def write_scene_viewer(scene: LoadedScene, folder: Path, report: Callable[[Path]
     for one in sets:
         exported[one.name] = exported_air(one, None, altitude=altitude, range_km=FARTHEST_KM, texels=TEXELS)
         exported.setdefault(table_name(one.band.path), export_band(one.band))
-    exported[table_name(tables.surface.path)] = export_surface(tables.surface, altitudes_km=altitudes)
+    shaded_sky = scene.model.surface.shaded_sky if "shade0" in exported[DATA].textures else None
+    exported[table_name(tables.surface.path)] = export_surface(
+        tables.surface, altitudes_km=altitudes, shaded_sky=shaded_sky
+    )
     columns, rows = scene.model.camera.size
     camera, nearest, farthest = _camera(scene, surface)
     limit = min(FARTHEST_KM, *(float(AirCoordinates.of(one.air).range_km[1]) for one in sets))
@@ -146,7 +150,7 @@ def _mesh(scene: LoadedScene, surface: SurfaceMesh, tables: SceneTables) -> GpuF
             raise scene.error(place, f"is texture {_MOST_TEXTURES + 1}; allowed: {_MOST_TEXTURES} textures in a page")
         unknown = scene.model.surface.unknown_material
         code = 0 if unknown is None else int(codes[unknown])
-        rows, mixtures, parts = _texels(list(textures.values()), code)
+        rows, shade, mixtures, parts = _texels(list(textures.values()), code)
         numbers = {index: -1 - place for place, index in enumerate(textures)}
     cover = np.array(
         [numbers[n] if n in numbers else codes[str(kind.material)] for n, kind in enumerate(surface.coverings)], float
@@ -169,7 +173,8 @@ def _mesh(scene: LoadedScene, surface: SurfaceMesh, tables: SceneTables) -> GpuF
             "corners": texture("R32F", corners, "corner and normal (m), texture coordinates, covering"),
             "level0": texture("R16UI", rows, "number of the mixture of a texel, textures one under another"),
             "mixtures": texture("RGBA16UI", mixtures, "three material codes, then their shares"),
-        },
+        }
+        | ({"shade0": texture("R8", shade, "share of a texel in the shade, as level0")} if shade.any() else {}),
         {
             "triangles": count,
             "parts": parts,
@@ -180,15 +185,18 @@ def _mesh(scene: LoadedScene, surface: SurfaceMesh, tables: SceneTables) -> GpuF
     )
 
 
-def _texels(files: list[Any], unknown: int) -> tuple[np.ndarray, np.ndarray, list[list[int]]]:
-    """Numbers of mixtures of all textures one under another, the mixtures, and where each texture begins."""
+def _texels(files: list[Any], unknown: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[list[int]]]:
+    """Numbers of mixtures of all textures one under another and their shade, the mixtures, and where each texture
+    begins.
+    """
     if not files:
-        return np.zeros((1, 1), np.uint16), np.zeros((1, 2 * WIDTH, 4), np.uint16), []
-    pictures, tables, parts = [], [], []
+        return np.zeros((1, 1), np.uint16), np.zeros((1, 1), np.uint8), np.zeros((1, 2 * WIDTH, 4), np.uint16), []
+    pictures, shades, tables, parts = [], [], [], []
     for file in files:
         content = export_codes(file, "")
         level = next(n for n in range(file.levels) if max(file.size(n)) <= LARGEST)
         pictures.append(content.textures[f"level{level}"].texels[0, ..., 0])
+        shades.append(content.textures[f"shade{level}"].texels[0, ..., 0] if file.has_shade else None)
         table = content.textures["mixtures"].texels[0].copy()
         empty = table[:, 1::2, :3].sum(axis=-1) == 0
         if unknown:
@@ -196,9 +204,12 @@ def _texels(files: list[Any], unknown: int) -> tuple[np.ndarray, np.ndarray, lis
         tables.append(table)
     width, top, first = max(picture.shape[1] for picture in pictures), 0, 0
     rows = np.zeros((sum(picture.shape[0] for picture in pictures), width), np.uint16)
-    for picture, table in zip(pictures, tables, strict=True):
+    dark = np.zeros(rows.shape, np.uint8)
+    for picture, shade, table in zip(pictures, shades, tables, strict=True):
         height, across = picture.shape
         rows[top : top + height, :across] = picture
+        if shade is not None:
+            dark[top : top + height, :across] = shade
         parts.append([top, across, height, first])
         top, first = top + height, first + table.shape[0] * WIDTH
-    return rows, np.concatenate(tables), parts
+    return rows, dark, np.concatenate(tables), parts

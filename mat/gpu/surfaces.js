@@ -10,10 +10,12 @@ SKYSHINE.surfaces = (() => {
     precision highp usampler2D;
     uniform usampler2D codes;
     uniform sampler2D mixtures;
+    uniform sampler2D shade;
+    uniform vec3 around; // 1 where textures show shade; the hidden share of the sky there; temperature of the air
     uniform vec3 toSource;
     out vec4 result;
 
-    vec4 seen(vec4 rows, vec4 shares, vec3 normal, vec3 way, float altitude, float number) {
+    vec4 seen(vec4 rows, vec4 shares, vec3 normal, vec3 way, float altitude, float number, float dark) {
       if (shares.x <= 0.0) return vec4(0.0, 0.0, 0.0, -1.0);
       SkyshineFace face;
       face.toSource = toSource;
@@ -28,18 +30,25 @@ SKYSHINE.surfaces = (() => {
       for (int k = 0; k < 3; k++) {
         if (shares[k] > 0.0) {
           float temperature = skyshineTemperature(int(rows[k]), altitude, azimuth, slope);
-          radiance += shares[k] * skyshineSurfaceRadiance(air, int(rows[k]), temperature, face);
-          warmth += shares[k] * temperature;
+          float lit = skyshineSurfaceRadiance(air, int(rows[k]), temperature, face);
+          radiance += shares[k] * (1.0 - dark) * lit;
+          warmth += shares[k] * (1.0 - dark) * temperature;
+          if (dark > 0.0) {
+            float cool = temperature + skyshineShadedChangeOf(int(rows[k]), altitude, azimuth, slope);
+            radiance += shares[k] * dark * skyshineShadedRadiance(air, int(rows[k]), cool, face, around.y, around.z);
+            warmth += shares[k] * dark * cool;
+          }
         }
       }
       return vec4(radiance, skyshineApparentTemperature(radiance), warmth, number);
     }
 
-    vec4 mixed(int number, vec3 normal, vec3 way, float altitude) {
+    vec4 mixed(int number, ivec2 texel, vec3 normal, vec3 way, float altitude) {
       ivec2 place = ivec2((number & 1023) * 2, number >> 10);
       vec4 rows = texelFetch(mixtures, place, 0);
       vec4 shares = texelFetch(mixtures, place + ivec2(1, 0), 0);
-      return seen(rows, shares, normal, way, altitude, float(number));
+      float dark = around.x > 0.5 ? texelFetch(shade, texel, 0).r : 0.0;
+      return seen(rows, shares, normal, way, altitude, float(number), dark);
     }`;
 
   const WHOLE = `#version 300 es
@@ -53,7 +62,7 @@ SKYSHINE.surfaces = (() => {
       ivec2 texel = ivec2(int(gl_FragCoord.x), int(plan.y) - 1 - int(gl_FragCoord.y));
       vec2 aside = (gl_FragCoord.xy - 0.5 * plan.xy) * plan.z;
       int number = int(texelFetch(codes, texel, 0).r);
-      result = mixed(number, vec3(0.0, 0.0, 1.0), observer - vec3(aside, 0.0), plan.w);
+      result = mixed(number, texel, vec3(0.0, 0.0, 1.0), observer - vec3(aside, 0.0), plan.w);
     }`;
 
   const CORNERS = `#version 300 es
@@ -91,11 +100,12 @@ SKYSHINE.surfaces = (() => {
         vec2 inside = vec2(at.x < -1e-6 || at.x > 1.000001 ? fract(at.x) : clamp(at.x, 0.0, 1.0),
                            at.y < -1e-6 || at.y > 1.000001 ? fract(at.y) : clamp(at.y, 0.0, 1.0));
         vec2 texel = min(floor(inside * part.yz), part.yz - 1.0);
-        int number = int(texelFetch(codes, ivec2(int(texel.x), int(part.x + texel.y)), 0).r) + int(part.w);
-        result = mixed(number, side, way, altitude);
+        ivec2 cell = ivec2(int(texel.x), int(part.x + texel.y));
+        int number = int(texelFetch(codes, cell, 0).r) + int(part.w);
+        result = mixed(number, cell, side, way, altitude);
       } else {
         vec4 rows = vec4(cover, 0.0, 0.0, 0.0);
-        result = seen(rows, vec4(1.0, 0.0, 0.0, 0.0), side, way, altitude, -2.0 - cover);
+        result = seen(rows, vec4(1.0, 0.0, 0.0, 0.0), side, way, altitude, -2.0 - cover, 0.0);
       }
     }`;
 

@@ -3,7 +3,7 @@
 
 SKYSHINE.tables = (() => {
   const { files } = SKYSHINE;
-  const KINDS = { R16F: [2, 1], RGBA16F: [2, 4], R32F: [4, 1], RGBA32F: [4, 4], R16UI: [2, 1], RGBA16UI: [2, 4] };
+  const KINDS = { R16F: [2, 1], RGBA16F: [2, 4], R32F: [4, 1], RGBA32F: [4, 4], R16UI: [2, 1], RGBA16UI: [2, 4], R8: [1, 1] };
 
   function bytesOf(file) {
     if (!file.bytes) {
@@ -22,7 +22,7 @@ SKYSHINE.tables = (() => {
     const [width, height, depth] = entry.size;
     const count = width * height * depth * channels;
     const { buffer } = bytesOf(files[name]);
-    return size === 2 ? new Uint16Array(buffer, entry.offset, count) : new Float32Array(buffer, entry.offset, count);
+    return new { 1: Uint8Array, 2: Uint16Array, 4: Float32Array }[size](buffer, entry.offset, count);
   }
 
   const numbers = (name) => files[name].header.numbers;

@@ -44,6 +44,7 @@
     R32F: [gl.R32F, gl.RED, gl.FLOAT],
     RGBA32F: [gl.RGBA32F, gl.RGBA, gl.FLOAT],
     R16UI: [gl.R16UI, gl.RED_INTEGER, gl.UNSIGNED_SHORT],
+    R8: [gl.R8, gl.RED, gl.UNSIGNED_BYTE],
   };
 
   function texture(format, [width, height, depth], values, { solid = false, linear = false } = {}) {
@@ -169,13 +170,16 @@
   function nodesOf(air, surface) {
     const [own, faces] = [numbers(air), numbers(surface)];
     const axes = [own.axes[0], own.axes[1], own.emission_temperature, own.angle, faces.azimuth, faces.slope, faces.altitude];
+    axes.push(faces.shaded_azimuth ?? [0], faces.shaded_slope ?? [0]);
     const width = Math.max(...axes.map((axis) => axis.length));
     const values = new Float32Array(width * axes.length);
     axes.forEach((axis, row) => values.set(axis, row * width));
     return texture("R32F", [width, axes.length, 1], values);
   }
 
-  // Temperatures of an hour: those of two times of the table, mixed.
+  const shaded = files[settings.texture].header.textures.shade0 !== undefined;
+
+  // Temperatures of an hour: those of two times of the table, mixed. Returns what is around faces in the shade.
   function temperaturesOf(surface, hour) {
     const own = numbers(surface);
     const times = own.time_repeats ? [...own.time, own.time[0] + 24] : own.time;
@@ -184,14 +188,27 @@
     if (turned > times[times.length - 1]) throw new Error("The table holds no temperatures of this hour.");
     const [lower, upper, weight] = cell(times, turned);
     const place = [lower, upper % own.time.length, weight];
+    const floats = keep(`floats ${surface}`, () => Float32Array.from(texels(surface, "temperature"), halfToFloat));
     const { size } = files[surface].header.textures.temperature;
     const layers = size[2] / own.time.length;
-    const halves = texels(surface, "temperature");
-    const floats = keep(`floats ${surface}`, () => Float32Array.from(halves, halfToFloat));
     const above = mixed(floats, own.time.length, place);
     const reference = mixed(texels(surface, "reference"), own.time.length, place);
     replaced("temperatures", texture("R16F", [size[0], size[1], layers], above, { solid: true, linear: true }));
     replaced("reference", texture("R32F", [layers, 1, 1], reference));
+    return shaded ? changeOf(surface, own, turned, layers) : [0, 0, 0];
+  }
+
+  // The change of temperatures in the shade, as the temperatures; returns what is around faces there.
+  function changeOf(surface, own, turned, layers) {
+    const size = [own.shaded_azimuth.length, own.shaded_slope.length, layers];
+    const count = own.shaded_time.length;
+    const hours = own.time_repeats ? [...own.shaded_time, own.shaded_time[0] + 24] : own.shaded_time;
+    const [lower, upper, weight] = cell(hours, own.time_repeats ? turned % 24 : turned);
+    const place = [lower, upper % count, weight];
+    const floats = keep(`change ${surface}`, () => Float32Array.from(texels(surface, "shaded_change"), halfToFloat));
+    replaced("shaded_change", texture("R16F", size, mixed(floats, count, place), { solid: true, linear: true }));
+    const air = mixed(own.air_temperature.flat(), count, place);
+    return [1, 1 - own.shaded_sky, air.reduce((total, kelvin) => total + kelvin, 0) / air.length];
   }
 
   // Draws radiances; returns where the source stands.
@@ -200,7 +217,7 @@
     const [elevation, azimuth] = track(band.surface, source, hour);
     const [own, faces, glow] = [numbers(name), numbers(band.surface), numbers(band.band)];
     replaced("terms", texture("RGBA32F", [own.components / 4, termsOf(name, elevation).length / own.components, 1], termsOf(name, elevation)));
-    temperaturesOf(band.surface, hour);
+    const around = temperaturesOf(band.surface, hour);
     const groups = own.components / 4;
     const air = [0, 1, 2, 3].map((k) => {
       const part = `air${Math.min(k, groups - 1)}`;
@@ -213,6 +230,8 @@
       skyshineMaterials: keep(`materials ${band.band}`, () => stored(band.band, "materials")),
       skyshineTemperatures: changing.get("temperatures"),
       skyshineReference: changing.get("reference"),
+      skyshineShadedChange: changing.get(shaded ? "shaded_change" : "temperatures"),
+      shade: keep("shade", () => (shaded ? stored(settings.texture, "shade0") : texture("R8", [1, 1, 1], new Uint8Array(1)))),
       codes: keep("codes", () => stored(settings.texture, "level0")),
       mixtures: keep(`mixtures ${band.band}`, () => mixtureTexture(settings.texture, glow.material)),
     };
@@ -231,10 +250,12 @@
     gl.uniform4i(at.skyshineSize, axes[0].length, axes[1].length, axes[2].length, groups);
     gl.uniform4i(at.skyshineCount, own.material.length, own.emission_temperature.length, 1 + own.harmonic.length, own.angle.length);
     gl.uniform4i(at.skyshineSurface, faces.azimuth.length, faces.slope.length, faces.altitude.length, faces.azimuth_repeats ? 1 : 0);
+    gl.uniform2i(at.skyshineShaded, ...(shaded ? [faces.shaded_azimuth.length, faces.shaded_slope.length] : [1, 1]));
     gl.uniform2i(at.skyshineKind, own.coordinates === "ray" ? 1 : 0, own.angle_axis === "scattering_angle" ? 1 : 0);
     gl.uniform4f(at.skyshineObserver, ...observerOf(name, settings.altitude_km));
     gl.uniform3f(at.skyshineBand, glow.first_temperature, glow.temperature_step, glow.temperatures);
     const [e, a] = [elevation, azimuth].map((angle) => (angle * Math.PI) / 180);
+    gl.uniform3f(at.around, ...around);
     gl.uniform3f(at.toSource, Math.cos(e) * Math.sin(a), Math.cos(e) * Math.cos(a), Math.sin(e));
     if (mesh) drawTriangles(at, glow.material, range / settings.range_km[0]);
     else drawPlan(at, range);

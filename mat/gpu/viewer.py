@@ -24,6 +24,7 @@ from skyshine.mat.gpu.coordinates import AirCoordinates
 from skyshine.mat.gpu.export import AirSet, air_sets, databases, exported_air
 from skyshine.mat.gpu.shader import shader
 from skyshine.mat.gpu.surface import export_surface
+from skyshine.mat.runtime.shade import SHADED_SKY
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.whole_files import write_whole
 from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
@@ -124,7 +125,8 @@ def write_viewer(plan: Plan, folder: Path, report: Callable[[Path], None] | None
     Raises
     ------
     InputError
-        A material of the texture is missing in a band or a table of temperatures, or the folder cannot be written.
+        A material of the texture is missing in a band or a table of temperatures, a table lacks the response to the
+        texture's shade, or the folder cannot be written.
     """
     sets = air_sets(plan.files)
     exported: dict[str, GpuFile] = {}
@@ -132,6 +134,7 @@ def write_viewer(plan: Plan, folder: Path, report: Callable[[Path], None] | None
         name = plan.texture.name.removesuffix(".h5")
         level = next(n for n in range(file.levels) if max(file.size(n)) <= LARGEST)
         exported[name] = _level(export_codes(file, plan.texture.name), level)
+        shaded_sky = SHADED_SKY if file.has_shade else None
         rows, columns = file.size(level)
         scale = plan.metres_per_texel * file.width / columns
         _refuse_missing(file, sets, plan.texture)
@@ -140,7 +143,9 @@ def write_viewer(plan: Plan, folder: Path, report: Callable[[Path], None] | None
         exported.setdefault(table_name(one.band.path), export_band(one.band))
         surface = table_name(one.surface.path)
         if surface not in exported:
-            exported[surface] = export_surface(one.surface, level=True, altitudes_km=[plan.surface_km])
+            exported[surface] = export_surface(
+                one.surface, level=True, altitudes_km=[plan.surface_km], shaded_sky=shaded_sky
+            )
     nearest = plan.altitude_km - plan.surface_km
     aside = 1e-3 * scale * float(np.hypot(rows, columns))  # corners are farther from the observer than the centre
     farthest = min(FARTHEST_KM, *(float(AirCoordinates.of(one.air).range_km[1]) - aside for one in sets))
@@ -213,6 +218,8 @@ def table_name(path: Path) -> str:
 def _level(content: GpuFile, level: int) -> GpuFile:
     """One mip level of a texture, as its first."""
     kept = {"level0": content.textures[f"level{level}"], "mixtures": content.textures["mixtures"]}
+    if f"shade{level}" in content.textures:
+        kept["shade0"] = content.textures[f"shade{level}"]
     return GpuFile(content.kind, content.source, kept, content.numbers | {"levels": 1}, content.stated_error)
 
 

@@ -254,9 +254,9 @@ def _with_shade(surface: TemperatureTable, faces: Faces, shade: Floats) -> Faces
     cool = faces.shaded_temperature
     if cool is None:
         row, part = np.nonzero(dark)
-        where = {name: getattr(faces, name)[row] for name in ("altitude", "azimuth", "slope", "time")}
-        cool = np.zeros(dark.shape)
-        cool[row, part] = shaded_temperature(surface, codes[row, part], under[row], **where)
+        where = {name: getattr(faces, name)[row] for name in ("altitude", "azimuth", "slope")}
+        cool, time = np.zeros(dark.shape), faces.time[row, None]
+        cool[row, part] = shaded_temperature(surface, codes[row, part], under[row], **where, time=time)[:, 0]
     view, wall = own - shade * (own - under), faces.wall_temperature
     if wall is None and np.any(view < 1):
         wall = air_temperature(surface, faces.altitude, faces.time)

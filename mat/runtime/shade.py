@@ -27,7 +27,7 @@ def shaded_temperature(
     slope: Floats,
     time: Floats,
 ) -> Floats:
-    """Temperatures (n,) of faces in the shade all day, each under a sky of its own [K].
+    """Temperatures (n, H) of faces in the shade all day, each under a sky of its own [K].
 
     Parameters
     ----------
@@ -36,21 +36,25 @@ def shaded_temperature(
         Codes.
     sky_view : (n,) array
         Open share of the sky above each face; the rest is a wall of the temperature of the air.
-    altitude, azimuth, slope, time : (n,) array
-        [km], [degree], [degree], [h]
+    altitude, azimuth, slope : (n,) array
+        [km], [degree], [degree]
+    time : (n, H) array
+        Local clock [h].
 
     Raises
     ------
     InputError
         A value outside an axis, or the table holds no response to shade.
     """
-    kelvin, shaded = np.empty(material.shape), np.ones((1, forcing_hours().size))
+    kelvin, shaded = np.empty(time.shape), np.ones((1, forcing_hours().size))
     for start in range(0, material.size, _BLOCK):
         rows = slice(start, start + _BLOCK)
         exposure = Exposure(shaded, np.asarray(sky_view, float)[rows, None])
         where: dict[str, Any] = {"altitude": altitude[rows], "azimuth": azimuth[rows], "slope": slope[rows]}
-        change = surface.exposed_change(exposure, material=material[rows], **where)
-        kelvin[rows] = surface.temperature(material=material[rows], **where, time=time[rows], absorbed_change=change)
+        where["material"] = material[rows]
+        change = surface.exposed_change(exposure, **where)
+        columns = {name: values[:, None] for name, values in where.items()}
+        kelvin[rows] = surface.temperature(**columns, time=time[rows], absorbed_change=change[:, None])
     return kelvin
 
 

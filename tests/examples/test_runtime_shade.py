@@ -88,6 +88,21 @@ def test_faces_under_a_part_of_the_sky_agree_with_the_library(runtime, textured)
         agrees(runtime, scene | {"pixels": [{k: v for k, v in p.items() if k != "ground_material"} for p in pixels]})
 
 
+def test_the_ground_that_a_file_names_is_before_the_walls(runtime, textured, tmp_path):
+    """Its temperature is that of level ground at the lowest altitude of the surface file, at the hour of the pixel."""
+    named = tmp_path / Path(textured[1]["atmosphere"]).name
+    shutil.copyfile(textured[1]["atmosphere"], named)
+    with h5py.File(named, "r+") as file:
+        file.attrs["ground_material"] = "grass_green"
+    scene = textured[1] | {"atmosphere": str(named), "shaded_sky": 0.1}
+    terms, stated = agrees(runtime, scene), by_library(textured[1] | {"shaded_sky": 0.1})
+    assert np.any(terms["skyshine"] != stated["skyshine"])
+    with h5py.File(named, "r+") as file:
+        file.attrs["ground_material"] = "no_such_material"
+    status, shown, complaint = runtime(scene)
+    assert (status, shown) == (1, "") and "no_such_material" in complaint and len(complaint.strip().splitlines()) == 1
+
+
 def test_a_texture_without_shade_reads_as_one_in_the_sun(runtime, textured, texture, tmp_path):
     """A layer of zeros, and none: the same characters."""
     scene = textured[0]

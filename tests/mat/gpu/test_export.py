@@ -1,7 +1,10 @@
 """An export holds what the databases hold, within what its headers state."""
 
 import json
+import shutil
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +23,9 @@ from skyshine.mat.runtime.pixel import pixel_radiance
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group, Variable
 from skyshine.tmm import open_tmm
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "fuzz"))
+from good_databases import with_shade
 
 FRAME = Frame(13.0, 0.5)
 
@@ -157,6 +163,47 @@ def test_the_response_to_shade_is_that_of_the_table(tables):
     kernel = np.asarray(surface.root.variables["response_kernel"].data, float)
     stored = content.textures["response_kernel"].texels.astype(float) * content.numbers["scale"]["response_kernel"]
     assert stored.reshape(kernel.shape) == pytest.approx(kernel, rel=6e-4, abs=1e-6 * np.abs(kernel).max())
+
+
+@pytest.mark.parametrize("hour", [None, 13.4])
+def test_temperatures_in_the_shade_are_those_of_the_table(tables, hour):
+    """At nodes of the table and between them, at all hours or at that of a frame."""
+    surface = tables[0]
+    content = export_surface(surface, hour=hour, shaded_sky=0.4)
+    numbers = content.numbers
+    axes = [numbers[name] for name in ("shaded_time", "material", "altitude", "shaded_slope", "shaded_azimuth")]
+    change = content.textures["shaded_change"].texels.astype(float).reshape([len(axis) for axis in axes])
+    assert set(numbers["slope"]) < set(numbers["shaded_slope"]) and numbers["shaded_sky"] == 0.4
+    assert np.diff(numbers["shaded_azimuth"]).max() <= 15 and (len(axes[0]) == 1) == (hour is not None)
+    for place in (
+        (0, 0, 0, 0, 0),
+        (-1, 1, 1, 3, 5),
+        (len(axes[0]) // 2, 0, 1, -1, -1),
+        (len(axes[0]) // 3, 1, 0, 2, 7),
+    ):
+        time, material, altitude, slope, azimuth = (axis[k] for axis, k in zip(axes, place, strict=True))
+        where = {"material": material, "altitude": altitude, "slope": slope, "azimuth": azimuth % 360, "time": time}
+        dark = surface.shaded_temperature(sky_view=0.4, **where)
+        assert surface.temperature(**where) + change[place] == pytest.approx(float(dark), abs=0.02)
+    air = surface.value("air_temperature", altitude=np.array(axes[2]), forcing_time=np.array(axes[0])[:, None])
+    assert numbers["air_temperature"] == pytest.approx(air)
+
+
+def test_an_export_of_a_folder_with_shade_holds_it_on_all_levels(plan_build, tmp_path):
+    folder = shutil.copytree(plan_build, tmp_path / "built")
+    with_shade(folder / "halves.tmm.h5")
+    export_gpu([folder], tmp_path / "out")
+    content = read_gpu(tmp_path / "out" / "halves.tmm.gpu.json")
+    with open_tmm(folder / "halves.tmm.h5") as file:
+        for level in range(file.levels):
+            stored = content.textures[f"shade{level}"]
+            assert stored.format == "R8" and np.array_equal(
+                stored.texels[0, ..., 0], file.array(f"levels/{level}/shade")
+            )
+    assert read_gpu(tmp_path / "out" / "s01.htt.gpu.json").numbers["shaded_sky"] == 0.5
+    export_gpu([plan_build], tmp_path / "plain")
+    assert "shaded_change" not in read_gpu(tmp_path / "plain" / "s01.htt.gpu.json").textures
+    assert "shade0" not in read_gpu(tmp_path / "plain" / "halves.tmm.gpu.json").textures
 
 
 def test_mixtures_of_all_levels_are_those_of_the_texture(plan_build):

@@ -1,5 +1,9 @@
 """A page of a scene shows what the library computes for the faces that the camera's rays meet."""
 
+import shutil
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 import yaml
@@ -14,7 +18,11 @@ from skyshine.mat.render.scene_file import load_scene
 from skyshine.mat.render.surface import SurfaceMaterials, surface_of_scene
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
 
+sys.path.insert(0, str(Path(__file__).parents[2] / "fuzz"))
+from good_databases import with_shade
+
 LARGEST_K = 0.05
+LARGEST_SHADED_K = 0.08  # of tilted faces, whose temperatures in the shade are read between nodes
 CAMERAS = {
     "perspective": {"position_m": [30.0, -60.0, 80.0], "look_at_m": [0.0, 5.0, 2.0], "field_of_view_deg": 30.0},
     "plan_view": {"height_m": 300.0, "width_m": 30.0, "top_azimuth_deg": 30.0},
@@ -75,7 +83,9 @@ def expected(path, hour):
     table, band, air = (skyshine.mat.open(built / f"{n}.h5") for n in ("s01.htt", "b01.band", "s01b01.atmq"))
     with SurfaceMaterials(scene, surface) as materials:
         mixtures = materials.at(hits.face[pick], hits.weights[pick], np.zeros(pick.size))
-        codes = np.array([table.materials[name] for name in mixtures.names])[mixtures.number]
+        codes = np.array([table.materials[name] for name in mixtures.names] * 2)[mixtures.number[:, :3]]
+        shade = mixtures.share[:, 3:].sum(axis=1)
+        shares = mixtures.share[:, :3] + (mixtures.share[:, 3:] if shade.any() else 0.0)
     normal = surface.normal[hits.face[pick]]
     to_observer = -rays.direction[pick]
     normal = np.where(np.sum(normal * to_observer, axis=-1, keepdims=True) < 0, -normal, normal)
@@ -86,7 +96,8 @@ def expected(path, hour):
     up, along = np.radians(float(track.elevation)), np.radians(float(track.azimuth))
     to_source = np.array([np.cos(up) * np.sin(along), np.cos(up) * np.cos(along), np.sin(up)])
     full, reach = np.ones(pick.size), hits.distance[pick] / 1e3
-    faces = Faces(codes, mixtures.share, surface.altitude + height / 1e3, azimuth, slope, hour * full)
+    dark = {"shade": shade, "shaded_sky": scene.model.surface.shaded_sky * full}
+    faces = Faces(codes, shares, surface.altitude + height / 1e3, azimuth, slope, hour * full, **dark)
     view = View(
         reach,
         reach,
@@ -103,6 +114,32 @@ def expected(path, hour):
 
 
 NEAR = [(down, across) for down in (-1, 0, 1) for across in (-1, 0, 1)]
+
+
+@pytest.fixture(scope="module")
+def shaded_scene(scene):
+    """The scene over its texture with a layer of shade."""
+    content = yaml.safe_load(scene.read_text())
+    texture = scene.parent / f"shaded_{scene.stem}.tmm.h5"
+    shutil.copyfile(scene.parent / "built" / "halves.tmm.h5", texture)
+    with_shade(texture)
+    content["surface"]["plan"]["texture"] = texture.name
+    path = scene.parent / f"shaded_{scene.name}"
+    path.write_text(yaml.safe_dump(content | {"surface": content["surface"] | {"shaded_sky": 0.3}}), encoding="utf-8")
+    return path
+
+
+def test_the_shade_of_a_scene_is_that_of_the_library(browser, shaded_scene, tmp_path):
+    done = CliRunner().invoke(main, ["view", str(shaded_scene), "--out", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    result, pixels, messages, _ = browser.probe(tmp_path / "index.html", band="s01b01", hour=15.0, source="sun")
+    assert (messages, result["message"], result["error"]) == ([], "", 0)
+    pick, band, library, _ = expected(shaded_scene, result["hour"])
+    assert np.ptp(library.temperature) > 8
+    # A pixel on the border of two texels may read either.
+    same = np.abs(pixels[pick, 2] - library.temperature) < 0.05
+    assert same.mean() > 0.95
+    assert np.abs(pixels[pick, 1] - apparent_temperature(band, library.radiance))[same].max() <= LARGEST_SHADED_K
 
 
 def test_the_faces_of_a_scene_are_those_of_the_library(browser, scene, tmp_path):

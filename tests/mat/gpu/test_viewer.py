@@ -2,7 +2,11 @@
 
 import json
 import re
+import shutil
+import sys
+from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -13,6 +17,9 @@ from skyshine.mat.gpu.stated_error import apparent_temperature
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
 from skyshine.mat.tables.surface_tables import BandTable
 from skyshine.tmm import open_tmm
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "fuzz"))
+from good_databases import with_shade
 
 LARGEST_K = 0.05
 
@@ -55,7 +62,8 @@ def expected(built, page, result, source, stride):
     full, flat = np.full(count, 1.0), np.zeros(count)
     with open_tmm(built / "halves.tmm.h5") as texture:
         codes, shares = texture.mixture(column + 0.5, row + 0.5)
-    faces = Faces(codes, shares, settings["surface_km"] * full, flat, flat, result["hour"] * full)
+        shade = texture.shade(column + 0.5, row + 0.5)
+    faces = Faces(codes, shares, settings["surface_km"] * full, flat, flat, result["hour"] * full, shade=shade)
     view = View(
         reach / 1e3,
         reach / 1e3,
@@ -84,6 +92,37 @@ def test_a_frame_of_the_page_is_that_of_the_library(browser, plan_build, page, h
     assert np.ptp(library.temperature) > 0.05  # two materials are seen
     assert np.abs(pixels[:, 1] - apparent_temperature(band, library.radiance)).max() <= LARGEST_K
     assert np.abs(pixels[:, 2] - library.temperature).max() <= 1e-3
+
+
+@pytest.fixture(scope="module")
+def shaded_build(plan_build, tmp_path_factory):
+    """The databases with a layer of shade in their texture."""
+    folder = shutil.copytree(plan_build, tmp_path_factory.mktemp("shaded") / "built")
+    with_shade(folder / "halves.tmm.h5")
+    return folder
+
+
+@pytest.mark.parametrize(("hour", "source"), [(9.0, "sun"), (13.0, "sun"), (23.0, "moon")])
+def test_texels_in_the_shade_are_those_of_the_library(browser, shaded_build, tmp_path, hour, source):
+    done = CliRunner().invoke(main, ["view", str(shaded_build), "--out", str(tmp_path), "--altitude", "0.5"])
+    assert done.exit_code == 0, done.output
+    wanted = {"band": "s01b01", "hour": hour, "source": source, "range": 0.3, "stride": 3}
+    result, pixels, messages, _ = browser.probe(tmp_path / "index.html", **wanted)
+    assert (messages, result["message"], result["error"]) == ([], "", 0)
+    band, library = expected(shaded_build, tmp_path, result, source, wanted["stride"])
+    if hour == 13.0:
+        assert np.ptp(library.temperature) > 8
+    assert np.abs(pixels[:, 1] - apparent_temperature(band, library.radiance)).max() <= LARGEST_K
+    assert np.abs(pixels[:, 2] - library.temperature).max() <= 0.02
+
+
+def test_shade_without_the_response_to_it_is_refused_in_one_line(shaded_build, tmp_path):
+    folder = shutil.copytree(shaded_build, tmp_path / "built")
+    with h5py.File(folder / "s01.htt.h5", "r+") as file:
+        del file["response_kernel"]
+    done = CliRunner().invoke(main, ["view", str(folder), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 2
+    assert "holds no response to shade" in done.output and len(done.output.strip().splitlines()) == 1
 
 
 def test_nothing_in_the_folder_names_an_address(page):

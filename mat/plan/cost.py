@@ -1,8 +1,8 @@
 """What a build will take, estimated from its plan by a measured model.
 
-Constants are fits to builds of the starter job and of the default grid with one to 82 materials on one core of a 2.5
-GHz server, in processor seconds; tests/validation/test_build_cost.py says how good they are. Another machine takes its
-own multiple.
+Constants are fits to builds of the starter job, of the default grid and of five days of a year, with three to 133
+materials, on one core of a 2.5 GHz server, in processor seconds; tests/validation/test_build_cost.py says how good they
+are. Another machine takes its own multiple.
 """
 
 from __future__ import annotations
@@ -23,28 +23,28 @@ from skyshine.mat.scene.grids import path_scope
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 
 # s for each band, and for each of its spectral points: for the choice of points, and for their errors in an air.
-CHOICE_BAND, CHOICE_POINT = 0.1, 8.0e-4
-TEST_BAND, TEST_POINT = 0.1, 2.4e-4
+CHOICE_BAND, CHOICE_POINT = 0.16, 1.3e-3
+TEST_BAND, TEST_POINT = 0.16, 7.0e-4
 # s for each line of sight, each node of the path radiance and each source elevation (sky light), of a table of 44
 # points.
-TABLE_LINE, TABLE_NODE, TABLE_SOURCE, TABLE_POINTS = 8.5e-4, 6.3e-7, 0.028, 44
+TABLE_LINE, TABLE_NODE, TABLE_SOURCE, TABLE_POINTS = 8.5e-4, 4.5e-6, 0.09, 44
 # s for harmonics of ambient light at TABLE_POINTS: of the sky, for each source elevation in it, for each line of sight,
 # and for the faces on which they are measured.
-HARMONIC_SKY, HARMONIC_SOURCE, HARMONIC_LINE, HARMONIC_FACES = 0.8, 0.11, 1.0e-3, 0.6
+HARMONIC_SKY, HARMONIC_SOURCE, HARMONIC_LINE, HARMONIC_FACES = 0.5, 0.065, 6.0e-4, 0.7
 # s for the fields of tables in channels at 0.5 K, and for the lines on which their nodes are placed and measured.
 CHANNEL_LINES, CHANNEL_PROBES = 6.0, 5.0
 SHARED_TABLE, SHARED_PROBES = 0.3, 0.5  # of these, in a state on the nodes of similar airs
 _PARTS = 1000  # lines, to know which share of them samples the part of the paths that needs leave
 COMPILED_POINTS = 64  # the most that a compiled band has
-MEASURED = 0.7  # s for the lines of sight on which a table is measured, at TABLE_POINTS
+MEASURED = 1.0  # s for the lines of sight on which a table is measured, at TABLE_POINTS
 # s for each spectral point and range of a line of sight of weighted transmittance, and for each weight there; lines
 # beside the table's.
 EMISSION_END, EMISSION_WEIGHT, EMISSION_LINES = 3e-8, 1.5e-10, 600
 # s for the sky of a state, for each material under it, for placing its times of day, and for each distinct surface
 # column, its forcing included.
-SKY, MATERIAL, TIMES, COLUMN = 0.2, 0.02, 0.025, 2.3e-5
+SKY, MATERIAL, TIMES, COLUMN = 0.2, 0.008, 0.01, 2.3e-5
 # s for each material and plane of the response to shade, and for the whole solutions of a material that measure it.
-RESPONSE_PLANE, SHADE_ERROR = 3.5e-3, 0.075
+RESPONSE_PLANE, SHADE_ERROR = 3.5e-3, 0.026
 # s for solving the ground around the surfaces of a state, and its walls, at each altitude.
 GROUND, WALLS = 0.03, 0.08
 PICTURE = 0.45  # s for each file that is drawn

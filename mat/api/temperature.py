@@ -14,12 +14,14 @@ import numpy.typing as npt
 from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.mat.job.fields import clock_interval
 from skyshine.mat.job.surface import Operation
-from skyshine.mat.scene.moisture import job_library
+from skyshine.mat.scene.moisture import job_library, wet_absorptance
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
 from skyshine.mat.surface.column import ColumnResult, from_record, from_scene
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.surroundings import WALL_EMISSIVITY, Surroundings
+from skyshine.mat.surface.weather import DRY, Wetting
 from skyshine.mat.surface.weather_readings import read_record
+from skyshine.mat.surface.wet_skin import FilmSkin, film_capacity
 from skyshine.mat.tables.dataset import dataset
 from skyshine.materials.files import load_thermal
 from skyshine.materials.library import MaterialLibrary, load_library
@@ -41,6 +43,8 @@ class SurfaceTemperature(ColumnResult):
         variables: dict[str, tuple[tuple[str, ...], str, Any]] = {"temperature": (("time",), "K", self.temperature)}
         if self.depth_temperature is not None:
             variables["temperature_at_depth"] = (("time",), "K", self.depth_temperature)
+        if self.film is not None:
+            variables["film"] = (("time",), "kg m^-2", self.film)
         variables |= {name: (("time",), "W m^-2", values) for name, values in self.fluxes.items()}
         attributes = {
             "residual": self.residual,
@@ -148,13 +152,15 @@ def temperature(
     surroundings = _surroundings(shade, sky_view, facing, facing_emissivity)
     if job is not None:
         model, (sun_path, weather, sky) = surface_inputs(job, state)
-        surface = surface_material(material, model.operated, optical, job_library(model))
+        surface = surface_material(material, model.operated, optical, job_library(model), weather.wetting)
         metres = sun_path.altitude if altitude is None else 1e3 * altitude
         column = from_scene(surface, sun_path, weather, sky, metres, slope, azimuth, depth, surroundings)
     else:
         assert forcing is not None
         surface = surface_material(material, {}, optical)
         record = read_record(forcing, 1e3 * (altitude or 0.0))
+        if record.wetting != DRY:
+            surface = surface_material(material, {}, optical, wetting=record.wetting)
         placed = slope or surroundings is not None or "sw_down" not in record.values
         sun = _sun_at(latitude, longitude) if placed else None
         column = from_record(surface, record, slope, azimuth, sun, ground_albedo, depth, surroundings)
@@ -178,6 +184,7 @@ def surface_material(
     operated: Mapping[str, Operation],
     given: Mapping[str, float | None],
     library: MaterialLibrary | None = None,
+    wetting: Wetting = DRY,
 ) -> SurfaceMaterial:
     """A material of the library, in operation or not, or of a file; given optical values replace the library's."""
     text = os.fspath(name)
@@ -187,9 +194,14 @@ def surface_material(
         if missing:
             raise InputError(f"a material file holds no {missing[0]}; give {missing[0]}", file=text)
         thermal, surface, _, _ = load_thermal(text)
-        return SurfaceMaterial(text, thermal, surface, **optical)
-    (material,) = surface_materials([(library or load_library())[text]], operated)
-    return replace(material, **optical)
+        found = SurfaceMaterial(text, thermal, surface, **optical)
+        capacity = film_capacity(surface, None) if wetting.rain else 0.0
+        return replace(found, film=FilmSkin(**optical, capacity=capacity) if capacity else None)
+    (material,) = surface_materials([(library or load_library())[text]], operated, wetting)
+    found = replace(material, **optical)
+    if found.film is None or "solar_absorptance" not in optical:
+        return found
+    return replace(found, film=replace(found.film, solar_absorptance=wet_absorptance(found.solar_absorptance)))
 
 
 def _sun_at(

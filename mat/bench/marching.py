@@ -6,7 +6,7 @@ a theta scheme with one Newton step of the surface balance. Vectorised over colu
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -71,9 +71,8 @@ def _at_times(forcing: Forcing, material: SurfaceMaterial, steps: int) -> list[B
     balances = []
     for time in range(times):
         parts = {}
-        for field in fields(Forcing):
-            values = np.asarray(getattr(forcing, field.name))
-            parts[field.name] = values if values.shape[-1] == 1 else values[:, time : time + 1]
+        for name, values in forcing.given.items():
+            parts[name] = values if values.shape[-1] == 1 else values[:, time : time + 1]
         balances.append(Balance(Forcing(**parts), material))
     return [balances[step * times // steps] for step in range(steps)]
 

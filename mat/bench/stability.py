@@ -20,7 +20,8 @@ from skyshine.mat.bench.extreme_jobs import compiled_case, job_case
 from skyshine.mat.bench.extreme_reading import band_case, lobe_case, table_case
 from skyshine.mat.bench.extreme_textures import classifier_case, texture_case
 from skyshine.mat.surface.relaxation import TOLERANCE
-from skyshine.mat.surface.solver import Solution, solve_columns
+from skyshine.mat.surface.solution import Solution
+from skyshine.mat.surface.solver import solve_columns
 from skyshine.mat.surface.stress import random_forcing, random_material, random_snow
 from skyshine.schemas.errors import InputError, nearest
 

@@ -125,7 +125,7 @@ def forcing_between(forcing: Forcing, column: int) -> Callable[[Floats], Forcing
 
     def forcing_at(seconds: Floats) -> Forcing:
         values = {}
-        for name, series in vars(one).items():
+        for name, series in one.given.items():
             series = np.asarray(series, float)
             moving = series.shape[-1] > 1
             values[name] = np.interp(seconds, times, series[0], period=DAY)[None, :] if moving else series

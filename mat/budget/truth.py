@@ -152,12 +152,15 @@ class FacetTruth:
         self.air, self.source = prepared.lit(prepared.exact, source), source
         self.irradiance = source_irradiance(job, source, self.air.band.wavenumber, self.air.band.width)
         chosen = [library[name] for name in names]
-        self.materials, self.inputs = surface_materials(chosen, job.operated), prepared.inputs
+        self.inputs = prepared.inputs
+        self.materials = surface_materials(chosen, job.operated, self.inputs[1].wetting)
         self.given = {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()}
         micron = 1e4 / self.air.band.wavenumber
         self.reflectance = np.array([np.interp(micron, m.wavelength, m.reflectance) for m in chosen])
         ground = job.states[prepared.state - 1].ground_material
-        self._ground = surface_materials([] if ground is None else [library[ground]], job.operated)
+        self._ground = surface_materials(
+            [] if ground is None else [library[ground]], job.operated, self.inputs[1].wetting
+        )
         self._lowest = job.site.altitude_km
 
     @property

@@ -114,6 +114,8 @@ def _emit_json(result: ColumnResult) -> None:
     }
     if result.depth_temperature is not None:
         output["temperature_at_depth"] = quantity(result.depth_temperature, "K")
+    if result.film is not None:
+        output["film"] = quantity(result.film, "kg m^-2")
     output |= {name: quantity(values, "W m^-2") for name, values in result.fluxes.items()}
     output |= {
         "notes": list(result.notes),

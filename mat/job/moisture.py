@@ -8,11 +8,11 @@ from typing import Annotated, Any, Literal
 import pydantic
 from pydantic import Field
 
+from skyshine.mat.surface.weather_readings import MOST_MOISTURE
 from skyshine.materials.records import Soil
 from skyshine.schemas.errors import nearest
 from skyshine.tmm.job.model import MaterialName
 
-MOST_MOISTURE = 0.95  # m3/m3, the porosity of the loosest peat
 # Share of the pores that is water. Dry and wet are those of Oke (1987), table 2.1; moist is chosen: ground some days
 # after rain, half as dark as wet.
 SATURATION = {"dry": 0.0, "moist": 0.25, "wet": 1.0}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 import pydantic
@@ -42,6 +42,7 @@ HOURLY_QUANTITIES = ("relative_humidity_percent", "wind_speed_m_s", "cloud_fract
 SUNLIGHT = ("direct_normal_w_m2", "diffuse_w_m2")
 RADIATION = (*SUNLIGHT, "longwave_down_w_m2")
 TOTAL = "global_horizontal_w_m2"  # in the place of both
+WATER = ("rain_mm_h", "soil_moisture_m3_m3")  # on and in the ground
 
 Percent = Annotated[float, Field(ge=0, le=100)]
 Irradiance = Annotated[float, Field(ge=0, le=1500)]
@@ -87,13 +88,31 @@ class HourlyWeather(StrictModel):
     wind_height_m: MastHeight | None = Field(None, description="Of the anemometer; by default that of the weather.")
     air_height_m: MastHeight | None = Field(None, description="Of the thermometer; by default that of the weather.")
 
+    # Excluded from dumps: only temperature tables depend on them, and their identity states them.
+    rain_mm_h: list[Annotated[float, Field(ge=0, le=2000)]] | None = Field(
+        None,
+        exclude=True,
+        description=(
+            "Means over the time since the entry before. Where it is given, if only zeros, rain and dew leave a film of"
+            " water on surfaces, which darkens them and evaporates."
+        ),
+    )
+    soil_moisture_m3_m3: list[Annotated[float, Field(ge=0, le=0.95)]] | None = Field(
+        None,
+        exclude=True,
+        description=(
+            "Of the upper soil: absorptance, emissivity and evaporation follow it by the hour, conductivity and heat"
+            " capacity its mean; soil_moisture of the job still says what the bands see. Capped at a soil's porosity."
+        ),
+    )
+
     @pydantic.model_validator(mode="after")
     def _complete(self) -> Self:
         if (self.direct_normal_w_m2 is None) != (self.diffuse_w_m2 is None):
             raise ValueError(f"found one of {' and '.join(SUNLIGHT)}; allowed: both or neither; give the other too")
         if self.direct_normal_w_m2 is not None and self.global_horizontal_w_m2 is not None:
             raise ValueError(f"found {SUNLIGHT[0]} and {TOTAL}; allowed: one of them; remove the total")
-        for name in ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa", *RADIATION, TOTAL):
+        for name in ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa", *RADIATION, TOTAL, *WATER):
             values = getattr(self, name)
             if values is not None and len(values) != len(self.time):
                 raise ValueError(
@@ -152,6 +171,14 @@ class Weather(StrictModel):
     )
     air_height_m: MastHeight = Field(2.0, description="Of thermometer and hygrometer; 2 m in EPW, TMY3 and reports.")
     cloud_fraction: Fraction = Field(0.0, description="Of the sky that clouds cover.")
+    # Excluded from dumps as the water of a table is.
+    snow_age_days: float | None = Field(
+        None,
+        ge=0,
+        le=400,
+        exclude=True,
+        description="Time since snow fell: the albedo of snow falls from that of its material to that of old snow.",
+    )
     ground_albedo: Fraction = Field(0.2, description="Share of sunlight that the ground around surfaces reflects.")
     radiation: Literal["computed", "measured"] = Field(
         "computed",
@@ -174,7 +201,8 @@ class Weather(StrictModel):
                 "found days_before without hourly; allowed: with hourly; give it, or history_days of a file"
             )
         for number, day in enumerate(self.days_before, 1):
-            for name in ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa", *RADIATION, TOTAL, "altitude_km"):
+            names = ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa", *RADIATION, TOTAL, *WATER, "altitude_km")
+            for name in names:
                 if (getattr(day, name) is None) != (getattr(self.hourly, name) is None):
                     raise ValueError(
                         f"found {name} in one of hourly and day {number} of days_before; allowed: the same quantities"
@@ -218,6 +246,14 @@ class Weather(StrictModel):
             if low > high:
                 raise ValueError(f"found air_temperature_c [{low:g}, {high:g}]; allowed: [lowest, highest]; swap them")
         return self
+
+    @property
+    def water(self) -> dict[str, Any]:
+        """What it says of water on and in the ground and of snow, as plain data; empty where it says nothing."""
+        days = [day for day in (*self.days_before, self.hourly) if day is not None]
+        found = {name: [getattr(day, name) for day in days] for name in WATER}
+        found = {name: values for name, values in found.items() if values and values[-1] is not None}
+        return found | ({} if self.snow_age_days is None else {"snow_age_days": self.snow_age_days})
 
     @property
     def heights_m(self) -> tuple[float, float]:

@@ -164,6 +164,8 @@ def _day_table(table: Readings, rows: slice, radiation: bool) -> HourlyWeather:
         "wind_speed_m_s": values.get("wind_speed"),
         "cloud_fraction": values.get("cloud_fraction"),
         "pressure_hpa": values["pressure"] / 100.0 if "pressure" in values else None,
+        "rain_mm_h": values.get("rain"),
+        "soil_moisture_m3_m3": values.get("soil_moisture"),
     }
     for name in HEIGHT_COLUMNS:
         if name in values:

@@ -75,6 +75,7 @@ class TemperatureProduct:
             "temperatures_c": {name: job.temperatures_c[name] for name in materials if name in job.temperatures_c},
             "materials_sha256": materials_digest(library, materials),
             **surroundings_identity(job, context.task.index),
+            **({"water": water} if (water := job.states[context.task.index - 1].weather.water) else {}),
         }
         return (TableIdentity(context.task.files[0], HTT, f"materials {library.version}", resolved),)
 
@@ -82,9 +83,10 @@ class TemperatureProduct:
         """The temperatures of all materials, on nodes that the job names or that hold its tolerance."""
         job, state = context.loaded.trimmed, context.task.index
         materials = [context.library[name] for name in context.materials]
+        inputs = scene_inputs(job, state)
         solver = _Solver(
-            surface_materials(materials, job.operated),
-            scene_inputs(job, state),
+            surface_materials(materials, job.operated, inputs[1].wetting),
+            inputs,
             {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()},
         )
         codes, steps, seed = [material.code for material in materials], job.accuracy.solver_steps, job.accuracy.seed

@@ -8,10 +8,13 @@ from functools import lru_cache, partial
 import numpy as np
 import numpy.typing as npt
 
+from skyshine.mat.atmosphere.sources.solar import ground_sunlight
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.moisture import moisture_of, water_fraction
-from skyshine.mat.radiometry.water_film import moist_reflectance
+from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
+from skyshine.mat.radiometry.water_film import film_reflectance, moist_reflectance
 from skyshine.mat.surface.soil_moisture import evaporating_share, moist_stack, resistance
+from skyshine.mat.surface.wet_skin import FilmSkin, MoistSkin, film_capacity
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.materials.records import Material
 from skyshine.materials.water import water_index
@@ -62,6 +65,42 @@ def moist(material: Material, moisture: float) -> Material:
         reflectance=reflectance,
         absorptance=1.0 - reflectance,
     )
+
+
+# Volume fractions between which absorptance and emissivity of a soil are linear: within .001 of the law.
+_MOISTURES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8)
+_FILM = 3e-4  # m: of the optical properties of a film of rain; chosen: between those of a wall and of a road
+
+
+def optics(material: Material) -> tuple[float, float]:
+    """Solar absorptance at the ground and thermal emissivity."""
+    return float(solar_absorptance(material, *ground_sunlight())), float(thermal_emissivity(material))
+
+
+def moist_skin(dry: Material) -> MoistSkin | None:
+    """Absorptance and emissivity of a material by soil moisture; None without soil."""
+    if dry.soil is None:
+        return None
+    inside = tuple(moisture for moisture in _MOISTURES if moisture < dry.soil.porosity)
+    moistures = (*inside, dry.soil.porosity)
+    absorptances, emissivities = zip(*(optics(moist(dry, moisture)) for moisture in moistures), strict=True)
+    return MoistSkin(moistures, absorptances, emissivities)
+
+
+def film_skin(material: Material) -> FilmSkin | None:
+    """A material under a film of water; None where none shows. Leaves and glass keep their absorptance."""
+    capacity = film_capacity(material.surface, material.soil)
+    if not capacity:
+        return None
+    if material.transmits or material.surface.canopy:
+        return FilmSkin(*optics(material), capacity)
+    wet = film_reflectance(material.reflectance, material.wavelength, water_at(material.wavelength), _FILM)
+    return FilmSkin(*optics(replace(material, reflectance=wet, absorptance=1.0 - wet)), capacity)
+
+
+def wet_absorptance(dry: float) -> float:
+    """Solar absorptance of a grey surface under clear water."""
+    return 1.0 - float(film_reflectance([1.0 - dry], [0.55], water_at(np.array([0.55])), _FILM)[0])
 
 
 def water_at(wavelength: Floats) -> npt.NDArray[np.complex128]:

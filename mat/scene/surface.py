@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
-from skyshine.mat.atmosphere.sources.solar import ground_sunlight
 from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.atmosphere import State
@@ -18,9 +17,8 @@ from skyshine.mat.job.load import load_job
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.surface import Operation, at_kelvin
 from skyshine.mat.job.surroundings import StateSurroundings
-from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
 from skyshine.mat.scene.atmosphere import atmospheric_state, materials_digest, without_air_time
-from skyshine.mat.scene.moisture import job_library
+from skyshine.mat.scene.moisture import film_skin, job_library, moist, moist_skin, optics
 from skyshine.mat.scene.weather import earlier_suns, measured_radiation, near_surface_air, sun_path
 from skyshine.mat.surface.enclosed import GivenEmitter, solved_enclosure
 from skyshine.mat.surface.enclosure import Enclosure
@@ -28,7 +26,8 @@ from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.horizon import Horizon
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.sun_path import SunPath
-from skyshine.mat.surface.weather import NearSurfaceAir
+from skyshine.mat.surface.weather import DRY, NearSurfaceAir, Wetting
+from skyshine.materials.library import load_library
 from skyshine.materials.records import Material
 from skyshine.schemas.errors import InputError
 
@@ -94,10 +93,10 @@ def _enclosure(job: Job, state: State, sun: SunPath, weather: NearSurfaceAir, sk
     given = state.surroundings or StateSurroundings()
     ground = GivenEmitter(1.0, sky.ground_albedo)
     if state.ground_material is not None:
-        ground = replace(_emitter(job, state.ground_material), albedo=sky.ground_albedo)
+        ground = replace(_emitter(job, state.ground_material, weather.wetting), albedo=sky.ground_albedo)
     wall, (azimuth, elevation) = given.wall, given.horizon
     if wall.material is not None:
-        walls = _emitter(job, wall.material)
+        walls = _emitter(job, wall.material, weather.wetting)
     else:
         celsius = wall.temperature_c
         walls = GivenEmitter(wall.emissivity, wall.albedo, None if celsius is None else at_kelvin(celsius))
@@ -114,9 +113,9 @@ def _enclosure(job: Job, state: State, sun: SunPath, weather: NearSurfaceAir, sk
     )
 
 
-def _emitter(job: Job, name: str) -> GivenEmitter:
+def _emitter(job: Job, name: str, wetting: Wetting) -> GivenEmitter:
     """A material as ground or wall, at the temperature that the job gives or that its heat balance has."""
-    (material,) = surface_materials([job_library(job)[name]], job.operated)
+    (material,) = surface_materials([job_library(job)[name]], job.operated, wetting)
     celsius = job.temperatures_c.get(name)
     return GivenEmitter(
         material.thermal_emissivity,
@@ -177,17 +176,22 @@ def band_model_sky(air: AtmosphericState, highest: float, ground_albedo: float, 
 
 
 def surface_materials(
-    materials: Sequence[Material], operated: Mapping[str, Operation] | None = None
+    materials: Sequence[Material], operated: Mapping[str, Operation] | None = None, wetting: Wetting = DRY
 ) -> list[SurfaceMaterial]:
-    """Materials of the library as the heat balance sees them, those in operation with the back of the job."""
-    wavelength, irradiance = ground_sunlight()
-    return [
-        SurfaceMaterial(
-            m.name,
-            replace(m.thermal, back=operated[m.name].back) if operated and m.name in operated else m.thermal,
-            m.surface,
-            float(solar_absorptance(m, wavelength, irradiance)),
-            float(thermal_emissivity(m)),
-        )
-        for m in materials
-    ]
+    """Materials of the library as the heat balance sees them, those in operation with the back of the job, and as
+    the weather wets them.
+    """
+    return [_surface_material(material, operated or {}, wetting) for material in materials]
+
+
+def _surface_material(material: Material, operated: Mapping[str, Operation], wetting: Wetting) -> SurfaceMaterial:
+    film, by_moisture = None, None
+    if wetting.soil_moisture is not None and material.soil is not None:
+        dry = load_library()[material.name]
+        by_moisture, material = moist_skin(dry), moist(dry, wetting.soil_moisture)
+    if wetting.rain:
+        film = film_skin(material)
+    thermal = material.thermal
+    if material.name in operated:
+        thermal = replace(thermal, back=operated[material.name].back)
+    return SurfaceMaterial(material.name, thermal, material.surface, *optics(material), film, by_moisture)

@@ -80,13 +80,19 @@ def _air_of_day(sun: SunPath, given: Weather, tables: Sequence[HourlyWeather], d
         None if any(each.pressure_hpa is None for each in tables) else 100.0 * series("pressure_hpa"),
         measured_radiation(table, sun) if measured else None,
     )
+    if table.rain_mm_h is not None:
+        interval = np.searchsorted(hours, sun_hours(), side="left")
+        air = replace(air, rain=series("rain_mm_h")[interval] / 3600.0)
+    if table.soil_moisture_m3_m3 is not None:
+        air = replace(air, soil_moisture=np.interp(sun_hours(), hours, series("soil_moisture_m3_m3")))
     return _measured_at(given, air)
 
 
 def _measured_at(given: Weather, air: NearSurfaceAir) -> NearSurfaceAir:
-    """The air with the heights at which it was measured."""
+    """The air with the heights at which it was measured, and the age of its snow."""
     wind_height, air_height = given.heights_m
-    return replace(air, wind_height=wind_height, air_height=air_height)
+    age = None if given.snow_age_days is None else np.full_like(air.air_temperature, given.snow_age_days)
+    return replace(air, wind_height=wind_height, air_height=air_height, snow_age=age)
 
 
 def measured_radiation(table: HourlyWeather, sun: SunPath) -> MeasuredRadiation:

@@ -27,9 +27,11 @@ from skyshine.mat.surface.convection import (
     natural_coefficients,
 )
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.soil_moisture import evaporating_share, resistance
 from skyshine.mat.surface.stability import Stability
 from skyshine.mat.surface.stomata import canopy_resistance
 from skyshine.mat.surface.vapour import surface_vapour, surface_vapour_and_slopes
+from skyshine.mat.surface.wet_skin import aged_albedo
 from skyshine.materials.records import SurfaceProperties
 from skyshine.schemas.arrays import Floats, Integers, Reals
 from skyshine.schemas.errors import InputError
@@ -68,6 +70,16 @@ class Forcing:
         At which wind, and air temperature and humidity, were measured [m]; by default 10 and 2.
     open_light : ndarray
         Sunlight on open level ground, to which leaves open [W m^-2]; by default that on the plane.
+    rain : ndarray or None
+        On level ground, mean of the step that ends at the time [kg m^-2 s^-1]; None: surfaces know no film of water.
+    film : ndarray or None
+        Share of the surface under a film of water, 0 to 1.
+    soil_moisture : ndarray or None
+        Volume fraction of water in soils, 0 to 1.
+    snow_age : ndarray or None
+        Time since snow fell [d].
+    albedo : ndarray or None
+        Of the surface, in place of the material's.
     """
 
     shortwave_direct: Floats
@@ -83,6 +95,11 @@ class Forcing:
     wind_height: Floats = field(default_factory=lambda: np.array([[WIND_HEIGHT]]))
     air_height: Floats = field(default_factory=lambda: np.array([[AIR_HEIGHT]]))
     open_light: Floats = field(default_factory=lambda: np.empty((0, 0)))
+    rain: Floats | None = None
+    film: Floats | None = None
+    soil_moisture: Floats | None = None
+    snow_age: Floats | None = None
+    albedo: Floats | None = None
 
     def __post_init__(self) -> None:
         if not np.size(self.open_light):
@@ -92,30 +109,36 @@ class Forcing:
     @property
     def shape(self) -> tuple[int, int]:
         """(columns, N)."""
-        columns, steps = np.broadcast_shapes(*(np.shape(getattr(self, item.name)) for item in fields(self)))
+        columns, steps = np.broadcast_shapes(*(np.shape(values) for values in self.given.values()))
         return columns, steps
+
+    @property
+    def given(self) -> dict[str, Floats]:
+        """The fields that it has, by name."""
+        values = ((item.name, getattr(self, item.name)) for item in fields(self))
+        return {name: array for name, array in values if array is not None}
 
     @classmethod
     def stacked(cls, parts: Sequence[Forcing]) -> Forcing:
         """The columns of several forcings of the same times, one after the other."""
         shapes = [part.shape for part in parts]
-        whole = (
-            np.concatenate(
-                [np.broadcast_to(getattr(part, item.name), shape) for part, shape in zip(parts, shapes, strict=True)]
+        whole = {
+            name: np.concatenate(
+                [np.broadcast_to(getattr(part, name), shape) for part, shape in zip(parts, shapes, strict=True)]
             )
-            for item in fields(cls)
-        )
-        return cls(*whole)
+            for name in parts[0].given
+        }
+        return cls(**whole)
 
     def columns(self, chosen: slice | Integers) -> Forcing:
         """The forcing of a slice or index array of columns."""
-        return Forcing(*(_rows(getattr(self, item.name), chosen) for item in fields(self)))
+        return Forcing(**{name: _rows(values, chosen) for name, values in self.given.items()})
 
     def times(self, chosen: Integers) -> Forcing:
         """The forcing at an index array of times."""
         steps = self.shape[1]
-        parts = (np.atleast_2d(getattr(self, item.name)) for item in fields(self))
-        return Forcing(*(part[:, chosen] if part.shape[1] == steps else part for part in parts))
+        parts = {name: np.atleast_2d(values) for name, values in self.given.items()}
+        return Forcing(**{name: part[:, chosen] if part.shape[1] == steps else part for name, part in parts.items()})
 
     def check(self) -> None:
         """Refuse values that no balance can have.
@@ -125,16 +148,16 @@ class Forcing:
         InputError
             A value is not a number, or negative where only positive makes sense; it names field, column and time.
         """
-        for item in fields(self):
-            values = np.asarray(getattr(self, item.name), float)
-            limit = _LIMITS.get(item.name, 0.0)
+        for name, given in self.given.items():
+            values = np.asarray(given, float)
+            limit = _LIMITS.get(name, 0.0)
             if values.min() >= limit and values.max() < np.inf:  # false where one is not a number
                 continue
             wrong = ~(np.isfinite(values) & (values >= limit))
             place = np.argwhere(np.broadcast_to(wrong, self.shape))[0]
             value = np.broadcast_to(values, self.shape)[tuple(place)]
             raise InputError(
-                f"found {item.name} = {value:g} in column {place[0]} at time step {place[1]}; "
+                f"found {name} = {value:g} in column {place[0]} at time step {place[1]}; "
                 f"allowed: finite numbers of at least {limit:g}; check the weather or sky that it comes from"
             )
 
@@ -146,6 +169,41 @@ def _rows(values: npt.ArrayLike, chosen: slice | Integers) -> Floats:
         return values
     rows: Floats = values[chosen]
     return rows
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """What the heat balance takes of a surface: numbers, or arrays (rows, N)."""
+
+    solar_absorptance: float | Floats
+    thermal_emissivity: float | Floats
+    wetness: float | Floats
+    surface_resistance: float | Floats
+
+
+def skin_of(material: SurfaceMaterial, forcing: Forcing) -> Skin:
+    """The skin of a material under a forcing, which may tell moisture, film, age of snow, or albedo."""
+    surface = material.surface
+    absorptance: float | Floats = material.solar_absorptance
+    emissivity: float | Floats = material.thermal_emissivity
+    wetness: float | Floats = surface.wetness
+    resists: float | Floats = surface.surface_resistance
+    if material.moist is not None and forcing.soil_moisture is not None:
+        table = material.moist
+        moisture = np.minimum(forcing.soil_moisture, table.moisture[-1])
+        absorptance = np.interp(moisture, table.moisture, table.solar_absorptance)
+        emissivity = np.interp(moisture, table.moisture, table.thermal_emissivity)
+        wetness, resists = evaporating_share(moisture), resistance(moisture)
+    if surface.snow and forcing.snow_age is not None:
+        absorptance = 1 - aged_albedo(1 - material.solar_absorptance, forcing.snow_age, forcing.air_temperature)
+    if forcing.albedo is not None:
+        absorptance = 1 - forcing.albedo
+    if material.film is not None and forcing.film is not None:
+        film, share = material.film, forcing.film
+        if forcing.albedo is None:  # a measured albedo is that of the surface as it was, wet or dry
+            absorptance = absorptance + share * (film.solar_absorptance - absorptance)
+        emissivity = emissivity + share * (film.thermal_emissivity - emissivity)
+    return Skin(absorptance, emissivity, wetness, resists)
 
 
 class Balance:
@@ -171,16 +229,19 @@ class Balance:
 
     def __init__(self, forcing: Forcing, material: SurfaceMaterial) -> None:
         self.shape = forcing.shape
-        self.forcing, self.material = forcing, material
+        self.forcing, self.material, self.skin = forcing, material, skin_of(material, forcing)
         self.absorbed = self.shortwave + self.longwave
-        self.emission = material.thermal_emissivity * Stefan_Boltzmann
+        self.emission = self.skin.thermal_emissivity * Stefan_Boltzmann
         self.air_temperature = forcing.air_temperature
         surface = material.surface
         self.airless = not np.any(forcing.pressure)
         if not self.airless:
             self._set_air(surface)
-        self.wetness = 0.0 if self.airless else surface.wetness
-        if self.wetness:
+        self.wetness = 0.0 if self.airless else self.skin.wetness
+        self.filmed = not self.airless and material.film is not None and forcing.film is not None
+        self.film = forcing.film if self.filmed and forcing.film is not None else np.zeros((1, 1))
+        self.evaporates = self.filmed or bool(np.any(self.wetness))
+        if self.evaporates:
             self._set_water(surface)
 
     @property
@@ -188,12 +249,12 @@ class Balance:
         """Absorbed from Sun, sky and ground [W m^-2]."""
         forcing = self.forcing
         received = forcing.shortwave_direct + forcing.shortwave_diffuse + forcing.shortwave_reflected
-        return self.material.solar_absorptance * received
+        return self.skin.solar_absorptance * received
 
     @property
     def longwave(self) -> Floats:
         """Absorbed from sky and ground [W m^-2]."""
-        return self.material.thermal_emissivity * (self.forcing.longwave_sky + self.forcing.longwave_ground)
+        return self.skin.thermal_emissivity * (self.forcing.longwave_sky + self.forcing.longwave_ground)
 
     def columns(self, chosen: slice | Integers) -> Balance:
         """The balance of a slice or index array of columns."""
@@ -225,7 +286,7 @@ class Balance:
     def _set_water(self, surface: SurfaceProperties) -> None:
         forcing = self.forcing
         heat_capacity = air_density(forcing.pressure, forcing.air_temperature) * AIR_HEAT_CAPACITY
-        resistance: float | Floats = surface.surface_resistance
+        resistance = self.skin.surface_resistance
         if surface.canopy:
             air = forcing.vapour_pressure, forcing.pressure
             resistance = canopy_resistance(
@@ -246,7 +307,7 @@ class Balance:
             return net
         difference = temperature - self.air_temperature
         coefficient = self._coefficient(difference)
-        if self.wetness:
+        if self.evaporates:
             net += self._latent(temperature, coefficient)
         difference *= coefficient
         net += difference
@@ -264,7 +325,7 @@ class Balance:
             return net, slope
         difference = temperature - self.air_temperature
         coefficient, bend = self._coefficient_and_bend(difference)
-        if self.wetness:
+        if self.evaporates:
             latent, latent_slope = self._latent_and_slope(temperature, coefficient, bend)
             net += latent
             slope = slope + latent_slope
@@ -322,12 +383,29 @@ class Balance:
         """Latent heat flux [W m^-2], given the convective transfer coefficient."""
         vapour, latent_heat = surface_vapour(temperature)
         vapour -= self.vapour_pressure
-        latent_heat *= self.wetness
-        vapour *= latent_heat
+        if self.filmed:
+            return vapour * latent_heat * self._exchange(vapour, self.psychrometer / coefficient)
+        vapour *= latent_heat * self.wetness
         transfer = self.psychrometer / coefficient
         transfer += self.surface_path
         vapour /= transfer
         return vapour
+
+    def _exchange(self, deficit: Reals, path: Reals) -> Reals:
+        """Latent heat flux over the deficit of vapour pressure [W m^-2 Pa^-1]: that of the film, over the air's path
+        alone, and of the rest; dew covers all.
+        """
+        covered = np.where(deficit > 0, self.film, 1.0)
+        exchange: Reals = covered / path + (1 - covered) * self.wetness / (path + self.surface_path)
+        return exchange
+
+    def latent_of_film(self, temperature: Reals) -> Reals:
+        """Latent heat flux of a surface as wet as its film says, without what else evaporates [W m^-2]."""
+        vapour, latent_heat = surface_vapour(temperature)
+        vapour -= self.vapour_pressure
+        coefficient = self._coefficient(temperature - self.air_temperature)
+        flux: Reals = vapour * latent_heat * self.film * coefficient / self.psychrometer
+        return flux
 
     def _latent_and_slope(self, temperature: Reals, coefficient: Reals, bend: Reals) -> tuple[Reals, Reals]:
         """`_latent` and its derivative by temperature, `bend` being that of the coefficient."""
@@ -335,6 +413,8 @@ class Balance:
         vapour -= self.vapour_pressure
         slope *= latent_heat
         slope += heat_slope * vapour
+        if self.filmed:
+            return self._film_and_slope(vapour, latent_heat, slope, self.psychrometer / coefficient, bend / coefficient)
         vapour *= latent_heat
         path = self.psychrometer / coefficient
         transfer = path + self.surface_path
@@ -346,6 +426,19 @@ class Balance:
         path *= vapour
         slope += path
         return vapour, slope
+
+    def _film_and_slope(
+        self, deficit: Reals, latent_heat: Reals, slope: Reals, path: Reals, bend: Reals
+    ) -> tuple[Reals, Reals]:
+        """Latent heat flux and its derivative; `slope` is that of deficit times latent heat, `bend` that of the
+        logarithm of the transfer coefficient.
+        """
+        covered = np.where(deficit > 0, self.film, 1.0)
+        own = path + self.surface_path
+        film, rest = covered / path, (1 - covered) * self.wetness / own
+        flux: Reals = deficit * latent_heat * (film + rest)
+        slopes: Reals = slope * (film + rest) + deficit * latent_heat * bend * (film + rest * path / own)
+        return flux, slopes
 
     def fluxes(self, temperature: Reals) -> dict[str, Reals]:
         """Each flux by name [W m^-2], (columns, N): absorbed ones positive inwards, the others positive outwards."""
@@ -361,7 +454,7 @@ class Balance:
             difference = temperature - self.air_temperature
             coefficient = self._coefficient(difference)
             parts["convection"] = coefficient * difference
-            if self.wetness:
+            if self.evaporates:
                 parts["evaporation"] = self._latent(temperature, coefficient)
         return parts
 

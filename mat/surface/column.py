@@ -16,7 +16,8 @@ from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.forcing import Scene, Sky, plane_irradiance
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.record import Record, record_forcing
-from skyshine.mat.surface.solver import DAY, STEPS, Method, Solution, solve_columns
+from skyshine.mat.surface.solution import Method, Solution
+from skyshine.mat.surface.solver import DAY, STEPS, solve_columns
 from skyshine.mat.surface.sun_path import SOLAR_CONSTANT, SunPath
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import NearSurfaceAir
@@ -43,13 +44,15 @@ class ColumnResult:
         [W m^-2]; absorbed ones positive inwards, the others outwards: absorbed = emitted + convection + evaporation
         + conduction + melt.
     residual, energy_closure, bound_excess : float
-        [W m^-2], [W m^-2], [K]; see `skyshine.mat.surface.solver.Solution`.
+        [W m^-2], [W m^-2], [K]; see `skyshine.mat.surface.solution.Solution`.
     method : str
     iterations : int
     depth_temperature : ndarray or None
         At the depth that was asked for [K].
     notes : tuple of str
         What stands for what a record does not hold.
+    film : ndarray or None
+        Water on the surface [kg m^-2]; None without rain.
     """
 
     time: list[float] | list[str]
@@ -63,6 +66,7 @@ class ColumnResult:
     iterations: int
     depth_temperature: Floats | None
     notes: tuple[str, ...] = ()
+    film: Floats | None = None
 
 
 def from_scene(
@@ -184,7 +188,7 @@ def _result(
     start_hour: float = 0.0,
 ) -> ColumnResult:
     """The result at `every`-th solver time."""
-    fluxes = Balance(forcing, material).fluxes(solution.temperature)
+    fluxes = Balance(solution.under(forcing, material), material).fluxes(solution.temperature)
     gain = fluxes["shortwave_absorbed"] + fluxes["longwave_absorbed"]
     spent = fluxes["longwave_emitted"] + fluxes["convection"] + fluxes["evaporation"] + solution.melt
     fluxes |= {"conduction": gain - spent, "melt": solution.melt}
@@ -199,6 +203,7 @@ def _result(
         bound_excess=float(solution.bound_excess[0]),
         method=Method(solution.method[0]).name.lower(),
         iterations=int(solution.iterations[0]),
+        film=None if solution.film is None else solution.film[0, ::every],
         depth_temperature=None
         if depth is None
         else _at_depth(material, forcing, surface, period, depth, start_hour)[::every],

@@ -19,17 +19,8 @@ from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.conduction import Conduction, delayed_responses
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.solver import (
-    BOUND_TOLERANCE,
-    DAY,
-    STEPS,
-    Method,
-    Solution,
-    clock,
-    settles_slowly,
-    solve_by,
-    solve_columns,
-)
+from skyshine.mat.surface.solution import Method, Solution
+from skyshine.mat.surface.solver import BOUND_TOLERANCE, DAY, STEPS, clock, settles_slowly, solve_by, solve_columns
 from skyshine.schemas.arrays import Floats, Integers, Reals
 
 
@@ -124,6 +115,7 @@ def _last_day(material: SurfaceMaterial, forcings: Sequence[Forcing], method: Me
     one_day = OneDay(material.thermal, steps, DAY, periodic.scheme)
     solution: Solution | None = None
     before: list[Floats] = []
+    film: Floats | None = None
     drives: list[Floats] = []
     for forcing in forcings:
         back_flux = BackFlux.of(material, forcing, periodic, hours, air)
@@ -135,7 +127,9 @@ def _last_day(material: SurfaceMaterial, forcings: Sequence[Forcing], method: Me
             source = source - _kept(before, surface, periodic.matrix)
             ends = np.array([(day.min(axis=1), day.max(axis=1)) for day in (*before, *drives[:-1])])
             back_flux = back_flux.after(source, ends[:, 0].min(axis=0)[:, None], ends[:, 1].max(axis=0)[:, None])
-        solution = solve_by(material, forcing, one_day if before else periodic, back_flux, method, names)
+        conduction = one_day if before else periodic
+        solution = solve_by(material, forcing, conduction, back_flux, method, names, film_before=film)
+        film = None if solution.film is None else solution.film[:, -1]
         before.append(solution.temperature)
     assert solution is not None
     return solution

@@ -409,4 +409,9 @@ class Scene:
             wind_height=np.array([[self.weather.wind_height]]),
             air_height=np.array([[self.weather.air_height]]),
             open_light=np.repeat(step_means(light, steps), planes, axis=0),
+            **{
+                name: step_means(given[None, :], steps)
+                for name in ("rain", "soil_moisture", "snow_age")
+                if (given := getattr(self.weather, name)) is not None
+            },
         )

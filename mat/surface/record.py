@@ -13,6 +13,7 @@ from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.convection import AIR_HEIGHT, STANDARD_PRESSURE, WIND_HEIGHT
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.vapour import saturation_pressure
+from skyshine.mat.surface.weather import Wetting
 from skyshine.schemas.arrays import Floats
 
 
@@ -28,7 +29,9 @@ class Record:
         [s]; the record repeats after N steps.
     values : dict of str to ndarray
         "lw_down", and "sw_down" or "direct_normal" and "diffuse" or all three [W m^-2], "air_temperature" [K],
-        "relative_humidity" [percent], "wind_speed" [m/s], "pressure" [Pa], "wind_height" and "air_height" [m]. Negative
+        "relative_humidity" [percent], "wind_speed" [m/s], "pressure" [Pa], "wind_height" and
+        "air_height" [m]; by choice "rain" [mm/h],
+        "soil_moisture" [m3/m3], "albedo" [1] or "snow_age" [d]. Negative
         readings of sunlight are 0, humidity is at most 100.
     notes : tuple of str
         What stands for what was not measured.
@@ -82,6 +85,12 @@ class Record:
             "timedelta64[ms]"
         )
         return times
+
+    @property
+    def wetting(self) -> Wetting:
+        """What of it the skin of a surface needs to know beforehand."""
+        moisture = self.values.get("soil_moisture")
+        return Wetting("rain" in self.values, None if moisture is None else float(np.mean(moisture)))
 
     @property
     def steps(self) -> int:
@@ -176,4 +185,6 @@ def record_forcing(
         cos_slope=np.array([[cosine]]),
         wind_height=np.atleast_2d(values["wind_height"]),
         air_height=np.atleast_2d(values["air_height"]),
+        rain=np.atleast_2d(values["rain"]) / 3600.0 if "rain" in values else None,
+        **{name: np.atleast_2d(values[name]) for name in ("soil_moisture", "albedo", "snow_age") if name in values},
     )

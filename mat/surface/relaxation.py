@@ -57,7 +57,7 @@ def first_guess(balance: Balance) -> Floats:
     """Air temperature [K], (columns, N); without air the temperature that radiates the mean absorbed flux."""
     if balance.airless:
         mean = np.mean(balance.absorbed + np.zeros(balance.shape), axis=1, keepdims=True)
-        radiator: Floats = (np.maximum(mean, 1e-6) / max(balance.emission, 1e-12)) ** 0.25
+        radiator: Floats = (np.maximum(mean, 1e-6) / max(float(np.max(balance.emission)), 1e-12)) ** 0.25
         return np.clip(radiator, 3.0, 2000.0) + np.zeros(balance.shape)
     return balance.air_temperature + np.zeros(balance.shape)
 

@@ -20,7 +20,8 @@ from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.relaxation import melting_cap
-from skyshine.mat.surface.solver import DAY, FINE_STEPS, STEPS, Method, Solution
+from skyshine.mat.surface.solution import Method, Solution
+from skyshine.mat.surface.solver import DAY, FINE_STEPS, STEPS
 from skyshine.mat.surface.sun_path import SunPath
 from skyshine.schemas.arrays import Floats, Integers, Singles
 
@@ -123,6 +124,7 @@ def _fill(
     """Put the response of columns that were solved alike."""
     scheme = "euler" if solution.method[0] in (Method.EULER, Method.EULER_NEWTON) else "bdf2"
     conduction = Conduction(material.thermal, FINE_STEPS, DAY, scheme)
+    forcing = solution.under(forcing, material)
     balance = Balance(forcing, material)
     times, coarse = np.arange(FINE_STEPS) / FINE_STEPS, solution.temperature
     known = np.arange(coarse.shape[1]) / coarse.shape[1]

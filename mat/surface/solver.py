@@ -9,8 +9,6 @@ that break the maximum principle are solved again by backward Euler.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
-from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +16,7 @@ import numpy.typing as npt
 from skyshine.mat.surface.back_boundary import BackFlux
 from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.conduction import Conduction
+from skyshine.mat.surface.film import solve_with_film
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.newton import DENSE_STEPS, solve_newton
 from skyshine.mat.surface.relaxation import (
@@ -29,6 +28,7 @@ from skyshine.mat.surface.relaxation import (
     plausible,
     sampled,
 )
+from skyshine.mat.surface.solution import Method, Solution
 from skyshine.schemas.arrays import Floats, Integers, Reals
 from skyshine.schemas.errors import CheckFailed
 
@@ -41,53 +41,6 @@ FINE_STEPS = 288  # of responses, which a shadow of minutes begins and ends
 BOUND_TOLERANCE = 0.1
 # Temperatures iterated together: some 300 kB an array, so that a handful stays in a core's second-level cache.
 _CHUNK = 384 * 96
-
-
-class Method(IntEnum):
-    """How a column was solved."""
-
-    BDF2 = 0
-    BDF2_NEWTON = 1
-    BDF2_FINE = 2
-    BDF2_FINE_NEWTON = 3
-    EULER = 4
-    EULER_NEWTON = 5
-    GIVEN = 6  # not solved: the temperature was given
-
-
-@dataclass(frozen=True, eq=False)
-class Solution:
-    """Surface temperatures and their quality.
-
-    Attributes
-    ----------
-    temperature : ndarray, shape (columns, N)
-        [K] at k / N of the period, k = 0 ... N - 1.
-    melt : ndarray, shape (columns, N)
-        Heat spent on melting snow [W m^-2].
-    residual : ndarray, shape (columns,)
-        Largest imbalance at any time [W m^-2].
-    energy_closure : ndarray, shape (columns,)
-        Mean over the period of all fluxes [W m^-2]; 0 where the energy closes.
-    bound_excess : ndarray, shape (columns,)
-        How far the temperature leaves the range of its instantaneous equilibria and the back [K].
-    method : ndarray of uint8, shape (columns,)
-        A `Method`.
-    iterations : ndarray of int32, shape (columns,)
-        Beyond those that found the material's common matrix and starting point.
-    """
-
-    temperature: Floats
-    melt: Floats
-    residual: Floats
-    energy_closure: Floats
-    bound_excess: Floats
-    method: npt.NDArray[np.uint8]
-    iterations: Integers
-
-    def columns(self, chosen: Integers) -> Solution:
-        """The solution of an index array of columns."""
-        return Solution(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
 
 class ConvergenceError(CheckFailed):
@@ -184,8 +137,9 @@ def solve_by(
     method: Method,
     names: Integers,
     start: Reals | None = None,
+    film_before: Floats | None = None,
 ) -> Solution:
-    """Solve all columns by one scheme, chunk by chunk.
+    """Solve all columns by one scheme, chunk by chunk; where there may be water on them, as often as it settles.
 
     Parameters
     ----------
@@ -199,12 +153,34 @@ def solve_by(
         Numbers of the columns in messages.
     start : (columns, fewer steps) ndarray, optional
         Temperatures [K] to begin with.
+    film_before : (columns,) ndarray, optional
+        Water on the surface when a day begins [kg m^-2]; by default that with which the period ends.
 
     Raises
     ------
     ConvergenceError
         No method solves a column.
     """
+    if material.film is None or forcing.rain is None or not np.any(forcing.pressure):
+        return _solve_chunks(material, forcing, conduction, back_flux, method, names, start)
+
+    def solve(part: Forcing, chosen: Integers) -> Solution:
+        first = None if start is None else start[chosen]
+        return _solve_chunks(material, part, conduction, back_flux.columns(chosen), method, names[chosen], first)
+
+    return solve_with_film(material, forcing, conduction.period / conduction.steps, solve, film_before)
+
+
+def _solve_chunks(
+    material: SurfaceMaterial,
+    forcing: Forcing,
+    conduction: Conduction,
+    back_flux: BackFlux,
+    method: Method,
+    names: Integers,
+    start: Reals | None,
+) -> Solution:
+    """`solve_by` with the film of the forcing, if it has one."""
     relaxation = None
     if conduction.steps <= DENSE_STEPS:
         relaxation = Relaxation.of(material, forcing, conduction, back_flux.source, start)
@@ -221,7 +197,7 @@ def solve_by(
         )
         for chosen in _chunks(*forcing.shape)
     ]
-    return Solution(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Solution)))
+    return Solution(**{name: np.concatenate([part.given[name] for part in parts]) for name in parts[0].given})
 
 
 def _chunks(columns: int, steps: int) -> list[slice]:

@@ -1,12 +1,13 @@
 """Random columns that are harder than those of any scene, as trials of the solver.
 
 Foil to water, dry to wet, emissivity 0.02 to 1, any back; calm to 50 m/s, polar night to desert noon, step shadows,
-vacuum; long records of melting snow. The ranges are chosen wider than any scene; nothing here feeds a table.
+vacuum; showers; long records of melting snow. The ranges are chosen wider than any scene; nothing here feeds a table.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
@@ -14,6 +15,7 @@ from scipy.constants import Stefan_Boltzmann
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.vapour import saturation_pressure
+from skyshine.mat.surface.wet_skin import FilmSkin, film_capacity
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
 from skyshine.schemas.arrays import Floats
 
@@ -102,6 +104,28 @@ def random_forcing(generator: np.random.Generator) -> Callable[[int], Forcing]:
         )
 
     return forcing
+
+
+def random_rain(
+    generator: np.random.Generator, material: SurfaceMaterial, forcing: Callable[[int], Forcing]
+) -> tuple[SurfaceMaterial, Callable[[int], Forcing]] | None:
+    """A material and forcing with a shower, from drizzle to a cloudburst, over a film of any size; None for snow and
+    open water.
+    """
+    capacity = film_capacity(material.surface, None) * float(generator.choice([0.1, 1.0, 1.0]))
+    if not capacity:
+        return None
+    absorptance, emissivity = (
+        float(generator.uniform(dry, 1)) for dry in (material.solar_absorptance, material.thermal_emissivity)
+    )
+    begin, length, rate = generator.uniform(0, 24), generator.uniform(0, 6), _log(generator, 1e-6, 1e-2)
+
+    def with_rain(steps: int) -> Forcing:
+        hours = np.arange(steps) * (24.0 / steps)
+        rain = np.where((hours >= begin) & (hours < begin + length), rate, 0.0)
+        return replace(forcing(steps), rain=rain[None])
+
+    return replace(material, film=FilmSkin(absorptance, emissivity, capacity)), with_rain
 
 
 def random_snow(generator: np.random.Generator) -> tuple[SurfaceMaterial, Forcing, float]:

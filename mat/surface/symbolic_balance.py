@@ -13,7 +13,7 @@ import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.balance import Forcing, skin_of
 from skyshine.mat.surface.convection import AIR_GAS_CONSTANT, AIR_HEAT_CAPACITY, TREE_ROUGHNESS, natural_coefficients
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.materials.records import SurfaceProperties, ThermalStack
@@ -31,6 +31,10 @@ class SymbolicMaterial:
     solar_absorptance, thermal_emissivity : float or casadi.SX
     trees : bool
         Whether the roughness length is that of trees, over which stability has no effect.
+    by_time : bool
+        Whether its skin is that of the forcing's rows, not its own.
+    gets_wet : bool
+        Whether those rows may bring water to a dry material.
     """
 
     thermal: ThermalStack
@@ -38,26 +42,39 @@ class SymbolicMaterial:
     solar_absorptance: Any
     thermal_emissivity: Any
     trees: bool
+    by_time: bool = False
+    gets_wet: bool = False
 
     @classmethod
-    def of(cls, material: SurfaceMaterial) -> SymbolicMaterial:
+    def of(cls, material: SurfaceMaterial, by_time: bool = False) -> SymbolicMaterial:
         """A material whose numbers are all known."""
-        return cls(*material.physics, trees=material.surface.roughness_length > TREE_ROUGHNESS)
+        optical = material.solar_absorptance, material.thermal_emissivity
+        trees = material.surface.roughness_length > TREE_ROUGHNESS
+        wet = material.film is not None or material.moist is not None
+        return cls(material.thermal, material.surface, *optical, trees, by_time, by_time and wet)
 
     @property
     def dry(self) -> bool:
         """Whether it is known that no water evaporates."""
-        return isinstance(self.surface.wetness, int | float) and self.surface.wetness == 0
+        return not self.gets_wet and isinstance(self.surface.wetness, int | float) and self.surface.wetness == 0
 
 
 FORCING = (  # rows of a forcing, in the order that `loss` takes
     *("shortwave", "longwave", "air", "vapour", "pressure", "wind", "wind_height", "air_height"),
     *("upward", "warmer", "colder"),
+    *("absorptance", "emissivity", "wetness", "resistance", "film"),
 )
 
 
-def forcing_rows(forcing: Forcing, count: int) -> Floats:
-    """Forcing of the balance at each time, (fields, times): see `FORCING`."""
+def forcing_rows(forcing: Forcing, count: int, material: SurfaceMaterial | None = None) -> Floats:
+    """Forcing of the balance at each time, (fields, times): see `FORCING`; the last five are of a material's skin, 0
+    without one; the film is -1 where none may be.
+    """
+    skin: list[float | Floats] = [0.0] * 5
+    if material is not None:
+        found = skin_of(material, forcing)
+        skin = [found.solar_absorptance, found.thermal_emissivity, found.wetness, found.surface_resistance]
+        skin.append(-1.0 if material.film is None or forcing.film is None else forcing.film)
     warmer, colder = natural_coefficients(forcing.cos_slope, forcing.pressure)
     rows = [
         forcing.shortwave_direct + forcing.shortwave_diffuse + forcing.shortwave_reflected,
@@ -71,6 +88,7 @@ def forcing_rows(forcing: Forcing, count: int) -> Floats:
         1.0 + np.minimum(90.0 - np.degrees(np.arccos(forcing.cos_slope)), 0.0) / 90.0,
         warmer,
         colder,
+        *skin,
     ]
     return np.stack([np.broadcast_to(row, (1, count))[0] for row in rows])
 
@@ -88,11 +106,15 @@ def loss(ca: Any, material: SymbolicMaterial, surface: Any, parameter: Any) -> A
     parameter : casadi.SX
         One value for each of `FORCING`.
     """
-    short, long, air, vapour, pressure, speed, wind_height, air_height, upward, warmer, colder = ca.vertsplit(parameter)
+    weather, skin = ca.vertsplit(parameter)[:11], ca.vertsplit(parameter)[11:]
+    short, long, air, vapour, pressure, speed, wind_height, air_height, upward, warmer, colder = weather
     wind = speed, wind_height, air_height
-    emissivity = material.thermal_emissivity
-    net = emissivity * (Stefan_Boltzmann * surface**4 - long) - material.solar_absorptance * short
     properties = material.surface
+    if not material.by_time:
+        skin = [material.solar_absorptance, material.thermal_emissivity, properties.wetness]
+        skin += [properties.surface_resistance, 0.0]
+    absorptance, emissivity, wetness, resists, film = skin
+    net = emissivity * (Stefan_Boltzmann * surface**4 - long) - absorptance * short
     volumetric = pressure / (AIR_GAS_CONSTANT * air) * AIR_HEAT_CAPACITY
     difference = surface - air
     width = ca.sqrt(difference**2 + 0.01)
@@ -109,12 +131,13 @@ def loss(ca: Any, material: SymbolicMaterial, surface: Any, parameter: Any) -> A
         over_ice = 9.550426 - 5723.265 / surface + 3.53068 * ca.log(surface) - 0.00728332 * surface
         over_water = _over_water(ca, surface)
         deficit = (ca.exp(ice * over_ice + (1.0 - ice) * over_water) - vapour) * (1.0 + ice * 0.333 / 2.501)
-        resistance = volumetric / coefficient
-        if properties.canopy:
-            resistance += _leaves(ca, material, short, air, (vapour, pressure))
-        else:
-            resistance += properties.surface_resistance
-        net += properties.wetness * volumetric / (0.665e-3 * pressure) * deficit / resistance
+        through_air = volumetric / coefficient
+        resistance = through_air + (
+            _leaves(ca, material, short, air, (vapour, pressure)) if properties.canopy else resists
+        )
+        covered = ca.if_else(film >= 0, ca.if_else(deficit > 0, film, 1.0), 0.0) if material.by_time else 0.0
+        share = covered / through_air + (1 - covered) * wetness / resistance
+        net += volumetric / (0.665e-3 * pressure) * deficit * share
     return net
 
 

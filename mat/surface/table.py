@@ -12,7 +12,8 @@ from skyshine.mat.surface.back_boundary import at_hours
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.solver import STEPS, Method, Solution
+from skyshine.mat.surface.solution import Method, Solution
+from skyshine.mat.surface.solver import STEPS
 from skyshine.mat.surface.sun_path import SunPath
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.schemas.arrays import Floats, Integers, Singles
@@ -36,7 +37,7 @@ class SurfaceTemperatures:
     bound_excess : ndarray, shape (M, A, Z, S)
         How far a temperature leaves its physical bounds [K].
     method : ndarray of uint8, shape (M, A, Z, S)
-        A `skyshine.mat.surface.solver.Method`.
+        A `skyshine.mat.surface.solution.Method`.
     iterations : ndarray, shape (M, A, Z, S)
     """
 

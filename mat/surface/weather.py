@@ -22,6 +22,17 @@ _WARMEST_AFTER_NOON = 2.0
 _HORIZON = 0.0  # degree; the Sun counts as up above it
 
 
+@dataclass(frozen=True)
+class Wetting:
+    """Whether a film of water may lie on surfaces, and the mean moisture of soil where it is given by time."""
+
+    rain: bool = False
+    soil_moisture: float | None = None
+
+
+DRY = Wetting()
+
+
 @dataclass(frozen=True, eq=False)
 class NearSurfaceAir:
     """Air near the ground through the day; arrays are (SUN_STEPS,), at `sun_hours()`.
@@ -46,6 +57,12 @@ class NearSurfaceAir:
         At which wind, and temperature and humidity, are given [m].
     before : tuple of (SunPath, NearSurfaceAir)
         The days before this one that its ground remembers, oldest first; empty: the day repeats.
+    rain : ndarray or None
+        [kg m^-2 s^-1]; None: surfaces know no film of water.
+    soil_moisture : ndarray or None
+        Volume fraction of water; None takes the materials as they are.
+    snow_age : ndarray or None
+        Time since snow fell [d]; None takes snow as it is.
     """
 
     altitude: float
@@ -58,6 +75,16 @@ class NearSurfaceAir:
     wind_height: float = WIND_HEIGHT
     air_height: float = AIR_HEIGHT
     before: tuple[tuple[SunPath, NearSurfaceAir], ...] = ()
+    rain: Floats | None = None
+    soil_moisture: Floats | None = None
+    snow_age: Floats | None = None
+
+    @property
+    def wetting(self) -> Wetting:
+        """What of it the skins of surfaces need to know beforehand."""
+        moistures = [air.soil_moisture for _, air in self.before] + [self.soil_moisture]
+        known = [moisture for moisture in moistures if moisture is not None]
+        return Wetting(self.rain is not None, float(np.mean(known)) if known else None)
 
     def at(self, altitude: Floats, pressure: Floats) -> tuple[Floats, Floats, Floats]:
         """Air temperature [K], vapour pressure and pressure [Pa] over surfaces at other altitudes.

@@ -21,6 +21,7 @@ from skyshine.schemas.plain_numbers import plain_number
 LEAST_READINGS = 4
 MAXIMUM_GAP = 3 * 3600.0  # s that linear interpolation may bridge
 MAXIMUM_STEPS = 200_000
+MOST_MOISTURE = 0.95  # m3/m3, the porosity of the loosest peat
 
 
 @dataclass(frozen=True)
@@ -75,9 +76,19 @@ WEATHER_COLUMNS = (
     AIR_COLUMNS
     | HEIGHT_COLUMNS
     | RADIATION_COLUMNS
-    | {"cloud_fraction": Column({"1": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, 1.0)}
+    | {
+        "cloud_fraction": Column({"1": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, 1.0),
+        # The heaviest rain of an hour on record is 305 mm, of a minute 31 mm.
+        "rain": Column({"mm/h": (1.0, 0.0)}, 0.0, 2000.0),
+        "soil_moisture": Column({"m3/m3": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, MOST_MOISTURE),
+    }
 )
 NEEDED_COLUMNS = ("air_temperature", "relative_humidity", "wind_speed")  # of the forcing of one surface
+# Of the surface itself, in the forcing of one surface: one of both.
+SURFACE_COLUMNS = {
+    "albedo": Column({"1": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, 1.0),
+    "snow_age": Column({"d": (1.0, 0.0), "h": (1 / 24, 0.0)}, 0.0, 400.0),
+}
 # Of a surface beneath the instruments, where it was measured: its temperature, or the longwave that leaves it.
 SKIN_COLUMNS = {
     "surface_temperature": Column(AIR_COLUMNS["air_temperature"].units, 100.0, 500.0),
@@ -183,6 +194,10 @@ def _header(
         if head.unit and head.unit not in units:
             message = f"found the unit '{head.unit}' of {head.name}; {nearest(head.unit, units)}"
             raise InputError(message, file=file, line=number, column=head.column)
+    both = [head for head in heads if head.name in SURFACE_COLUMNS]
+    if len(both) > 1:
+        message = f"found {both[0].name} and {both[1].name}; allowed: one of them; remove one"
+        raise InputError(message, file=file, line=number, column=both[1].column)
     names = [head.name for head in heads]
     choices = [(name,) if isinstance(name, str) else name for name in required]
     missing = [choice for choice in choices if not set(choice) & set(names)]
@@ -224,8 +239,8 @@ def read_record(file: str | os.PathLike[str], altitude: float = 0.0) -> Record:
     file : path
         Columns time (ISO 8601; UTC where it names no zone), air_temperature, relative_humidity, wind_speed, and sw_down
         or both direct_normal and diffuse, which count where all three are there; by choice the others of
-        `WEATHER_COLUMNS`; in any order. ``name[unit]`` in the header names another unit. Those of `SKIN_COLUMNS` may be
-        there too. Empty lines and lines that begin with # are skipped.
+        `WEATHER_COLUMNS`, and one of `SURFACE_COLUMNS`; in any order. ``name[unit]`` in the header names another unit.
+        Those of `SKIN_COLUMNS` may be there too. Empty lines and lines that begin with # are skipped.
     altitude : float
         Of the place [m], for a pressure that the file does not give.
 
@@ -247,7 +262,8 @@ def read_record(file: str | os.PathLike[str], altitude: float = 0.0) -> Record:
 
 def record_readings(file: str | os.PathLike[str], required: Iterable[str | tuple[str, ...]]) -> Readings:
     """Readings of a forcing CSV without long gaps, time in seconds since 1970; see `read_record`."""
-    readings = read_readings(file, WEATHER_COLUMNS | SKIN_COLUMNS, required, _moment, blank=SKIN_COLUMNS)
+    columns = WEATHER_COLUMNS | SURFACE_COLUMNS | SKIN_COLUMNS
+    readings = read_readings(file, columns, required, _moment, blank=SKIN_COLUMNS)
     readings.refuse_gaps(np.diff(readings.time), MAXIMUM_GAP)
     _, steps = equal_steps(readings.time)
     if steps > MAXIMUM_STEPS:

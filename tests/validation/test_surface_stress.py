@@ -1,4 +1,4 @@
-"""Three thousand random brutal columns, and two hundred random Earth columns against the oracle."""
+"""Three thousand random brutal columns, fifteen hundred showers, and two hundred Earth columns against the oracle."""
 
 from collections import Counter
 
@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.film import TOLERANCE as FILM_TOLERANCE
+from skyshine.mat.surface.film import evaporated
 from skyshine.mat.surface.oracle import solve_oracle
-from skyshine.mat.surface.solver import TOLERANCE, Method, solve_columns
-from skyshine.mat.surface.stress import random_forcing, random_material
+from skyshine.mat.surface.solution import Method
+from skyshine.mat.surface.solver import DAY, TOLERANCE, solve_columns
+from skyshine.mat.surface.stress import random_forcing, random_material, random_rain
 
 pytestmark = pytest.mark.validation
 
@@ -29,6 +32,34 @@ def test_brutal_columns():
         methods[Method(solution.method[0]).name] += 1
     print(f"\n{dict(methods)}; largest bound excess {worst:.3f} K")
     assert worst <= 0.5
+
+
+def test_brutal_showers():
+    """Film and temperature settle on every column: water closes, bounds hold, latent heat is that of the water."""
+    rounds, count = Counter(), 0
+    for number in range(1500):
+        generator = np.random.default_rng([7, number])
+        rainy = random_rain(generator, random_material(generator), random_forcing(generator))
+        if rainy is None:
+            continue
+        material, forcing = rainy
+        ((_, solution),) = [(rows, part) for rows, part in solve_columns(*rainy) if len(rows)]
+        assert np.all(np.isfinite(solution.temperature)), number
+        assert solution.residual[0] <= FILM_TOLERANCE and abs(solution.energy_closure[0]) <= TOLERANCE, number
+        if solution.film is None:  # in vacuum
+            continue
+        count += 1
+        film, given = solution.film, forcing(solution.film.shape[1])
+        capacity = material.film.capacity
+        assert film.min() >= 0 and film.max() <= capacity * (1 + 1e-9), number
+        share, flux = material.film.share(film), evaporated(material, given, solution.temperature)
+        gain = given.rain * np.maximum(given.cos_slope, 0) + np.maximum(-flux, 0) - share * np.maximum(flux, 0)
+        off = gain * DAY / film.shape[1] - (film - np.roll(film, 1, axis=1))
+        full = film > capacity * (1 - 1e-9)
+        assert np.abs(off[~full]).max(initial=0) < 1e-6 and off.min() > -1e-6, number
+        rounds["film"] += bool(film.max() > 0.01 * capacity)
+    print(f"\n{count} columns, {rounds['film']} of them wet at some time")
+    assert rounds["film"] > 0.5 * count
 
 
 def smooth_day(generator):

@@ -1,6 +1,6 @@
 """Stacks driven from behind: heat and temperatures from inside, steady and by hour, and temperatures given by hand."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +14,8 @@ from skyshine.mat.surface.conduction import depth_response
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.oracle import solve_oracle
-from skyshine.mat.surface.solver import Method, solve_columns
+from skyshine.mat.surface.solution import Method
+from skyshine.mat.surface.solver import solve_columns
 from skyshine.mat.surface.table import temperature_table
 from skyshine.materials.files import load_thermal
 from skyshine.materials.library import load_library
@@ -186,10 +187,10 @@ def _march_of_days(chosen, days, steps=576):
     """The march's one day is all of them, of capacities so much less."""
     parts = [day(steps) for day in days]
     whole = Forcing(
-        *(
-            np.concatenate([np.broadcast_to(getattr(part, item.name), (1, steps)) for part in parts], axis=1)
-            for item in fields(Forcing)
-        )
+        **{
+            name: np.concatenate([np.broadcast_to(getattr(part, name), (1, steps)) for part in parts], axis=1)
+            for name in parts[0].given
+        }
     )
     share = 1 / len(days)
     thermal = chosen.thermal

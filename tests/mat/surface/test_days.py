@@ -1,6 +1,6 @@
 """The last of consecutive days against a record that repeats, a finite-volume march, and a day that repeats."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +11,8 @@ from skyshine.mat.surface import days as module
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.conduction import Conduction, delayed_responses
 from skyshine.mat.surface.days import OneDay, solve_days
-from skyshine.mat.surface.solver import DAY, Method, solve_columns
+from skyshine.mat.surface.solution import Method
+from skyshine.mat.surface.solver import DAY, solve_columns
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 
@@ -58,10 +59,10 @@ def last_day(material, days, **options):
 def joined(days, steps):
     parts = [day(steps) for day in days]
     return Forcing(
-        *(
-            np.concatenate([np.broadcast_to(getattr(part, item.name), (2, steps)) for part in parts], axis=1)
-            for item in fields(Forcing)
-        )
+        **{
+            name: np.concatenate([np.broadcast_to(getattr(part, name), (2, steps)) for part in parts], axis=1)
+            for name in parts[0].given
+        }
     )
 
 
@@ -142,7 +143,7 @@ def test_what_breaks_its_bounds_is_solved_again_through_all_days(monkeypatch):
 def test_a_day_with_bad_numbers_is_named_before_anything_is_solved():
     def nothing(steps):
         forcing = DAYS[0](steps)
-        return Forcing(*(np.full_like(getattr(forcing, item.name), np.nan) for item in fields(Forcing)))
+        return Forcing(**{name: np.full_like(values, np.nan) for name, values in forcing.given.items()})
 
     with pytest.raises(InputError, match="found shortwave_direct = nan"):
         solve_days(library("concrete"), [nothing, DAYS[1]])

@@ -10,7 +10,8 @@ from skyshine.mat.surface.back_boundary import BackFlux
 from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.conduction import Conduction, surface_admittance
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.solver import Method, bound_excess, solve_columns
+from skyshine.mat.surface.solution import Method
+from skyshine.mat.surface.solver import bound_excess, solve_columns
 from skyshine.mat.surface.stress import random_forcing, random_material
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack

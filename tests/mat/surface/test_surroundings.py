@@ -81,7 +81,7 @@ def test_the_sun_stays_where_only_the_sky_is_hidden(scene):
 
 def test_open_surroundings_change_nothing(scene):
     open_sky = replace(scene, surroundings=Surroundings()).forcing(96)
-    for name, values in vars(scene.forcing(96)).items():
+    for name, values in scene.forcing(96).given.items():
         np.testing.assert_allclose(getattr(open_sky, name), values, rtol=1e-12, err_msg=name)
 
 

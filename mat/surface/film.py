@@ -1,0 +1,210 @@
+"""A film of water on surfaces: filled by rain and dew, emptied by evaporation and by what runs off.
+
+Film and temperature depend on each other: columns are solved with a film, whose evaporation at those temperatures gives
+the next film, until the heat balance no longer notices. Each step is implicit in the film, so that the share that
+evaporates in a step is the share with which the balance was solved: latent heat is that of the water lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.solution import Solution
+from skyshine.mat.surface.vapour import surface_vapour
+from skyshine.mat.surface.wet_skin import FilmSkin
+from skyshine.schemas.arrays import Floats, Integers
+
+# Heat of vaporisation of which the psychrometer constant of the balance is made: FAO Paper 56, equation 8 [J kg^-1].
+LATENT_HEAT = 2.45e6
+# Change of the heat balance [W m^-2] by which the last film may differ from that of its temperatures: below .05 K.
+TOLERANCE = 0.2
+ROUNDS = 40  # at most; what is left then stands in the residual
+_CAREFUL = 4  # rounds after which the next film is taken by part
+_LEAST_PART = 0.05  # chosen: the least part of the way to the next film
+_NEWTON = 30
+_PERIODIC = 22  # halvings of the capacity: to below _RETURNS
+_RETURNS = 1e-7  # kg m^-2
+
+
+def film_of(
+    skin: FilmSkin, gain: Floats, potential: Floats, step: float, before: Floats | None
+) -> tuple[Floats, Floats]:
+    """Film and share that it covers at each time.
+
+    Parameters
+    ----------
+    skin : FilmSkin
+    gain : (columns, N) ndarray
+        Rain and dew in the step that ends at each time [kg m^-2 s^-1].
+    potential : (columns, N) ndarray
+        Evaporation of a surface that is wholly wet at that time, not negative [kg m^-2 s^-1].
+    step : float
+        [s]
+    before : (columns,) ndarray or None
+        Film at the end of the day before [kg m^-2]; None: the film returns after the period.
+
+    Returns
+    -------
+    film, share : (columns, N) ndarray
+        [kg m^-2], 0 to the capacity; 0 to 1.
+    """
+
+    supply, demand = gain * step, potential * step
+    if before is None:
+        before = _returning(skin, supply, demand)
+    share = _march(skin, supply, demand, before)
+    return skin.capacity * share**1.5, share
+
+
+def _march(skin: FilmSkin, gain: Floats, potential: Floats, film: Floats) -> Floats:
+    """Shares (columns, N) from a film (columns,) on; gain and potential are those of a step [kg m^-2].
+
+    With w = capacity s^(3/2) a step is w + potential s = w before + gain: convex and increasing in s, so that Newton
+    falls to the one root from the share that no evaporation would leave; where the root lies beyond 1 the rest runs
+    off.
+    """
+    shares = np.empty(gain.shape)
+    for time in range(gain.shape[1]):
+        water, loss = film + gain[:, time], potential[:, time]
+        share = np.minimum(water / skin.capacity, 1.0) ** (2 / 3)
+        short = water < skin.capacity + loss
+        for _ in range(_NEWTON):
+            root = np.sqrt(share)
+            excess = skin.capacity * share * root + loss * share - water
+            slope = 1.5 * skin.capacity * root + loss
+            change = np.where(short, excess / np.maximum(slope, 1e-30), 0.0)
+            share = np.maximum(share - change, 0.0)
+            if not np.any(np.abs(change) > 1e-12):
+                break
+        shares[:, time] = share
+        film = skin.capacity * share**1.5
+    return shares
+
+
+def _returning(skin: FilmSkin, gain: Floats, potential: Floats) -> Floats:
+    """The least film (columns,) [kg m^-2] that is the same after the period; arguments as of `_march`.
+
+    The film after a period grows with that before it, from 0 up and from the capacity down. Where the surface dries
+    within the period it does not depend on it: the second trial is the first.
+    """
+
+    def after(film: Floats, chosen: Integers) -> Floats:
+        share = _march(skin, gain[chosen], potential[chosen], film)[:, -1]
+        whole: Floats = skin.capacity * share**1.5
+        return whole
+
+    every = np.arange(len(gain))
+    before = after(np.zeros(len(gain)), every)
+    wet = np.flatnonzero(before > _RETURNS)
+    low = before[wet]
+    for _ in range(2):
+        rise = after(low, wet)
+        before[wet] = rise
+        left = rise - low > _RETURNS
+        wet, low = wet[left], rise[left]
+    high = np.full(wet.size, skin.capacity)
+    for _ in range(_PERIODIC if wet.size else 0):
+        middle = 0.5 * (low + high)
+        grows = after(middle, wet) > middle
+        low, high = np.where(grows, middle, low), np.where(grows, high, middle)
+    before[wet] = 0.5 * (low + high)
+    return before
+
+
+def solve_with_film(
+    material: SurfaceMaterial,
+    forcing: Forcing,
+    step: float,
+    solve: Callable[[Forcing, Integers], Solution],
+    before: Floats | None,
+) -> Solution:
+    """Temperatures and films of all columns.
+
+    Parameters
+    ----------
+    material : SurfaceMaterial
+        With a film.
+    forcing : Forcing
+        With rain.
+    step : float
+        [s]
+    solve : callable
+        Solves some columns under a forcing with a film.
+    before : (columns,) ndarray or None
+        As `film_of`.
+
+    Returns
+    -------
+    Solution
+        Its `residual` holds what the last film would still change.
+    """
+    skin = material.film
+    assert skin is not None and forcing.rain is not None
+    columns = forcing.shape[0]
+    active = np.arange(columns)
+    still = np.atleast_2d(forcing.air_temperature) + np.zeros(forcing.shape)
+    share = _next_film(material, forcing, still, step, before)[1]
+    film, whole = np.zeros(forcing.shape), None
+    part_way, away = np.full((columns, 1), 0.5), np.zeros(forcing.shape)
+    for number in range(ROUNDS):
+        part = replace(forcing.columns(active), film=share[active])
+        solution = solve(part, active)
+        start = None if before is None else before[active]
+        film[active], following = _next_film(material, part, solution.temperature, step, start)
+        left = np.abs(
+            Balance(replace(part, film=following), material).loss(solution.temperature)
+            - Balance(part, material).loss(solution.temperature)
+        ).max(axis=1)
+        solution = replace(solution, residual=np.maximum(solution.residual, left), film=film[active])
+        whole = solution if whole is None else whole.with_columns(active, solution)
+        keep = left > TOLERANCE
+        if not keep.any():
+            break
+        active, wanted = active[keep], following[keep] - share[active[keep]]
+        if number > _CAREFUL:
+            part_way[active] = aitken(part_way[active], away[active], wanted)
+        away[active] = wanted
+        share[active] += wanted * (part_way[active] if number >= _CAREFUL else 1.0)
+    assert isinstance(whole, Solution)
+    return whole
+
+
+def aitken(part: Floats, before: Floats, now: Floats) -> Floats:
+    """Part (columns, 1) of the way to the next iterate, by the ways (columns, N) of the last two rounds: Aitken's
+    secant for vectors (Irons and Tuck 1969, Int. J. Numer. Methods Eng. 1, 275-277), `_LEAST_PART` to 1.
+
+    Examples
+    --------
+    A way that turns round to -1 of itself when it is gone by half, would be 0 when gone by a quarter:
+
+    >>> aitken(np.array([[0.5]]), np.array([[0.4, 0.2]]), np.array([[-0.4, -0.2]]))
+    array([[0.25]])
+    """
+    change = now - before
+    square = np.maximum((change**2).sum(axis=1, keepdims=True), 1e-300)
+    secant: Floats = -part * (before * change).sum(axis=1, keepdims=True) / square
+    return np.clip(secant, _LEAST_PART, 1.0)
+
+
+def _next_film(
+    material: SurfaceMaterial, forcing: Forcing, temperature: Floats, step: float, before: Floats | None
+) -> tuple[Floats, Floats]:
+    """Film and share that follow from temperatures (columns, N) [K]."""
+    assert material.film is not None and forcing.rain is not None
+    flux = evaporated(material, forcing, temperature)
+    rain = forcing.rain * np.maximum(forcing.cos_slope, 0.0)
+    gain = np.maximum(-flux, 0.0) + rain
+    return film_of(material.film, gain, np.maximum(flux, 0.0), step, before)
+
+
+def evaporated(material: SurfaceMaterial, forcing: Forcing, temperature: Floats) -> Floats:
+    """Water that a wholly wet surface loses (columns, N) [kg m^-2 s^-1]; negative where dew falls."""
+    latent = Balance(replace(forcing, film=np.ones((1, 1))), material).latent_of_film(temperature)
+    _, ratio = surface_vapour(temperature)
+    flux: Floats = latent / (LATENT_HEAT * ratio)
+    return flux

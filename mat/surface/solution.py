@@ -1,0 +1,84 @@
+"""What a solver found of columns: temperatures, how well they hold, and how they were found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.schemas.arrays import Floats, Integers
+
+
+class Method(IntEnum):
+    """How a column was solved."""
+
+    BDF2 = 0
+    BDF2_NEWTON = 1
+    BDF2_FINE = 2
+    BDF2_FINE_NEWTON = 3
+    EULER = 4
+    EULER_NEWTON = 5
+    GIVEN = 6  # not solved: the temperature was given
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Surface temperatures and their quality.
+
+    Attributes
+    ----------
+    temperature : ndarray, shape (columns, N)
+        [K] at k / N of the period, k = 0 ... N - 1.
+    melt : ndarray, shape (columns, N)
+        Heat spent on melting snow [W m^-2].
+    residual : ndarray, shape (columns,)
+        Largest imbalance at any time [W m^-2].
+    energy_closure : ndarray, shape (columns,)
+        Mean over the period of all fluxes [W m^-2]; 0 where the energy closes.
+    bound_excess : ndarray, shape (columns,)
+        How far the temperature leaves the range of its instantaneous equilibria and the back [K].
+    method : ndarray of uint8, shape (columns,)
+        A `Method`.
+    iterations : ndarray of int32, shape (columns,)
+        Beyond those that found the material's common matrix and starting point.
+    film : ndarray or None, shape (columns, N)
+        Water on the surface [kg m^-2]; None where none may be.
+    """
+
+    temperature: Floats
+    melt: Floats
+    residual: Floats
+    energy_closure: Floats
+    bound_excess: Floats
+    method: npt.NDArray[np.uint8]
+    iterations: Integers
+    film: Floats | None = None
+
+    @property
+    def given(self) -> dict[str, npt.NDArray[Any]]:
+        """The fields that it has, by name."""
+        values = ((field.name, getattr(self, field.name)) for field in fields(self))
+        return {name: array for name, array in values if array is not None}
+
+    def columns(self, chosen: Integers) -> Solution:
+        """The solution of an index array of columns."""
+        return Solution(**{name: values[chosen] for name, values in self.given.items()})
+
+    def with_columns(self, chosen: Integers, other: Solution) -> Solution:
+        """The solution with that of another in an index array of columns."""
+        for name, values in self.given.items():
+            values[chosen] = getattr(other, name)
+        return self
+
+    def under(self, forcing: Forcing, material: SurfaceMaterial) -> Forcing:
+        """A forcing of its columns, at any number of steps, with the film that it has."""
+        if self.film is None or material.film is None:
+            return forcing
+        share = material.film.share(self.film)
+        known, wanted = (np.arange(count) / count for count in (share.shape[1], forcing.shape[1]))
+        return replace(forcing, film=np.stack([np.interp(wanted, known, row, period=1.0) for row in share]))

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.mat.job.fields import clock_interval
 from skyshine.mat.job.surface import Operation
-from skyshine.mat.scene.moisture import job_library, wet_absorptance
+from skyshine.mat.scene.moisture import job_library, wet_grey
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
 from skyshine.mat.surface.column import ColumnResult, from_record, from_scene
 from skyshine.mat.surface.material import SurfaceMaterial
@@ -157,10 +157,8 @@ def temperature(
         column = from_scene(surface, sun_path, weather, sky, metres, slope, azimuth, depth, surroundings)
     else:
         assert forcing is not None
-        surface = surface_material(material, {}, optical)
         record = read_record(forcing, 1e3 * (altitude or 0.0))
-        if record.wetting != DRY:
-            surface = surface_material(material, {}, optical, wetting=record.wetting)
+        surface = surface_material(material, {}, optical, wetting=record.wetting)
         placed = slope or surroundings is not None or "sw_down" not in record.values
         sun = _sun_at(latitude, longitude) if placed else None
         column = from_record(surface, record, slope, azimuth, sun, ground_albedo, depth, surroundings)
@@ -196,12 +194,14 @@ def surface_material(
         thermal, surface, _, _ = load_thermal(text)
         found = SurfaceMaterial(text, thermal, surface, **optical)
         capacity = film_capacity(surface, None) if wetting.rain else 0.0
-        return replace(found, film=FilmSkin(**optical, capacity=capacity) if capacity else None)
+        wet = optical if surface.canopy else wet_grey(optical)
+        return replace(found, film=FilmSkin(**wet, capacity=capacity) if capacity else None)
     (material,) = surface_materials([(library or load_library())[text]], operated, wetting)
-    found = replace(material, **optical)
-    if found.film is None or "solar_absorptance" not in optical:
-        return found
-    return replace(found, film=replace(found.film, solar_absorptance=wet_absorptance(found.solar_absorptance)))
+    film = material.film
+    if film is not None:
+        as_dry = film.solar_absorptance == material.solar_absorptance  # leaves and glass
+        film = replace(film, **(optical if as_dry else wet_grey(optical)))
+    return replace(material, **optical, film=film)
 
 
 def _sun_at(

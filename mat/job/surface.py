@@ -20,6 +20,7 @@ from skyshine.mat.job.fields import (
     tolerance_parts,
 )
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.surface.weather_readings import MOST_MOISTURE
 from skyshine.materials.files import by_hour as values_by_hour
 from skyshine.materials.files import refuse_incomplete_back
 from skyshine.materials.records import Back
@@ -97,7 +98,7 @@ class HourlyWeather(StrictModel):
             " water on surfaces, which darkens them and evaporates."
         ),
     )
-    soil_moisture_m3_m3: list[Annotated[float, Field(ge=0, le=0.95)]] | None = Field(
+    soil_moisture_m3_m3: list[Annotated[float, Field(ge=0, le=MOST_MOISTURE)]] | None = Field(
         None,
         exclude=True,
         description=(

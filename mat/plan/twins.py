@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Hashable
 
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.left_out import LeftOut
 from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.scene.surface import surface_materials
+from skyshine.mat.scene.weather import wetting_of
 
 
 def twins_left_out(loaded: LoadedJob, materials: tuple[str, ...]) -> list[LeftOut]:
     """Materials whose heat balance is that of another, by name the first of each."""
     job = loaded.trimmed
     library = job_library(job)
-    every = surface_materials([library[name] for name in materials], job.operated)
-    solved = [material for material in every if material.name not in job.temperatures_c]
-    first: dict[tuple[Any, ...], str] = {}
-    twins = {
-        each.name: first[each.physics] for each in solved if first.setdefault(each.physics, each.name) != each.name
-    }
+    solved = [library[name] for name in materials if name not in job.temperatures_c]
+    wettings = {wetting_of(state.weather) for state in job.states}
+    by_weather = [surface_materials(solved, job.operated, wetting) for wetting in wettings]
+    first: dict[tuple[Hashable, ...], str] = {}
+    twins = {}
+    for column in zip(*by_weather, strict=True):
+        physics, name = tuple(material.physics for material in column), column[0].name
+        if first.setdefault(physics, name) != name:
+            twins[name] = first[physics]
     return [
         LeftOut(
             f"the heat balance of {name}",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache, partial
 
@@ -98,9 +99,18 @@ def film_skin(material: Material) -> FilmSkin | None:
     return FilmSkin(*optics(replace(material, reflectance=wet, absorptance=1.0 - wet)), capacity)
 
 
-def wet_absorptance(dry: float) -> float:
-    """Solar absorptance of a grey surface under clear water."""
-    return 1.0 - float(film_reflectance([1.0 - dry], [0.55], water_at(np.array([0.55])), _FILM)[0])
+# um at which a surface of which no spectrum is known stands for its whole range: chosen, where sunlight and thermal
+# radiation are strongest.
+_GREY = {"solar_absorptance": 0.55, "thermal_emissivity": 10.0}
+
+
+def wet_grey(given: Mapping[str, float]) -> dict[str, float]:
+    """Solar absorptance and thermal emissivity, those that are given, of a grey surface under clear water."""
+    wet = {}
+    for name, dry in given.items():
+        micron = np.array([_GREY[name]])
+        wet[name] = 1.0 - float(film_reflectance([1.0 - dry], micron, water_at(micron), _FILM)[0])
+    return wet
 
 
 def water_at(wavelength: Floats) -> npt.NDArray[np.complex128]:

@@ -18,7 +18,7 @@ from skyshine.mat.surface.convection import WIND_HEIGHT, Wind
 from skyshine.mat.surface.measured import MeasuredRadiation
 from skyshine.mat.surface.sun_path import SunPath, sun_hours
 from skyshine.mat.surface.vapour import saturation_pressure
-from skyshine.mat.surface.weather import NearSurfaceAir, from_extremes, from_hours
+from skyshine.mat.surface.weather import NearSurfaceAir, Wetting, from_extremes, from_hours
 from skyshine.schemas.arrays import Floats
 
 _QUARTERS = np.arange(0, 24, 0.25)  # hours at which a mean of the day is taken
@@ -86,6 +86,14 @@ def _air_of_day(sun: SunPath, given: Weather, tables: Sequence[HourlyWeather], d
     if table.soil_moisture_m3_m3 is not None:
         air = replace(air, soil_moisture=np.interp(sun_hours(), hours, series("soil_moisture_m3_m3")))
     return _measured_at(given, air)
+
+
+def wetting_of(given: Weather) -> Wetting:
+    """What of a weather the skins of surfaces need to know, before its air is known: the mean of moisture is that of
+    the readings.
+    """
+    moistures = given.water.get("soil_moisture_m3_m3")
+    return Wetting("rain_mm_h" in given.water, None if moistures is None else float(np.mean(np.concatenate(moistures))))
 
 
 def _measured_at(given: Weather, air: NearSurfaceAir) -> NearSurfaceAir:

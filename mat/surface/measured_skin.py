@@ -10,7 +10,15 @@ import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.surface.record import Record, equal_steps
-from skyshine.mat.surface.weather_readings import NEEDED_COLUMNS, SKIN_COLUMNS, Readings, forcing_of, record_readings
+from skyshine.mat.surface.weather_readings import (
+    NEEDED_COLUMNS,
+    SKIN_COLUMNS,
+    SURFACE_COLUMNS,
+    WATER_COLUMNS,
+    Readings,
+    forcing_of,
+    record_readings,
+)
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
@@ -90,6 +98,13 @@ def read_measured(file: str | os.PathLike[str]) -> MeasuredRecord:
     given = [name for name in SKIN_COLUMNS if name in readings.values]
     if len(given) > 1:
         raise InputError(f"found the columns {' and '.join(given)}; allowed: one of them; remove the other", file=file)
+    changing = [name for name in (*WATER_COLUMNS, *SURFACE_COLUMNS) if name in readings.values]
+    if changing:
+        raise InputError(
+            f"found the column {changing[0]}; allowed: weather over a surface that stays as it is, whose numbers a fit"
+            " finds; remove the column, and the rainy days",
+            file=file,
+        )
     if given == ["lw_up"] and "lw_down" not in readings.values:
         raise InputError("found lw_up without lw_down, of which a surface reflects a part; add the column", file=file)
     _refuse_unequal(readings)

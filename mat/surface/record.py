@@ -29,10 +29,9 @@ class Record:
         [s]; the record repeats after N steps.
     values : dict of str to ndarray
         "lw_down", and "sw_down" or "direct_normal" and "diffuse" or all three [W m^-2], "air_temperature" [K],
-        "relative_humidity" [percent], "wind_speed" [m/s], "pressure" [Pa], "wind_height" and
-        "air_height" [m]; by choice "rain" [mm/h],
-        "soil_moisture" [m3/m3], "albedo" [1] or "snow_age" [d]. Negative
-        readings of sunlight are 0, humidity is at most 100.
+        "relative_humidity" [percent], "wind_speed" [m/s], "pressure" [Pa], "wind_height" and "air_height" [m]; by
+        choice "rain" [mm/h], "soil_moisture" [m3/m3], "albedo" [1] or "snow_age" [d]. Negative readings of sunlight are
+        0, humidity is at most 100.
     notes : tuple of str
         What stands for what was not measured.
     """
@@ -44,7 +43,7 @@ class Record:
 
     @classmethod
     def of(cls, seconds: Floats, values: Mapping[str, Floats], altitude: float = 0.0) -> Record:
-        """The record of readings at their median step, linear between them.
+        """The record of readings at their median step, linear between them; rain is a mean since the reading before.
 
         Parameters
         ----------
@@ -59,6 +58,8 @@ class Record:
         step, steps = equal_steps(seconds)
         grid = seconds[0] + step * np.arange(steps)
         series = {name: np.interp(grid, seconds, readings) for name, readings in values.items()}
+        if "rain" in values:
+            series["rain"] = _interval_means(grid, seconds, values["rain"])
         series = {"wind_height": np.full(steps, WIND_HEIGHT), "air_height": np.full(steps, AIR_HEIGHT)} | series
         for name in ("sw_down", "direct_normal", "diffuse"):
             if name in series:
@@ -108,6 +109,14 @@ class Record:
         at = np.arange(self.steps + 1)
         values = {name: np.interp(grid, at, np.append(series, series[0])) for name, series in self.values.items()}
         return replace(self, step=self.step / factor, values=values)
+
+
+def _interval_means(grid: Floats, seconds: Floats, means: Floats) -> Floats:
+    """Means over the steps that end at `grid`, of means over the intervals that end at `seconds`: none is lost."""
+    total = np.concatenate(([0.0], np.cumsum(means[1:] * np.diff(seconds))))
+    first = means[:1]
+    rest: Floats = np.diff(np.interp(grid, seconds, total)) / np.diff(grid)
+    return np.concatenate([first, rest])
 
 
 def sky_longwave(air_temperature: Floats, vapour_pressure: Floats, cloud_fraction: Floats) -> Floats:

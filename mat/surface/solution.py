@@ -70,7 +70,7 @@ class Solution:
         return Solution(**{name: values[chosen] for name, values in self.given.items()})
 
     def with_columns(self, chosen: Integers, other: Solution) -> Solution:
-        """The solution with that of another in an index array of columns."""
+        """The solution, into whose index array of columns that of another is written."""
         for name, values in self.given.items():
             values[chosen] = getattr(other, name)
         return self

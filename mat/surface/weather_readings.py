@@ -71,17 +71,18 @@ RADIATION_COLUMNS = {
     "diffuse": Column(_WATTS, -25.0, 1500.0),
     "lw_down": Column(_WATTS, 20.0, 800.0),
 }
+# On and in the ground. The heaviest rain of an hour on record is 305 mm, of a minute 31 mm.
+WATER_COLUMNS = {
+    "rain": Column({"mm/h": (1.0, 0.0)}, 0.0, 2000.0),
+    "soil_moisture": Column({"m3/m3": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, MOST_MOISTURE),
+}
 # Of every weather table, in jobs and as the forcing of one surface.
 WEATHER_COLUMNS = (
     AIR_COLUMNS
     | HEIGHT_COLUMNS
     | RADIATION_COLUMNS
-    | {
-        "cloud_fraction": Column({"1": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, 1.0),
-        # The heaviest rain of an hour on record is 305 mm, of a minute 31 mm.
-        "rain": Column({"mm/h": (1.0, 0.0)}, 0.0, 2000.0),
-        "soil_moisture": Column({"m3/m3": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, MOST_MOISTURE),
-    }
+    | WATER_COLUMNS
+    | {"cloud_fraction": Column({"1": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, 1.0)}
 )
 NEEDED_COLUMNS = ("air_temperature", "relative_humidity", "wind_speed")  # of the forcing of one surface
 # Of the surface itself, in the forcing of one surface: one of both.

@@ -1,11 +1,18 @@
 """Rain, soil moisture by time, albedo and age of snow, in jobs and records."""
 
+from importlib import resources
+
 import numpy as np
 import pytest
 
 import skyshine.mat
+from skyshine.mat.api.temperature import surface_material
 from skyshine.mat.job.load import load_job
 from skyshine.mat.scene.moisture import film_skin, optics
+from skyshine.mat.scene.weather import wetting_of
+from skyshine.mat.surface.measured_skin import read_measured
+from skyshine.mat.surface.weather import Wetting
+from skyshine.mat.surface.weather_readings import read_record
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 
@@ -102,6 +109,42 @@ def test_columns_of_a_record(tmp_path):
     moist = skyshine.mat.temperature("soil_sand", forcing=record(tmp_path, ",soil_moisture[%]", lambda hour: ",12"))
     dry = skyshine.mat.temperature("soil_sand", forcing=record(tmp_path))
     assert np.ptp(moist.temperature) < np.ptp(dry.temperature) - 10
+
+
+def test_rain_of_a_record_is_neither_lost_nor_made_where_rows_are_missing(tmp_path):
+    """6 mm/h since the row three hours before are 18 mm, at 6 mm/h in each of three steps; the row after is dry."""
+    file = record(tmp_path, ",rain", lambda hour: ",6" if hour == 12 else ",0")
+    lines = file.read_text().splitlines()
+    del lines[11:13]  # 10 and 11 h
+    file.write_text("\n".join(lines) + "\n")
+    rain = read_record(file).values["rain"]
+    np.testing.assert_allclose(rain[[9, 10, 11, 12, 13]], [0, 6, 6, 6, 0], atol=1e-12)
+
+
+def test_given_optics_of_a_wet_surface(tmp_path):
+    """A roof of .3 is darker wet, by what Lekner and Dorf have for rough ground; leaves of .3 stay .3."""
+    wet, dry = Wetting(rain=True), {"solar_absorptance": 0.3, "thermal_emissivity": None}
+    road = surface_material("asphalt_road", {}, dry, wetting=wet)
+    assert 0.35 < road.film.solar_absorptance < 0.6 and road.solar_absorptance == 0.3
+    assert road.film.thermal_emissivity == surface_material("asphalt_road", {}, {}, wetting=wet).film.thermal_emissivity
+    assert surface_material("grass_green", {}, dry, wetting=wet).film.solar_absorptance == 0.3
+    both = {"solar_absorptance": 0.3, "thermal_emissivity": 0.2}
+    file = resources.files("skyshine") / "materials" / "ht" / "asphalt_road.yaml"
+    own = surface_material(file, {}, both, wetting=wet).film
+    assert own.solar_absorptance == road.film.solar_absorptance and own.thermal_emissivity > 0.95
+
+
+def test_a_fit_refuses_water_and_says_so(tmp_path):
+    file = record(tmp_path, ",surface_temperature[C],rain", lambda hour: ",20,0")
+    with pytest.raises(InputError, match="found the column rain; allowed: .*remove the column"):
+        read_measured(file)
+
+
+def test_wetting_of_a_weather_before_its_air_is_known():
+    loaded = load_job(job({"soil_moisture_m3_m3": [0.1] * 24, "rain_mm_h": [0.0] * 24}))
+    weather = loaded.trimmed.states[0].weather
+    assert wetting_of(weather) == Wetting(True, pytest.approx(0.1))
+    assert wetting_of(load_job(job()).trimmed.states[0].weather) == Wetting()
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,10 @@
 """The estimate of `mat check` against the processor time that a build takes."""
 
+import math
 import resource
 
 import pytest
+import yaml
 
 from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
@@ -62,6 +64,33 @@ def test_estimate_of_a_series_is_right_within_a_factor_of_one_and_a_half(band, t
     taken = processor_seconds(loaded)
     print(f"\nfour days, {band}: estimated {expected:.1f} s, took {taken:.1f} s")
     assert 1 / 1.5 <= taken / expected <= 1.5
+
+
+@pytest.mark.parametrize("rain", [0.0, 0.4])
+def test_estimate_of_rainy_surfaces_is_right_within_a_factor_of_two(rain, tmp_path, monkeypatch):
+    """Drizzle at night and in the evening, or none in a table that has rain: other than the shower that was fitted."""
+    monkeypatch.setenv("SKYSHINE_CACHE", "")
+    hours = range(24)
+    weather = {
+        "time": [f"{hour:02d}:00" for hour in hours],
+        "air_temperature_c": [18 + 7 * math.cos(math.pi * (hour - 15) / 12) for hour in hours],
+        "rain_mm_h": [rain if hour in (1, 2, 3, 18) else 0.0 for hour in hours],
+    }
+    job = {
+        "skyshine": 1,
+        "name": "drizzle",
+        "site": {"latitude_deg": 45, "longitude_deg": 5, "date": "2026-06-28", "utc_offset_h": 2},
+        "states": [{"profile": "midlatitude_summer", "weather": {"hourly": weather}}],
+        "bands": [],
+        "materials": ["brick_red", "grass_dry", "gravel_limestone"],
+        "output": {"folder": "built", "pictures": False},
+    }
+    (tmp_path / "job.yaml").write_text(yaml.safe_dump(job), encoding="utf-8")
+    loaded = load_job(tmp_path / "job.yaml")
+    expected = sum(estimate(loaded, make_plan(loaded, load_library())).values())
+    taken = processor_seconds(loaded)
+    print(f"\n{rain} mm/h: estimated {expected:.1f} s, took {taken:.1f} s")
+    assert 0.5 <= taken / expected <= 2
 
 
 def processor_seconds(loaded):

@@ -1,4 +1,4 @@
-"""Three thousand random brutal columns, fifteen hundred showers, and two hundred Earth columns against the oracle."""
+"""Three thousand random brutal columns, 1,145 showers, and two hundred random Earth columns against the oracle."""
 
 from collections import Counter
 

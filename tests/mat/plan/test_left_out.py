@@ -9,6 +9,7 @@ import shutil
 import h5py
 import numpy as np
 import pytest
+import yaml
 
 import skyshine.mat
 from skyshine import materials
@@ -206,3 +207,20 @@ def test_a_material_of_equal_heat_balance_is_solved_once(tmp_path, monkeypatch):
     monkeypatch.setenv("MATERIALS_DATABASE", str(tmp_path))
     (found,) = twins_left_out(loaded, ("asphalt_road", "brick_red", "my_brick"))
     assert found.what == "the heat balance of my_brick" and "brick_red" in found.why and found.bound == "none"
+
+
+def test_a_copy_of_a_soil_that_takes_no_water_is_a_twin_of_it_only_where_no_water_is(tmp_path, monkeypatch):
+    for folder, ending in (("ht", "yaml"), ("ref", "csv"), ("spec", "yaml")):
+        (tmp_path / folder).mkdir()
+        shutil.copy(materials.path(f"{folder}/soil_sand.{ending}"), tmp_path / folder / f"my_sand.{ending}")
+    stack = tmp_path / "ht" / "my_sand.yaml"
+    stack.write_text(stack.read_text(encoding="utf-8").partition("soil:")[0], encoding="utf-8")
+    line = "data_version: 1.0.0\nmaterials:\n  - {code: 1001, name: my_sand, group: soil, description: ours}\n"
+    (tmp_path / "mat.yaml").write_text(line, encoding="utf-8")
+    monkeypatch.setenv("MATERIALS_DATABASE", str(tmp_path))
+    hours = range(24)
+    table = {"time": [f"{hour:02d}:00" for hour in hours], "air_temperature_c": [20.0] * 24}
+    for water, twins in (({}, 1), ({"soil_moisture_m3_m3": [0.1] * 24}, 0)):
+        job = yaml.safe_load(JOB)
+        job["states"][0]["weather"] = {"hourly": table | water}
+        assert len(twins_left_out(load_job(job), ("soil_sand", "my_sand"))) == twins

@@ -206,7 +206,8 @@ def test_slope_takes_the_sun_of_its_place(tmp_path):
 def test_material_file_needs_its_optical_values(tmp_path):
     material = tmp_path / "solid.yaml"
     material.write_text(MATERIAL)
-    result = CliRunner().invoke(command, ["--material", str(material), "--forcing", "x.csv"])
+    forcing = write(tmp_path, *hourly())
+    result = CliRunner().invoke(command, ["--material", str(material), "--forcing", str(forcing)])
     assert isinstance(result.exception, InputError) and "solar_absorptance" in str(result.exception)
 
 

@@ -206,7 +206,7 @@ def fit_material(
     Raises
     ------
     InputError
-        With file:line:column of what does not fit in the record; a parameter that is unknown or has no effect on the
+        With `file:line:column` of what does not fit in the record; a parameter that is unknown or has no effect on the
         material, a material that melts, too few days or readings, a name that is taken.
     CheckFailed
         The heat balance has no solution that Newton finds.

@@ -31,7 +31,7 @@ class Scene:
     Raises
     ------
     InputError
-        With file:line:column of the first thing that does not fit.
+        With `file:line:column` of the first thing that does not fit.
 
     Examples
     --------

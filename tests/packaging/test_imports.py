@@ -16,10 +16,10 @@ TOP = ("mat", "tmm", "materials", "atmospheres", "schemas", "examples")
 
 # The floors of the project, the highest first. Folders of one floor do not import each other.
 FLOORS = (
+    ("mat.maintain",),  # regenerates data and pages from all of the project; no folder imports it
     ("mat.cli",),
     ("mat.commands",),
     ("mat",),
-    ("mat.maintain",),
     ("mat.api",),
     ("mat.gpu", "mat.exchange"),
     ("mat.bench",),

@@ -11,7 +11,7 @@ MODULES = [
     "skyshine.mat",
     *(
         f"skyshine.mat.api.{name}"
-        for name in ("band", "build", "check", "contrast", "examples", "spectrum", "temperature")
+        for name in ("band", "build", "check", "contrast", "examples", "fit_material", "spectrum", "temperature")
     ),
 ]
 

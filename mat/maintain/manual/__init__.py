@@ -1,0 +1,1 @@
+"""The documentation site: pages of the checkout, references made from schemas, commands and docstrings."""

@@ -1,0 +1,38 @@
+"""Builds the documentation site; needs the extra ``docs``.
+
+Run ``python -m skyshine.mat.maintain.manual CHECKOUT OUT``. Warnings are errors: a link or an anchor that leads
+nowhere, a page that no page names, a notebook that fails, a page that loads something from another machine.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from skyshine.mat.maintain.manual.outside import requests_of_folder
+from skyshine.mat.maintain.manual.sources import gather
+
+
+def build(checkout: Path, out: Path) -> int:
+    """Write the site into a folder; the exit status is 1 where something is wrong with it.
+
+    Parameters
+    ----------
+    checkout, out : Path
+    """
+    with tempfile.TemporaryDirectory() as name:
+        tree = Path(name) / "site"
+        tree.mkdir()
+        gather(checkout.resolve(), tree)
+        command = [sys.executable, "-m", "sphinx", "--quiet", "--fail-on-warning", "--keep-going", "--builder", "html"]
+        done = subprocess.run([*command, "--doctree-dir", f"{name}/doctrees", tree, out], check=False)
+    found = requests_of_folder(out) if done.returncode == 0 else []
+    for line in found:
+        print(f"loads from another machine: {line}", file=sys.stderr)
+    return 1 if done.returncode or found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(build(Path(sys.argv[1]), Path(sys.argv[2])))

@@ -1,0 +1,191 @@
+"""Pages of all keys of a YAML file, from the JSON Schema that its model writes."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from skyshine.mat.maintain.job_schema import schema_text
+
+Schema = dict[str, Any]
+
+TITLES = {
+    "mat-job.schema.json": "Keys of a job of `mat`",
+    "mat-scene.schema.json": "Keys of a scene",
+    "tmm-job.schema.json": "Keys of a job of `tmm`",
+    "material-index.schema.json": "Keys of `mat.yaml`, the index of materials",
+    "material-ht.schema.json": "Keys of `ht/NAME.yaml`, the thermal stack of a material",
+    "material-spec.schema.json": "Keys of `spec/NAME.yaml`, the specular lobe of a material",
+}
+# Units by the end of a key; the first that fits counts, so longer ends stand before shorter ones.
+UNITS = {
+    "_w_m2_k": "W m^-2 K^-1",
+    "_j_m2_k": "J m^-2 K^-1",
+    "_w_m2": "W m^-2",
+    "_g_m2": "g m^-2",
+    "_mm_h": "mm/h",
+    "_m_s": "m/s",
+    "_gigabytes": "GB",
+    "_percent": "%",
+    "_days": "days",
+    "_hpa": "hPa",
+    "_ppm": "ppm",
+    "_deg": "degree",
+    "_cm": "cm^-1",
+    "_mm": "mm",
+    "_du": "DU",
+    "_um": "um",
+    "_km": "km",
+    "_c": "Celsius",
+    "_h": "h",
+    "_k": "K",
+    "_m": "m",
+}
+LONGEST_DEFAULT = 60  # characters that fit a cell; chosen
+
+
+def page(name: str) -> str:
+    """Text of the page of one schema.
+
+    Parameters
+    ----------
+    name : str
+        File name of the schema, such as ``mat-job.schema.json``.
+    """
+    root = json.loads(schema_text(name))
+    definitions = root.get("$defs", {})
+    lines = [
+        f"# {TITLES[name]}",
+        "",
+        f"Generated from `schemas/{name}`, by which files are checked. {root['description']}",
+    ]
+    sections = list(_sections(root, definitions))
+    places = {id(model): place for place, model in sections}
+    for place, model in sections:
+        if place:
+            lines += ["", f"({anchor(name, place)})=", "", f"## `{place}`", "", _one_line(model.get("description", ""))]
+        lines += ["", "| key | value | default | what |", "|---|---|---|---|"]
+        required = model.get("required", [])
+        for key, rule in model["properties"].items():
+            value = _cell(_value(rule, definitions, places, name) + _unit(key))
+            lines.append(f"| `{key}` | {value} | {_default(key, rule, required)} | {_cell(rule['description'])} |")
+    return "\n".join(lines) + "\n"
+
+
+def anchor(name: str, place: str) -> str:
+    """Target of links to the section of a place such as ``states[].weather``."""
+    words = re.sub(r"[^a-z0-9]+", "-", place.lower()).strip("-")
+    return f"{name.removesuffix('.schema.json')}-{words}"
+
+
+def _sections(root: Schema, definitions: Schema) -> Iterator[tuple[str, Schema]]:
+    """Every model with the first place where it stands, in the order of the keys."""
+    waiting, seen = [("", root)], {id(root)}
+    while waiting:
+        place, model = waiting.pop(0)
+        yield place, model
+        below: list[tuple[str, Schema]] = []
+        for key, rule in model["properties"].items():
+            for ends, part in _models(rule, definitions):
+                if id(part) not in seen:
+                    seen.add(id(part))
+                    found = f"{place}.{key}{ends}".lstrip(".")
+                    taken = any(found == other for other, _ in below)  # a value of two kinds
+                    below.append((f"{found} ({part['title']})" if taken else found, part))
+        waiting = below + waiting
+
+
+def _models(rule: Schema, definitions: Schema) -> Iterator[tuple[str, Schema]]:
+    """Models that a value may be, or a list or mapping of it may hold, with what then follows the key."""
+    if "$ref" in rule:
+        model = _resolved(rule, definitions)
+        if _plain(model) is None:
+            yield "", model
+    for part in [*rule.get("anyOf", []), *rule.get("oneOf", [])]:
+        yield from _models(part, definitions)
+    for holder, ends in (("items", "[]"), ("additionalProperties", ".NAME")):
+        if isinstance(rule.get(holder), dict):
+            yield from ((ends + more, model) for more, model in _models(rule[holder], definitions))
+
+
+def _resolved(rule: Schema, definitions: Schema) -> Schema:
+    found: Schema = definitions[rule["$ref"].rpartition("/")[2]]
+    return found
+
+
+def _plain(model: Schema) -> Schema | None:
+    """Rule of the value of a model that only adds a source to it, which a plain value may stand for; else None."""
+    for part in model.get("anyOf", []):
+        if set(part.get("properties", {})) == {"value", "source"}:
+            value: Schema = part["properties"]["value"]
+            return value
+    return None
+
+
+def _value(rule: Schema, definitions: Schema, places: dict[int, str], name: str) -> str:
+    """What a value may be, in words."""
+    if "$ref" in rule:
+        model = _resolved(rule, definitions)
+        plain = _plain(model)
+        if plain is not None:
+            return f"{_value(plain, definitions, places, name)}; or `value` with `source`"
+        return f"[keys](#{anchor(name, places[id(model)])})" if id(model) in places else "keys"
+    several = [part for part in [*rule.get("anyOf", []), *rule.get("oneOf", [])] if part.get("type") != "null"]
+    if several:
+        return " or ".join(dict.fromkeys(_value(part, definitions, places, name) for part in several))
+    if "const" in rule or "enum" in rule:
+        return ", ".join(f"`{value}`" for value in rule.get("enum", [rule.get("const")]))
+    kind = rule.get("type", "value")
+    if kind == "array":
+        if "prefixItems" in rule:
+            items = [_value(part, definitions, places, name) for part in rule["prefixItems"]]
+            return f"[{', '.join(items)}]" if len(set(items)) > 1 else f"{len(items)} times {items[0]}"
+        few, many = rule.get("minItems", 0), rule.get("maxItems")
+        count = f"{many}, each " if few == many and many else ""
+        return f"list of {count}{_value(rule.get('items', {}), definitions, places, name)}"
+    if kind == "object":
+        inner = rule.get("additionalProperties")
+        return f"by name: {_value(inner, definitions, places, name)}" if isinstance(inner, dict) else "keys by name"
+    words = {"number": "number", "integer": "whole number", "string": "text", "boolean": "`true`, `false`"}
+    return str(words.get(kind, kind)) + _limits(rule)
+
+
+def _limits(rule: Schema) -> str:
+    low = rule.get("minimum", rule.get("exclusiveMinimum"))
+    high = rule.get("maximum", rule.get("exclusiveMaximum"))
+    above = "above " if "exclusiveMinimum" in rule else ""
+    if low is not None and high is not None:
+        return f", {above}{low:g} to {high:g}"
+    if low is not None:
+        return f", {above or 'at least '}{low:g}"
+    return "" if high is None else f", at most {high:g}"
+
+
+def _unit(key: str) -> str:
+    unit = next((unit for end, unit in UNITS.items() if key.endswith(end)), None)
+    return f" [{unit}]" if unit else ""
+
+
+def _default(key: str, rule: Schema, required: list[str]) -> str:
+    if key in required:
+        return "required"
+    value = rule.get("default")
+    if value is None or value in ({}, []):
+        return ""
+    if isinstance(value, dict):
+        return "see its keys"
+    text = json.dumps(value, ensure_ascii=False)
+    return (
+        f"`{text}`" if len(text) <= LONGEST_DEFAULT else f"{len(value)} values, `{text[:30].rpartition(',')[0]}, ...`"
+    )
+
+
+def _cell(text: str) -> str:
+    """Text as it may stand in a cell of a table: without line ends, bars and HTML."""
+    return _one_line(text).replace("|", "\\|").replace("<", "&lt;").replace("*", "\\*")
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split()).replace("``", "`")

@@ -1,0 +1,117 @@
+"""The tree that Sphinx reads: pages of the checkout in their places, pages of the site alone, generated pages."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+from skyshine.mat.maintain.manual import command_pages, keys, python_pages
+
+OWN = "examples/manual"  # pages of the site alone, which stand at its top
+INDEX = "index.md"
+NOTEBOOKS = "examples/notebooks"
+LEADING = ("atmospheres", "examples/runtimes", "schemas/formats")  # their README leads to all pages below
+FOLDERS = ("mat", "tmm", "materials", "atmospheres", "schemas", "examples")
+LINK = re.compile(r"(?<=\]\()([^()\s]+)(?=\))")
+
+
+def checkout_pages(checkout: Path) -> list[str]:
+    """Pages of the checkout by their paths, those at its top first."""
+    below = [path for folder in FOLDERS for path in (checkout / folder).rglob("*.md")]
+    pages = [path.relative_to(checkout).as_posix() for path in [*checkout.glob("*.md"), *below]]
+    return sorted((page for page in pages if not page.startswith(f"{OWN}/")), key=lambda page: ("/" in page, page))
+
+
+def generated_pages() -> dict[str, str]:
+    """Texts of the pages that are made from schemas, commands and docstrings, by their paths in the site."""
+    made = {f"reference/keys/{name.removesuffix('.schema.json')}.md": keys.page(name) for name in keys.TITLES}
+    made |= {f"reference/commands/{name}.md": command_pages.page(name) for name in command_pages.GROUPS}
+    return made | {f"reference/python/{name}.md": python_pages.page(name) for name in python_pages.PACKAGES}
+
+
+def gather(checkout: Path, tree: Path) -> None:
+    """Write the tree that Sphinx reads.
+
+    Parameters
+    ----------
+    checkout : Path
+    tree : Path
+        An empty folder.
+    """
+    shutil.copytree(checkout / OWN, tree, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
+    for page in checkout_pages(checkout):
+        text = (checkout / page).read_text(encoding="utf-8")
+        for file in linked_files(text, checkout, page):
+            _copy(checkout / file, tree / file)
+        _write(tree / page, with_pages_for_folders(text, checkout, page) + leads(page, checkout))
+    for name, text in generated_pages().items():
+        _write(tree / name, text)
+    for path in (checkout / NOTEBOOKS).glob("*.ipynb"):
+        _copy(path, tree / NOTEBOOKS / path.name)
+    _write(tree / INDEX, with_patterns_that_find((tree / INDEX).read_text(encoding="utf-8"), tree))
+    for path in tree.rglob("*.md"):  # own pages show pictures of the checkout by their path in it
+        for picture in re.findall(r"examples/pictures/[\w.]+", path.read_text(encoding="utf-8")):
+            _copy(checkout / picture, tree / picture)
+
+
+def leads(page: str, checkout: Path) -> str:
+    """Entries of the navigation below a page: those of its folder, if it is one that leads to them."""
+    folder = os.path.dirname(page)
+    if folder not in LEADING or not page.endswith("/README.md"):
+        return ""
+    below = [path.relative_to(checkout / folder).as_posix() for path in (checkout / folder).rglob("*.md")]
+    entries = sorted(name for name in below if name != "README.md")
+    return "\n".join(["", "```{toctree}", ":hidden:", *entries, "```", ""])
+
+
+def with_patterns_that_find(text: str, tree: Path) -> str:
+    """The text of the index without patterns that no page fits, of which Sphinx would warn.
+
+    Parameters
+    ----------
+    text : str
+    tree : Path
+        Folder of the index.
+    """
+    lines = text.splitlines(keepends=True)
+    pattern = re.compile(r"[\w/-]+\*\s*")
+    return "".join(line for line in lines if not pattern.fullmatch(line) or any(tree.glob(line.strip() + ".*")))
+
+
+def linked_files(text: str, checkout: Path, page: str) -> Iterator[str]:
+    """Files of the checkout that a page links to or shows and that are no pages themselves."""
+    for target in LINK.findall(text):
+        place = _place(page, target)
+        if (checkout / place).is_file() and not place.endswith(".md"):
+            yield place
+
+
+def with_pages_for_folders(text: str, checkout: Path, page: str) -> str:
+    """The text of a page, whose links to folders lead to the pages that describe them."""
+
+    def lead(match: re.Match[str]) -> str:
+        if match[1].startswith("#"):
+            return match[1]
+        place = _place(page, match[1])
+        described = (checkout / place).is_dir() and (checkout / place / "README.md").is_file()
+        return f"{match[1].rstrip('/')}/README.md" if described else match[1]
+
+    return LINK.sub(lead, text)
+
+
+def _place(page: str, target: str) -> str:
+    """Path in the checkout that a link of a page leads to."""
+    return os.path.normpath(os.path.join(os.path.dirname(page), target.partition("#")[0])).replace(os.sep, "/")
+
+
+def _copy(source: Path, target: Path) -> None:
+    target.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(source, target)
+
+
+def _write(target: Path, text: str) -> None:
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_text(text, encoding="utf-8")

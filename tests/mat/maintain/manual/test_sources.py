@@ -1,0 +1,83 @@
+"""The tree of the site: links to folders and files, pages in the navigation, patterns that find nothing."""
+
+import re
+
+import pytest
+
+from skyshine.mat.maintain.manual import python_pages, sources
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """A small checkout with a page for each rule."""
+    files = {
+        "examples/manual/index.md": "# Site\n\n```{toctree}\n:glob:\nREADME\ntutorials/*\nexamples/notebooks/*\n```\n",
+        "README.md": "# Top\n\n[m](materials) [n](materials/) [file](schemas/a.json#L3) ![p](examples/pictures/p.png)\n"
+        "[page](materials/README.md#b) [here](#top) [out](https://example.org/materials)\n",
+        "materials/README.md": "# M\n",
+        "schemas/a.json": "{}",
+        "schemas/formats/README.md": "# Formats\n",
+        "schemas/formats/z-1.md": "# z\n",
+        "schemas/formats/a-1.md": "# a\n",
+        "examples/pictures/p.png": "picture",
+        "tests/hidden.md": "# Not of the site\n",
+    }
+    for name, text in files.items():
+        (tmp_path / "checkout" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "checkout" / name).write_text(text, encoding="utf-8")
+    return tmp_path / "checkout"
+
+
+@pytest.fixture
+def tree(checkout, tmp_path, monkeypatch):
+    monkeypatch.setattr(sources, "generated_pages", lambda: {"reference/a.md": "# A\n"})
+    (tmp_path / "tree").mkdir()
+    sources.gather(checkout, tmp_path / "tree")
+    return tmp_path / "tree"
+
+
+def test_links_to_folders_lead_to_their_pages(tree):
+    text = (tree / "README.md").read_text(encoding="utf-8")
+    assert text.count("(materials/README.md)") == 2
+    assert "(materials/README.md#b)" in text and "(#top)" in text and "(https://example.org/materials)" in text
+
+
+def test_files_that_pages_show_or_link_to_stand_beside_them(tree):
+    assert (tree / "schemas" / "a.json").is_file() and (tree / "examples" / "pictures" / "p.png").is_file()
+
+
+def test_pages_of_the_folders_enter_and_others_do_not(tree):
+    pages = {path.relative_to(tree).as_posix() for path in tree.rglob("*.md")}
+    formats = {f"schemas/formats/{name}.md" for name in ("README", "a-1", "z-1")}
+    assert pages == {"index.md", "README.md", "materials/README.md", "reference/a.md", *formats}
+
+
+def test_the_page_of_a_leading_folder_leads_to_the_others(tree):
+    text = (tree / "schemas" / "formats" / "README.md").read_text(encoding="utf-8")
+    assert "```{toctree}\n:hidden:\na-1.md\nz-1.md\n```" in text
+    assert "toctree" not in (tree / "materials" / "README.md").read_text(encoding="utf-8")
+
+
+def test_patterns_without_a_page_leave_the_index(tree):
+    assert re.findall(r"^[\w/*]+$", (tree / "index.md").read_text(encoding="utf-8"), re.MULTILINE) == ["README"]
+
+
+def test_pages_and_notebooks_enter_the_index_once_they_are_there(checkout, tmp_path, monkeypatch):
+    monkeypatch.setattr(sources, "generated_pages", dict)
+    for name in ("examples/manual/tutorials/texture_artist.md", "examples/notebooks/spectrum.ipynb"):
+        (checkout / name).parent.mkdir(parents=True)
+        (checkout / name).write_text("# A\n", encoding="utf-8")
+    tree = tmp_path / "tree"
+    tree.mkdir()
+    sources.gather(checkout, tree)
+    text = (tree / "index.md").read_text(encoding="utf-8")
+    assert "tutorials/*" in text and "examples/notebooks/*" in text
+    assert (tree / "tutorials" / "texture_artist.md").is_file()
+    assert (tree / "examples" / "notebooks" / "spectrum.ipynb").is_file()
+
+
+@pytest.mark.parametrize("package", python_pages.PACKAGES)
+def test_the_page_of_a_package_has_each_public_name(package):
+    text = python_pages.page(package)
+    module = python_pages.importlib.import_module(package)
+    assert [name for name in module.__all__ if f":: {package}.{name}\n" not in text] == []

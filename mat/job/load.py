@@ -12,6 +12,7 @@ import pydantic
 
 from skyshine.mat.atmosphere.state.climate import profile_weights
 from skyshine.mat.job.atmosphere import AUTO, TYPICAL, State
+from skyshine.mat.job.ground import GroundYear, ground_of_latitude
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.moisture import check_moisture
 from skyshine.mat.job.series import MEMBER_LIMIT, Series, changed, members
@@ -122,8 +123,9 @@ def load_job(
     _check_query_limits(job, document)
     _check_soil_moisture(job, document, library)
     job, remarks = _with_soundings(_with_typical_aerosol(_with_profiles(job)))
+    job, seasons = _with_ground(job, document)
     requested, warnings = _with_weather_files(job, document)
-    return LoadedJob(requested, trimmed(requested), document, (*_quantum_responses(job), *remarks, *warnings))
+    return LoadedJob(requested, trimmed(requested), document, (*_quantum_responses(job), *remarks, *seasons, *warnings))
 
 
 def _check_query_limits(job: Job, document: Document) -> None:
@@ -280,6 +282,38 @@ def _with_typical_aerosol(job: Job) -> Job:
     return job.model_copy(update={"states": states})
 
 
+def _with_ground(job: Job, document: Document) -> tuple[Job, list[str]]:
+    """The job with the annual wave in the place of each that follows from a file or the latitude, and the words."""
+    states, remarks = list(job.states), []
+    for i, state in enumerate(states):
+        year, source = _ground_year(job, document, i)
+        if year is not None:
+            words = f"the ground's year has a mean of {year.mean_c:g} C, an amplitude of {year.amplitude_c:g} K"
+            remarks.append((i + 1, f"{words}, its coldest day is {year.coldest_day:g}; by {source}"))
+            states[i] = state.model_copy(update={"weather": state.weather.model_copy(update={"ground": year})})
+    return job.model_copy(update={"states": states}), merged(remarks)
+
+
+def _ground_year(job: Job, document: Document, number: int) -> tuple[GroundYear | None, str]:
+    """The annual wave that a state asks for by a word, or by the typical year that is its weather file; and whose."""
+    weather, site = job.states[number].weather, job.site
+    given = weather.ground
+    if given == "latitude":
+        table = weather.hourly
+        high = site.altitude_km if table is None or table.altitude_km is None else table.altitude_km
+        return ground_of_latitude(site.latitude_deg, high), "the standard profiles of the latitude"
+    if weather.file is None or given not in (None, "file", "epw"):
+        return None, ""
+    from skyshine.mat.job.ground_files import ground_of_file, ground_of_header, is_whole_year
+
+    file = _weather_file(document, number, weather.file)
+    if given == "epw":
+        return ground_of_header(file), "the ground temperatures in the header of its weather file"
+    if given == "file" or is_whole_year(file):
+        return ground_of_file(file, site.utc_offset_h), "the air of its weather file's year"
+    return None, ""
+
+
 def _with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:
     """The job with the hours of its weather files in their places, so that nothing later depends on a file; warnings
     of files of another place.
@@ -291,16 +325,7 @@ def _with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:
     states, warnings = list(job.states), []
     for i, state in enumerate(states):
         if state.weather.file is not None:
-            try:
-                file = job_path(document.file.resolve().parent, state.weather.file)
-            except ValueError as error:
-                raise document.error(_place(document, i), f"states.{i}.weather.file: {error}") from None
-            if not file.is_file():
-                raise document.error(
-                    _place(document, i),
-                    f"states.{i}.weather.file: found '{state.weather.file}', which is no file; give its path from the"
-                    " job's folder",
-                )
+            file = _weather_file(document, i, state.weather.file)
             given = [name for name in HOURLY_QUANTITIES if name in state.weather.model_fields_set]
             measured, day = state.weather.radiation == "measured", state.date or job.site.date
             found = read_weather(
@@ -317,6 +342,19 @@ def _with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:
             weather = state.weather.model_copy(update={"file": None, "hourly": hourly, "days_before": before})
             states[i] = state.model_copy(update={"weather": weather})
     return job.model_copy(update={"states": states}), merged(warnings)
+
+
+def _weather_file(document: Document, state: int, name: str) -> Path:
+    try:
+        file = job_path(document.file.resolve().parent, name)
+    except ValueError as error:
+        raise document.error(_place(document, state), f"states.{state}.weather.file: {error}") from None
+    if not file.is_file():
+        raise document.error(
+            _place(document, state),
+            f"states.{state}.weather.file: found '{name}', which is no file; give its path from the job's folder",
+        )
+    return file
 
 
 def _other_place(site: Site, station: Station | None) -> str:

@@ -19,6 +19,7 @@ from skyshine.mat.job.fields import (
     clock_text,
     tolerance_parts,
 )
+from skyshine.mat.job.ground import Ground, GroundYear
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface.weather_readings import MOST_MOISTURE
 from skyshine.materials.files import by_hour as values_by_hour
@@ -180,6 +181,15 @@ class Weather(StrictModel):
         exclude=True,
         description="Time since snow fell: the albedo of snow falls from that of its material to that of old snow.",
     )
+    ground: Ground | None = Field(
+        None,
+        exclude=True,
+        description=(
+            "Deep temperature under stacks of ground by the season: as written, or by the air of the whole year in the"
+            " weather file (file; default with EPW and TMY3), the header of EPW (epw), the latitude (coarse: standard"
+            " profiles). With air (default elsewhere) the mean air of the day and of the days before."
+        ),
+    )
     ground_albedo: Fraction = Field(0.2, description="Share of sunlight that the ground around surfaces reflects.")
     radiation: Literal["computed", "measured"] = Field(
         "computed",
@@ -209,6 +219,15 @@ class Weather(StrictModel):
                         f"found {name} in one of hourly and day {number} of days_before; allowed: the same quantities"
                         " on all days; give it in both or neither"
                     )
+        return self
+
+    @pydantic.model_validator(mode="after")
+    def _has_its_ground(self) -> Self:
+        if self.ground in ("file", "epw") and self.file is None:
+            raise ValueError(
+                f"found ground: {self.ground} without a file; allowed: with a file; give one, or latitude, or mean_c"
+                " and amplitude_c"
+            )
         return self
 
     @pydantic.model_validator(mode="after")
@@ -255,6 +274,11 @@ class Weather(StrictModel):
         found = {name: [getattr(day, name) for day in days] for name in WATER}
         found = {name: values for name, values in found.items() if values and values[-1] is not None}
         return found | ({} if self.snow_age_days is None else {"snow_age_days": self.snow_age_days})
+
+    @property
+    def ground_year(self) -> GroundYear | None:
+        """Of the ground below; a loaded job has no other."""
+        return self.ground if isinstance(self.ground, GroundYear) else None
 
     @property
     def heights_m(self) -> tuple[float, float]:

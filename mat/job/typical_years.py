@@ -24,6 +24,8 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.plain_numbers import plain_number
 
 Kind = Literal["EPW", "TMY3"]
+_GROUND_CELLS = 16  # of a depth in the header of EPW
+_NO_GROUND = 90.0  # Celsius: beyond, a code for a missing value
 _BYTE_LIMIT = 64_000_000
 _EPW_HEADER = 8  # lines, where none of them says where it ends
 _DATES = {"EPW": ("year", "month", "day", "hour"), "TMY3": ("Date (MM/DD/YYYY)", "Time (HH:MM)")}
@@ -67,6 +69,15 @@ class Station:
     altitude: float
 
 
+@dataclass(frozen=True)
+class GroundTemperatures:
+    """Of undisturbed ground at a depth [m], by month [Celsius]; diffusivity [m^2 s^-1] where the file tells it."""
+
+    depth: float
+    diffusivity: float | None
+    by_month: tuple[float, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class YearFile:
     """The lines of a year.
@@ -82,6 +93,8 @@ class YearFile:
         Number of the column of each quantity that the file has.
     readings : list of (line, year, month, day, hour, cells)
         In order; the hour, 1 to 24, is that at whose end it stands.
+    ground : tuple of GroundTemperatures
+        By depth; empty where the file has none.
     """
 
     file: Path
@@ -90,6 +103,7 @@ class YearFile:
     utc_offset_h: float
     columns: Mapping[str, int]
     readings: Sequence[tuple[int, int, int, int, int, list[str]]]
+    ground: tuple[GroundTemperatures, ...] = ()
 
     def hours_of(self, day: date) -> list[int]:
         """Numbers of the readings of a day, of its own year where the file has it; in order of the hour.
@@ -196,7 +210,31 @@ def _epw(file: Path, rows: list[list[str]]) -> YearFile:
         _refuse_short(file, number, cells, max(columns.values()) + 1)
         year, month, day, hour = (_whole(file, number, cells, n, _DATES["EPW"][n]) for n in range(4))
         readings.append((number, year, month, day, hour, cells))
-    return YearFile(file, "EPW", station, offset, columns, readings)
+    return YearFile(file, "EPW", station, offset, columns, readings, _ground(file, rows[: last + 1]))
+
+
+def _ground(file: Path, header: list[list[str]]) -> tuple[GroundTemperatures, ...]:
+    """The header's ground temperatures: a count, and for each depth conductivity, density, heat capacity, 12 months."""
+    number = next((n for n, row in enumerate(header, 1) if row and row[0].upper() == "GROUND TEMPERATURES"), 0)
+    cells = [cell.strip() for cell in header[number - 1][2:]] if number else []
+    found = []
+    for start in range(0, len(cells) - _GROUND_CELLS + 1, _GROUND_CELLS):
+        block = cells[start : start + _GROUND_CELLS]
+        try:
+            depth, *months = (plain_number(cell) for cell in (block[0], *block[4:]))
+            soil = [plain_number(cell) for cell in block[1:4]] if all(block[1:4]) else []
+        except ValueError:
+            column = placed_cells(",".join(header[number - 1]))[2 + start][1]
+            raise InputError(
+                "found ground temperatures that are no numbers; allowed: a depth, three numbers or none, 12 months",
+                file=file,
+                line=number,
+                column=column,
+            ) from None
+        diffusivity = soil[0] / (soil[1] * soil[2]) if len(soil) == 3 and min(soil) > 0 else None
+        if depth >= 0 and max(map(abs, months)) < _NO_GROUND:
+            found.append(GroundTemperatures(depth, diffusivity, tuple(months)))
+    return tuple(found)
 
 
 def _tmy3(file: Path, rows: list[list[str]]) -> YearFile:

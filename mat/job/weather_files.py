@@ -101,7 +101,7 @@ def read_weather(
 
 def _day_tables(file: Path, days: Sequence[date], utc_offset_h: float, radiation: bool) -> list[HourlyWeather]:
     """The rows of each day; a table by time of day, without dates, is one day."""
-    table = read_readings(file, WEATHER_COLUMNS, ["air_temperature"], lambda cell: _local_seconds(cell, utc_offset_h))
+    table = read_readings(file, WEATHER_COLUMNS, ["air_temperature"], lambda cell: local_seconds(cell, utc_offset_h))
     if radiation and "sw_down" not in table.values and not {"direct_normal", "diffuse"} <= {*table.values}:
         raise InputError(
             "the columns 'direct_normal' and 'diffuse' are missing; add them, or sw_down, or take computed radiation",
@@ -132,7 +132,7 @@ def _day_tables(file: Path, days: Sequence[date], utc_offset_h: float, radiation
     return tables
 
 
-def _local_seconds(cell: str, utc_offset_h: float) -> float:
+def local_seconds(cell: str, utc_offset_h: float) -> float:
     """Seconds of the local clock since midnight of a time of day, or since that before year 1 of a date and time."""
     if "-" not in cell:
         return 3600.0 * hours_of(cell)

@@ -60,6 +60,7 @@ class TemperatureProduct:
         job, library, materials = context.loaded.trimmed, context.library, context.materials
         limits = job.query_limits
         hours = None if limits is None else limits.hours
+        weather = job.states[context.task.index - 1].weather
         resolved = {
             "site": job.site.model_dump(mode="json"),
             "state": job.states[context.task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
@@ -75,7 +76,8 @@ class TemperatureProduct:
             "temperatures_c": {name: job.temperatures_c[name] for name in materials if name in job.temperatures_c},
             "materials_sha256": materials_digest(library, materials),
             **surroundings_identity(job, context.task.index),
-            **({"water": water} if (water := job.states[context.task.index - 1].weather.water) else {}),
+            **({"ground": ground.model_dump(mode="json")} if (ground := weather.ground_year) else {}),
+            **({"water": water} if (water := weather.water) else {}),
         }
         return (TableIdentity(context.task.files[0], HTT, f"materials {library.version}", resolved),)
 

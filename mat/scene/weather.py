@@ -15,6 +15,7 @@ from skyshine.mat.job.site import Site, local_times_utc
 from skyshine.mat.job.surface import HourlyWeather, Weather
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface.convection import WIND_HEIGHT, Wind
+from skyshine.mat.surface.ground_year import GroundSeason
 from skyshine.mat.surface.measured import MeasuredRadiation
 from skyshine.mat.surface.sun_path import SunPath, sun_hours
 from skyshine.mat.surface.vapour import saturation_pressure
@@ -39,15 +40,20 @@ def earlier_suns(place: Site, weather: Weather) -> list[SunPath]:
     return [sun_path(place.model_copy(update={"date": date})) for date in dates]
 
 
-def near_surface_air(sun: SunPath, given: Weather, earlier: Sequence[SunPath] = ()) -> NearSurfaceAir:
-    """The weather of a state through its day, with the days before whose Sun is given."""
+def near_surface_air(
+    sun: SunPath, given: Weather, earlier: Sequence[SunPath] = (), ground: GroundSeason | None = None
+) -> NearSurfaceAir:
+    """The weather of a state through its day, with the days before whose Sun is given, and the season of its ground,
+    on all days that of the last.
+    """
     if given.hourly is None:
         daily = given.relative_humidity_percent, given.wind_speed_m_s, given.cloud_fraction
         low, high = np.broadcast_to(np.asarray(given.air_temperature_c, float), 2) + ZERO_CELSIUS
-        return _measured_at(given, from_extremes(sun, low, high, *daily))
+        return replace(_measured_at(given, from_extremes(sun, low, high, *daily)), ground=ground)
     tables = [*given.days_before, given.hourly]
     first = len(tables) - 1 - len(earlier)
-    airs = [_air_of_day(each, given, tables, day) for day, each in enumerate((*earlier, sun), first)]
+    days = enumerate((*earlier, sun), first)
+    airs = [replace(_air_of_day(each, given, tables, day), ground=ground) for day, each in days]
     return replace(airs[-1], before=tuple(zip(earlier, airs[:-1], strict=True)))
 
 

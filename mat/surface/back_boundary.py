@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.conduction import Conduction
+from skyshine.mat.surface.ground_year import GroundSeason, damping_depths
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.materials.records import Back
 from skyshine.schemas.arrays import Floats, Integers
@@ -32,8 +33,9 @@ def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: Floats, air: 
     ----------
     material : SurfaceMaterial
     forcing : Forcing
-        Its mean air temperature stands for a temperature that the material does not give: over all of a day or of some
-        weeks, over the `SEASON` around each time of a longer record, whose ground follows the year.
+        The season of its ground, or else its mean air temperature, stands for a temperature that the material does not
+        give: the mean over all of a day or of some weeks, over the `SEASON` around each time of a longer record, whose
+        ground follows the year.
     hours : (N,) ndarray
         Of the clock.
     air : (rows or columns, 1) ndarray, optional
@@ -48,6 +50,8 @@ def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: Floats, air: 
     if boundary.kind in ("open", "cavity"):
         return _outdoor(boundary, forcing, hours)
     given = boundary.heat_flux if boundary.kind == "heated" else boundary.temperature
+    if given is None and forcing.ground_mean is not None:
+        return _ground(material, forcing)
     if given is None:
         mean = _of_season(np.atleast_2d(forcing.air_temperature), hours) if air is None else air
         return np.repeat(mean, forcing.shape[0] // len(mean), axis=0)
@@ -61,6 +65,16 @@ def _outdoor(boundary: Back, forcing: Forcing, hours: Floats) -> Floats:
     if boundary.heat_flux is not None and boundary.exchange is not None:
         air = air + at_hours(boundary.heat_flux, hours) / boundary.exchange
     return np.repeat(air, forcing.shape[0] // len(air), axis=0)
+
+
+def _ground(material: SurfaceMaterial, forcing: Forcing) -> Floats:
+    """Temperature (columns, 1) [K] of the ground at the depth where the stack ends."""
+    assert forcing.ground_mean is not None
+    assert forcing.ground_amplitude is not None
+    assert forcing.ground_day is not None
+    season = GroundSeason(forcing.ground_mean, forcing.ground_amplitude, forcing.ground_day)
+    kelvin = season.below(damping_depths(material.thermal))
+    return np.broadcast_to(kelvin, (forcing.shape[0], 1))
 
 
 def _of_season(air: Floats, hours: Floats) -> Floats:

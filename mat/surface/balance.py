@@ -80,6 +80,9 @@ class Forcing:
         Time since snow fell [d].
     albedo : ndarray or None
         Of the surface, in place of the material's.
+    ground_mean, ground_amplitude, ground_day : ndarray or None
+        Mean [K] and amplitude [K] of the annual wave at the surface of the ground, and time since its coldest day [d];
+        None: backs of ground have the mean temperature of the air.
     """
 
     shortwave_direct: Floats
@@ -100,6 +103,9 @@ class Forcing:
     soil_moisture: Floats | None = None
     snow_age: Floats | None = None
     albedo: Floats | None = None
+    ground_mean: Floats | None = None
+    ground_amplitude: Floats | None = None
+    ground_day: Floats | None = None
 
     def __post_init__(self) -> None:
         if not np.size(self.open_light):

@@ -395,6 +395,9 @@ class Scene:
             around = self.surroundings
             wall = around.wall_longwave(longwave, Stefan_Boltzmann * air**4)
             sky, ground = around.sky_view * view * longwave, ground + (1 - around.sky_view) * view * wall
+        season = self.weather.ground_at(self.altitude)
+        if season:
+            season["ground_mean"] = np.repeat(season["ground_mean"], planes, axis=0)
         return Forcing(
             shortwave_direct=direct,
             shortwave_diffuse=diffuse,
@@ -414,4 +417,5 @@ class Scene:
                 for name in ("rain", "soil_moisture", "snow_age")
                 if (given := getattr(self.weather, name)) is not None
             },
+            **season,
         )

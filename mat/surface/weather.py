@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.surface.convection import AIR_HEIGHT, WIND_HEIGHT
+from skyshine.mat.surface.ground_year import GroundSeason
 from skyshine.mat.surface.measured import MeasuredRadiation
 from skyshine.mat.surface.sun_path import SunPath, sun_hours
 from skyshine.mat.surface.vapour import saturation_pressure
@@ -63,6 +64,8 @@ class NearSurfaceAir:
         Volume fraction of water; None takes the materials as they are.
     snow_age : ndarray or None
         Time since snow fell [d]; None takes snow as it is.
+    ground : GroundSeason or None
+        At `altitude`; None: backs of ground have the mean temperature of the air.
     """
 
     altitude: float
@@ -78,6 +81,7 @@ class NearSurfaceAir:
     rain: Floats | None = None
     soil_moisture: Floats | None = None
     snow_age: Floats | None = None
+    ground: GroundSeason | None = None
 
     @property
     def wetting(self) -> Wetting:
@@ -85,6 +89,18 @@ class NearSurfaceAir:
         moistures = [air.soil_moisture for _, air in self.before] + [self.soil_moisture]
         known = [moisture for moisture in moistures if moisture is not None]
         return Wetting(self.rain is not None, float(np.mean(known)) if known else None)
+
+    def ground_at(self, altitude: Floats) -> dict[str, Floats]:
+        """Fields of `Forcing` of the ground's season at altitudes (A,) [m], mean (A, 1) and others (1, 1): cooler
+        upwards as the air; empty where none is given.
+        """
+        if self.ground is None:
+            return {}
+        return {
+            "ground_mean": self.ground.mean - LAPSE_RATE * (np.asarray(altitude, float)[:, None] - self.altitude),
+            "ground_amplitude": np.array([[self.ground.amplitude]]),
+            "ground_day": np.array([[self.ground.since_coldest]]),
+        }
 
     def at(self, altitude: Floats, pressure: Floats) -> tuple[Floats, Floats, Floats]:
         """Air temperature [K], vapour pressure and pressure [Pa] over surfaces at other altitudes.

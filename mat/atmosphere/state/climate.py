@@ -15,7 +15,7 @@ import numpy as np
 from skyshine.mat.atmosphere.state.profiles import LATITUDES, Profile, load_profile
 from skyshine.schemas.arrays import Floats
 
-_COLDEST_DAY, _YEAR = 15.0, 365.25  # 15 January: the middle of the month that the winter profiles stand for
+COLDEST_DAY, _YEAR = 15.0, 365.25  # 15 January: the middle of the month that the winter profiles stand for
 WEIGHT_STEP = 0.02  # of the weights, so that days of the same fortnight share their air
 
 
@@ -45,7 +45,7 @@ def profile_weights(latitude: float, date: datetime.date) -> dict[str, float]:
     >>> profile_weights(-33.9, datetime.date(2026, 7, 15))
     {'tropical': 0.38, 'midlatitude_winter': 0.62}
     """
-    day = date.timetuple().tm_yday - _COLDEST_DAY + (0.0 if latitude >= 0 else _YEAR / 2)
+    day = date.timetuple().tm_yday - COLDEST_DAY + (0.0 if latitude >= 0 else _YEAR / 2)
     summer = 0.5 - 0.5 * np.cos(2 * np.pi * day / _YEAR)
     belts = [LATITUDES[name] for name in ("tropical", "midlatitude_summer", "subarctic_summer")]
     tropical, middle, subarctic = (float(np.interp(abs(latitude), belts, one)) for one in np.eye(3))

@@ -7,6 +7,7 @@ import numpy as np
 import pvlib
 import pytest
 
+from skyshine.mat.job.ground import GroundYear, ground_of_latitude
 from skyshine.mat.job.load import load_job
 from skyshine.mat.job.weather_files import read_weather
 from skyshine.mat.scene.surface import scene_inputs
@@ -346,3 +347,81 @@ def test_a_table_by_time_of_day_has_no_place(tmp_path, load_weather):
     csv(tmp_path, [f"{hour:02d}:00,{hour},36,50" for hour in range(0, 24, 3)])
     load_weather("{file: day.csv}")
     assert load_job(tmp_path / "job.yaml").warnings == ()
+
+
+GROUND = "GROUND TEMPERATURES,2,2,,,,8,6,5,5,7,9,11,13,14,14,13,11,.5,1.2,1600,1250," + ",".join(
+    f"{10 - 7 * np.cos(2 * np.pi * (month + 0.5 - 1.5) / 12):.3f}" for month in range(12)
+)
+
+
+def epw_year(folder, ground=GROUND, months=12, name="year.epw"):
+    """Readings of the first 28 days of each month; the air is coldest at the end of January."""
+    rows = []
+    for month in range(months):
+        for day in range(1, 29):
+            celsius = 12 - 9 * np.cos(2 * np.pi * ((month + day / 30.4) / 12 - 1 / 12))
+            for hour in range(1, 25):
+                cells = ["1999", str(month + 1), str(day), str(hour), "0", "?", f"{celsius:.2f}", "1.0", "40", "82000"]
+                rows.append([*cells, *["0"] * 11, "2", "5", "4", *["0"] * 11])
+    file = folder / name
+    file.write_text("\n".join([EPW_STATION, "A", "B", ground, *["C"] * 4, *(",".join(row) for row in rows)]) + "\n")
+    return file
+
+
+@pytest.mark.parametrize(
+    "key, expected",
+    [
+        ("", (12.0, 9.0, 30.0)),  # the air of a whole year, as nothing is said
+        (", ground: file", (12.0, 9.0, 30.0)),
+        # 7 K at .5 m, coldest at 1.5 months; damping depth 2.46 m: 7 exp(.203) K at the surface, 11.8 d earlier
+        (", ground: epw", (10.0, 8.6, 45.7 - 11.8)),
+        # Tropical and midlatitude air, .177 and .823 of them, 11.7 K colder at 1.8 km.
+        (", ground: latitude", (1.3, 9.05, 15.0)),
+        (", ground: {mean_c: 3, amplitude_c: 4, coldest_day: 99}", (3.0, 4.0, 99.0)),
+    ],
+)
+def test_the_season_of_the_ground_is_that_of_file_header_latitude_or_job(tmp_path, load_weather, key, expected):
+    epw_year(tmp_path)
+    job = load_weather(f"{{file: year.epw{key}}}")
+    year = job.states[0].weather.ground
+    assert (year.mean_c, year.amplitude_c, year.coldest_day) == pytest.approx(expected, abs=0.6)
+    ground = scene_inputs(job, 1)[1].ground
+    assert ground.mean == pytest.approx(year.mean_c + 273.15)
+    assert ground.since_coldest == pytest.approx((173 - year.coldest_day) % 365.25)  # 22 June
+
+
+def test_the_season_is_said_and_air_or_part_of_a_year_leaves_it_out(tmp_path, load_weather):
+    epw_year(tmp_path)
+    epw_year(tmp_path, months=11, name="part.epw")
+    load_weather("{file: year.epw}")
+    loaded = load_job(tmp_path / "job.yaml")
+    assert any("the ground's year has a mean of 12" in line and "the air of its" in line for line in loaded.warnings)
+    for weather in ("{file: year.epw, ground: air}", "{file: part.epw}", "{air_temperature_c: 20}"):
+        job = load_weather(weather)
+        assert job.states[0].weather.ground_year is None and scene_inputs(job, 1)[1].ground is None
+
+
+@pytest.mark.parametrize(
+    "weather, message",
+    [
+        ("{air_temperature_c: 20, ground: file}", r"job.yaml:6:.*found ground: file without a file; allowed: with"),
+        ("{file: part.epw, ground: file}", "part.epw: found temperatures of a part of the year; allowed: of all its"),
+        ("{file: bare.epw, ground: epw}", "bare.epw: found no ground temperatures in its header; allowed: an EPW with"),
+        ("{file: wrong.epw, ground: epw}", "wrong.epw:4:23: found ground temperatures that are no numbers; allowed"),
+        ("{file: year.epw, ground: {mean_c: 3}}", "amplitude_c"),
+    ],
+)
+def test_wrong_seasons_are_placed(tmp_path, load_weather, weather, message):
+    epw_year(tmp_path)
+    epw_year(tmp_path, months=11, name="part.epw")
+    epw_year(tmp_path, ground="GROUND TEMPERATURES,0", name="bare.epw")
+    epw_year(tmp_path, ground=GROUND.replace("8,6,5,5", "8,six,5,5"), name="wrong.epw")
+    with pytest.raises(InputError, match=message):
+        load_weather(weather)
+
+
+def test_the_default_season_of_the_south_is_half_a_year_later():
+    given = GroundYear(mean_c=10, amplitude_c=5)
+    north, south = (given.on(date(2026, 7, 16), latitude).since_coldest for latitude in (50.0, -50.0))
+    assert (north, south) == (pytest.approx(182.0), pytest.approx(364.6, abs=0.3))
+    assert ground_of_latitude(-45, 1.0).mean_c == pytest.approx(ground_of_latitude(45, 0).mean_c - 6.5, abs=0.11)

@@ -1,0 +1,68 @@
+"""Season of the ground under a state's surfaces: as the job writes it, of a weather file's year, or of the latitude."""
+
+from __future__ import annotations
+
+import datetime
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from skyshine.mat.atmosphere.state.climate import COLDEST_DAY, profile_weights
+from skyshine.mat.atmosphere.state.profiles import load_profile
+from skyshine.mat.job.fields import Celsius
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.surface.ground_year import YEAR, GroundSeason, annual_harmonic
+from skyshine.mat.surface.weather import LAPSE_RATE
+from skyshine.schemas.documents import StrictModel
+
+_ANY_YEAR = 2001  # of 365 days
+
+
+class GroundYear(StrictModel):
+    """Annual wave of the temperature at the surface of the ground, at the altitude of the weather."""
+
+    mean_c: Celsius = Field(description="Of the year.")
+    amplitude_c: Annotated[float, Field(ge=0, le=60)] = Field(
+        description="Half of what the warmest day exceeds the coldest by."
+    )
+    coldest_day: Annotated[float, Field(ge=1, lt=YEAR + 1)] | None = Field(
+        None, description="Of the year; by default 15 January in the north, half a year later in the south."
+    )
+
+    def on(self, date: datetime.date, latitude_deg: float) -> GroundSeason:
+        """The wave on a date."""
+        coldest = coldest_day(latitude_deg) if self.coldest_day is None else self.coldest_day
+        since = (date.timetuple().tm_yday - coldest) % YEAR
+        return GroundSeason(self.mean_c + ZERO_CELSIUS, self.amplitude_c, since)
+
+
+Ground = GroundYear | Literal["air", "file", "epw", "latitude"]
+
+
+def coldest_day(latitude_deg: float) -> float:
+    """Day of the year."""
+    return COLDEST_DAY if latitude_deg >= 0 else COLDEST_DAY + YEAR / 2
+
+
+def ground_of_latitude(latitude_deg: float, altitude_km: float) -> GroundYear:
+    """The year of the standard profiles at a latitude, cooler with altitude as the air.
+
+    Examples
+    --------
+    >>> year = ground_of_latitude(45.0, 0.0)
+    >>> round(year.mean_c), round(year.amplitude_c), round(year.coldest_day)
+    (10, 11, 15)
+    """
+    days = np.arange(1.0, 366.0)
+    first = datetime.date(_ANY_YEAR, 1, 1)
+    celsius = np.array([_sea_level_air(latitude_deg, first + datetime.timedelta(days=int(day) - 1)) for day in days])
+    mean, amplitude, coldest = annual_harmonic(days, celsius)
+    lapse = LAPSE_RATE * 1e3 * altitude_km
+    return GroundYear(mean_c=round(mean - lapse, 1), amplitude_c=round(amplitude, 1), coldest_day=round(coldest, 1))
+
+
+def _sea_level_air(latitude_deg: float, date: datetime.date) -> float:
+    """Of the standard profiles at sea level [Celsius]."""
+    weights = profile_weights(latitude_deg, date)
+    return sum(w * float(load_profile(name).temperature[0]) for name, w in weights.items()) - ZERO_CELSIUS

@@ -13,7 +13,7 @@ from pydantic import Field, GetJsonSchemaHandler, StringConstraints, model_valid
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from skyshine.materials.records import Back, Layer, Soil, SpectralRange, SurfaceProperties, ThermalStack
+from skyshine.materials.records import Back, InnerLight, Layer, Soil, SpectralRange, SurfaceProperties, ThermalStack
 from skyshine.schemas.csv_table import CsvTable, data_lines, parse_table, read_text
 from skyshine.schemas.documents import StrictModel, load_model
 from skyshine.schemas.errors import InputError, nearest
@@ -205,6 +205,17 @@ class SoilFile(StrictModel):
         return Soil(**{name: getattr(self, name).value for name in type(self).model_fields})
 
 
+class InnerLightFile(StrictModel):
+    """Sunlight that layers let in; 1, m^-1."""
+
+    share: Sourced[Annotated[float, Field(gt=0.0, le=1.0)]] = Field(
+        description="Of all sunlight that the material absorbs, 0 to 1."
+    )
+    extinction: Sourced[Annotated[float, Field(ge=0.05, le=1000.0)]] = Field(
+        description="By which it is absorbed within the layers, m^-1."
+    )
+
+
 class ThermalFile(StrictModel):
     """`ht/NAME.yaml`."""
 
@@ -220,9 +231,22 @@ class ThermalFile(StrictModel):
         default=None, description="Its pores, where it answers to soil moisture; without it, moisture changes nothing."
     )
 
+    light: Annotated[list[InnerLightFile], Field(max_length=3)] = Field(
+        default=[],
+        description="Sunlight that layers let in (ice), by exponential laws; the rest stays at the surface.",
+    )
+
+    @model_validator(mode="after")
+    def _whole(self) -> Self:
+        total = sum(part.share.value for part in self.light)
+        if total > 1 + 1e-9:
+            raise ValueError(f"found shares of light with a sum of {total:g}; allowed: 1 at most; lower one")
+        return self
+
     def stack(self) -> ThermalStack:
         first, second = self.layers
-        return ThermalStack(self.skin.layer(), (first.layer(), second.layer()), self.back.back())
+        light = tuple(InnerLight(part.share.value, part.extinction.value) for part in self.light)
+        return ThermalStack(self.skin.layer(), (first.layer(), second.layer()), self.back.back(), light)
 
 
 class SpecularFile(StrictModel):

@@ -63,6 +63,22 @@ class Back:
 
 
 @dataclass(frozen=True)
+class InnerLight:
+    """Sunlight that is absorbed within the layers, less with depth by one exponential law.
+
+    Attributes
+    ----------
+    share : float
+        Of all absorbed sunlight.
+    extinction : float
+        [1/m]
+    """
+
+    share: float
+    extinction: float
+
+
+@dataclass(frozen=True)
 class ThermalStack:
     """A surface skin over two conducting layers and a back boundary.
 
@@ -73,11 +89,14 @@ class ThermalStack:
     layers : tuple of two Layer
         From the skin inwards.
     back : Back
+    light : tuple of InnerLight
+        Sunlight that the layers let in; the rest is absorbed at the surface.
     """
 
     skin: Layer
     layers: tuple[Layer, Layer]
     back: Back
+    light: tuple[InnerLight, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -97,6 +97,9 @@ def _show(library: MaterialLibrary, material: Material, summary: dict[str, float
         click.echo(f"  {key:<34} {shown} {units}".rstrip() + f"    {material.sources[key]}")
     if material.soil is not None:
         click.echo("  answers to soil_moisture of a job: conductivity, heat capacity, reflectance and evaporation")
+    if material.thermal.light:
+        share = sum(part.share for part in material.thermal.light)
+        click.echo(f"  absorbs {share:.0%} of the sunlight it takes below its surface")
     click.echo("reflectance")
     for stretch in material.ranges:
         click.echo(f"  {stretch.lower:7.3f} - {stretch.upper:7.3f} um  {stretch.kind:<12} {stretch.note}")
@@ -139,6 +142,9 @@ def _numbers(material: Material) -> Iterator[tuple[str, object, str]]:
     yield "surface.canopy", surface.canopy, ""
     yield "surface.snow", surface.snow, ""
     yield "surface.exposure", surface.exposure, ""
+    for number, part in enumerate(material.thermal.light, 1):
+        yield f"light.{number}.share", part.share, "1"
+        yield f"light.{number}.extinction", part.extinction, "m^-1"
     if material.soil is not None:
         yield "soil.texture", material.soil.texture, ""
         yield "soil.porosity", material.soil.porosity, "1"

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.ground_year import GroundSeason, damping_depths
+from skyshine.mat.surface.inner_light import inner_light_flux
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.materials.records import Back
 from skyshine.schemas.arrays import Floats, Integers
@@ -102,7 +103,8 @@ class BackFlux:
     lowest, highest : ndarray, shape (columns, 1)
         Of the temperature behind [K]; unbounded where heat drives it.
     heat : tuple of float
-        Least and most heat from inside at any time [W m^-2]; 0 where a temperature drives it.
+        Least and most heat from inside at any time [W m^-2], what the depth of absorbed sunlight changes with it; 0
+        where a temperature drives it and no light comes in.
     """
 
     source: Floats
@@ -123,10 +125,14 @@ class BackFlux:
         drive = back_drive(material, forcing, hours, air)
         lowest, highest = drive.min(axis=1, keepdims=True), drive.max(axis=1, keepdims=True)
         source = drive * conduction.steady_transfer if drive.shape[1] == 1 else conduction.from_back(drive)
+        coldest, hottest = 0.0, 0.0
+        if material.thermal.light:
+            light = inner_light_flux(material, forcing, conduction)
+            source, coldest, hottest = source + light, float(light.min()), float(light.max())
         if material.thermal.back.kind != "heated":
-            return cls(source, lowest, highest, (0.0, 0.0))
+            return cls(source, lowest, highest, (coldest, hottest))
         unbounded = np.full_like(lowest, np.inf)
-        return cls(source, unbounded, -unbounded, (float(lowest.min()), float(highest.max())))
+        return cls(source, unbounded, -unbounded, (float(lowest.min()) + coldest, float(highest.max()) + hottest))
 
     def after(self, source: Floats, lowest: Floats, highest: Floats) -> BackFlux:
         """That of columns to which days before, between these temperatures (columns, 1) [K], leave another source."""

@@ -216,6 +216,8 @@ def _at_depth(
     """Temperature at a depth [m] below the skin, from the surface's (N,) [K] and the back's drive, wave by wave."""
     steps = len(surface)
     hours = start_hour + np.arange(float(steps)) * (period / steps / 3600.0)
+    if material.thermal.light:
+        raise InputError(f"material '{material.name}' lets sunlight in; allowed with a depth: others; leave it out")
     drive = back_drive(material, forcing, hours)[0] + np.zeros(steps)
     from_surface, from_back = depth_response(material.thermal, frequencies(steps, period, "spectral"), depth)
     return np.fft.irfft(np.fft.rfft(surface) * from_surface + np.fft.rfft(drive) * from_back, steps)

@@ -7,7 +7,7 @@ be stored or marched: its layers are exact at any thickness, and the period has 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -265,15 +265,32 @@ def delayed_responses(stack: ThermalStack, step: float, lags: int, scheme: str) 
     Lubich (1988), Convolution quadrature and discretized operational calculus II, Numer. Math. 52, 413-425: the
     weights by Fourier transform on a circle of radius below 1.
     """
+    surface, back = delayed_weights(lambda s: _surface(stack, s), step, lags, scheme)
+    return surface, back
+
+
+def delayed_weights(
+    response: Callable[[Complexes], tuple[Complexes, ...]], step: float, lags: int, scheme: str
+) -> tuple[Floats, ...]:
+    """What responses to complex frequencies [1/s] are at 0, 1, 2 ... steps after their cause lasted for one step.
+
+    Parameters
+    ----------
+    response : callable
+        Takes frequencies (n,), gives one or more responses (n,).
+    step, lags, scheme
+        As `delayed_responses` takes them.
+
+    Returns
+    -------
+    tuple of (lags,) ndarray
+    """
     length = 2 * lags
     # What comes around the circle loses five digits, and rounding grows by five.
     radius = 10.0 ** (-5.0 / length)
     delay = radius * np.exp(-2j * np.pi * np.arange(length // 2 + 1) / length)
     growth = radius ** np.arange(lags)
-    surface, back = (
-        np.fft.irfft(response, length)[:lags] / growth for response in _surface(stack, _of_delay(delay, scheme) / step)
-    )
-    return surface, back
+    return tuple(np.fft.irfft(each, length)[:lags] / growth for each in response(_of_delay(delay, scheme) / step))
 
 
 @dataclass(frozen=True, eq=False)

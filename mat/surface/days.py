@@ -18,6 +18,7 @@ from skyshine.mat.surface.back_boundary import BackFlux, back_drive
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.conduction import Conduction, delayed_responses
 from skyshine.mat.surface.forcing import Scene
+from skyshine.mat.surface.inner_light import absorbed_sunlight, delayed_light, inner_light_matrix
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solution import Method, Solution
 from skyshine.mat.surface.solver import BOUND_TOLERANCE, DAY, STEPS, clock, settles_slowly, solve_by, solve_columns
@@ -121,9 +122,11 @@ def _last_day(material: SurfaceMaterial, forcings: Sequence[Forcing], method: Me
         back_flux = BackFlux.of(material, forcing, periodic, hours, air)
         drives.append(back_drive(material, forcing, hours, air))
         if before:
-            source = back_flux.source
+            source = drives[-1] * periodic.steady_transfer
             if drives[-1].shape[1] > 1:
                 source = drives[-1] @ back[0].T + _kept(drives[:-1], back, periodic.back_matrix)
+            if material.thermal.light:
+                source = source + _light_of_days(material, forcings[: len(before) + 1], periodic)
             source = source - _kept(before, surface, periodic.matrix)
             ends = np.array([(day.min(axis=1), day.max(axis=1)) for day in (*before, *drives[:-1])])
             back_flux = back_flux.after(source, ends[:, 0].min(axis=0)[:, None], ends[:, 1].max(axis=0)[:, None])
@@ -133,6 +136,16 @@ def _last_day(material: SurfaceMaterial, forcings: Sequence[Forcing], method: Me
         before.append(solution.temperature)
     assert solution is not None
     return solution
+
+
+def _light_of_days(material: SurfaceMaterial, forcings: Sequence[Forcing], periodic: Conduction) -> Floats:
+    """`inner_light_flux` on the last of some days, of the light of all (columns, N) [W m^-2]."""
+    steps = periodic.steps
+    response = delayed_light(periodic.stack, DAY / steps, len(forcings) * steps, periodic.scheme)
+    blocks = [_block(response, steps, day) for day in range(len(forcings))]
+    absorbed = [absorbed_sunlight(material, forcing) for forcing in forcings]
+    whole: Floats = absorbed[-1] @ blocks[0].T + _kept(absorbed[:-1], blocks, inner_light_matrix(periodic))
+    return whole
 
 
 def _kept(before: Sequence[Floats], blocks: Sequence[Floats], periodic: Floats) -> Floats:

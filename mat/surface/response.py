@@ -18,6 +18,7 @@ from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.forcing import Scene
+from skyshine.mat.surface.inner_light import inner_light_matrix
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.relaxation import melting_cap
 from skyshine.mat.surface.solution import Method, Solution
@@ -109,7 +110,8 @@ def surface_response(
     -----
     J is taken in fine steps about the solution in coarser ones, linear between its times: a shadow comes and goes
     within minutes. Melting is left out of J: the response is that of a surface of this temperature that does not melt.
-    Readers end the melting before such a surface cools.
+    Readers end the melting before such a surface cools. Where layers let sunlight in, the kernel is that of a change of
+    sunlight, which shade is for the most part.
     """
     forcing = days[-1](FINE_STEPS)
     response = SurfaceResponse.empty(forcing.shape[0])
@@ -135,10 +137,13 @@ def _fill(
     slope = np.maximum(slope.mean(axis=1, keepdims=True), _LEAST_SLOPE) + np.zeros(slope.shape)
     at_hours = np.arange(RESPONSE_HOURS.size) * (FINE_STEPS // RESPONSE_HOURS.size)
     rows = np.eye(FINE_STEPS)[:, at_hours]
+    arrives = np.eye(FINE_STEPS) + inner_light_matrix(conduction) if material.thermal.light else None
     lags = (at_hours[:, None] - np.arange(FINE_STEPS)) % FINE_STEPS
     cells = lag_cells(FINE_STEPS)
     for column, column_slope in zip(columns, slope, strict=True):
         inverse = np.linalg.solve((conduction.matrix + np.diag(column_slope)).T, rows).T
+        if arrives is not None:
+            inverse = inverse @ arrives
         by_lag = np.take_along_axis(inverse, lags, axis=1)
         response.kernel[column] = np.add.reduceat(by_lag, cells, axis=1)
     response.loss_slope[columns] = slope[:, at_hours]

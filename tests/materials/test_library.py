@@ -11,6 +11,7 @@ from click.testing import CliRunner
 
 from skyshine import materials
 from skyshine.mat.cli import main
+from skyshine.materials.files import load_thermal
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 
@@ -258,3 +259,14 @@ def test_command_plots(tmp_path):
     assert file.read_bytes().startswith(b"\x89PNG")
     wrong = CliRunner().invoke(main, ["materials", "glass_window", "--plot", str(tmp_path / "none" / "glass.png")])
     assert wrong.exit_code == 2 and "cannot write" in wrong.output
+
+
+def test_shares_of_light_beyond_all_of_it_are_placed(tmp_path):
+    text = materials.path("ht/sea_ice.yaml").read_text(encoding="utf-8").replace("value: 0.18", "value: 0.7")
+    extra = '  - share: {value: 0.4, source: "a"}\n    extinction: {value: 2, source: "b"}\nsurface:\n'
+    file = tmp_path / "ice.yaml"
+    file.write_text(text.replace("surface:\n", extra), encoding="utf-8")
+    with pytest.raises(InputError, match="ice.yaml:.*found shares of light with a sum of 1.1; allowed: 1 at most"):
+        load_thermal(file)
+    stack, *_ = load_thermal(materials.path("ht/sea_ice.yaml"))
+    assert [(part.share, part.extinction) for part in stack.light] == [(0.18, 1.5)]

@@ -7,12 +7,14 @@ from click.testing import CliRunner
 from skyshine import materials
 from skyshine.mat.atmosphere.sources.solar import ground_sunlight
 from skyshine.mat.maintain.materials.__main__ import main
+from skyshine.mat.maintain.materials.inner_light import laws
 from skyshine.mat.maintain.materials.optics import fresnel_reflectance, pane
 from skyshine.mat.maintain.materials.readers import read_constants, read_ecostress
 from skyshine.mat.maintain.materials.recipes import Level, Recipes
 from skyshine.mat.maintain.materials.resample import compact_grid, fine_grid, project
 from skyshine.mat.radiometry.levels import with_odds
 from skyshine.materials.files import load_spectrum
+from skyshine.materials.library import load_library
 from skyshine.schemas.documents import load_model
 from skyshine.schemas.errors import InputError
 
@@ -113,3 +115,12 @@ def test_level_brings_the_mean_to_its_number(over, lower, upper, absorptance):
 def test_level_that_no_scaling_reaches_is_refused():
     with pytest.raises(InputError, match="no scaling of the sample gives an absorptance of 0.3"):
         Level(over="sunlight", absorptance=0.3, source="test").factor(np.array([0.4, 0.5, 0.6]), np.zeros(3))
+
+
+@pytest.mark.shared_data
+def test_light_in_clear_ice_is_that_which_the_program_derives(shared_data):
+    shares, extinctions, largest = laws(shared_data / "spectra" / "rii_nk" / "H2O__Warren-2008.yml")
+    stored = load_library()["ice_clear"].thermal.light
+    assert [part.share for part in stored] == pytest.approx(list(shares), abs=0.001)
+    assert [part.extinction for part in stored] == pytest.approx(list(extinctions), rel=0.005)
+    assert largest < 0.01

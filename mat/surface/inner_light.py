@@ -1,0 +1,96 @@
+"""Sunlight absorbed within layers that let it in: ice. Its heat reaches the surface later, and in part not at all.
+
+By reciprocity the heat flux at a surface held at 0 K, from a unit of heat put into the stack at a depth, is the
+temperature at that depth per kelvin at the surface, nothing driving the back: a self-adjoint operator has a symmetric
+Green's function (Carslaw and Jaeger 1959, Conduction of Heat in Solids, 2nd ed., section 14.2).
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from itertools import pairwise
+
+import numpy as np
+
+from skyshine.mat.surface.balance import Forcing, skin_of
+from skyshine.mat.surface.conduction import Complexes, Conduction, delayed_weights, depth_response, frequencies
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.materials.records import InnerLight, ThermalStack
+from skyshine.schemas.arrays import Floats
+
+# m: edges of the panels of Gauss-Legendre points, close at the surface, where waves of minutes end.
+_PANELS = np.array([0.0, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 20.0])
+_POINTS = 8
+_DEEPEST = 30.0  # e-foldings, below which no light arrives
+
+
+def light_response(stack: ThermalStack, s: Complexes) -> Complexes:
+    """Heat flux at the surface per absorbed sunlight at complex frequencies, less 1: what its depth changes.
+
+    Parameters
+    ----------
+    stack : ThermalStack
+    s : (n,) complex
+        [1/s]
+
+    Returns
+    -------
+    (n,) complex
+        0 where all light is absorbed at the surface.
+    """
+    change = np.zeros(len(s), complex)
+    for part in stack.light:
+        change += part.share * (_reaching(stack, part, s) - 1.0)
+    return change
+
+
+def _reaching(stack: ThermalStack, part: InnerLight, s: Complexes) -> Complexes:
+    """The share of light absorbed by one exponential law in the layers that arrives at the surface."""
+    bottom = min(sum(layer.thickness for layer in stack.layers), _DEEPEST / part.extinction)
+    edges = np.append(_PANELS[bottom > _PANELS], bottom)
+    nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
+    arriving: Complexes = np.zeros(len(s), complex)
+    total = 0.0
+    for low, high in pairwise(edges):
+        for node, weight in zip(nodes, weights, strict=True):
+            depth = float(low + 0.5 * (high - low) * (node + 1.0))
+            absorbed = 0.5 * (high - low) * weight * part.extinction * np.exp(-part.extinction * depth)
+            arriving += absorbed * depth_response(stack, s, depth)[0]
+            total += absorbed
+    return arriving * (1.0 / total)
+
+
+def absorbed_sunlight(material: SurfaceMaterial, forcing: Forcing) -> Floats:
+    """By surface and layers together (columns, N) [W m^-2]."""
+    received = forcing.shortwave_direct + forcing.shortwave_diffuse + forcing.shortwave_reflected
+    absorbed: Floats = skin_of(material, forcing).solar_absorptance * received + np.zeros(forcing.shape)
+    return absorbed
+
+
+def inner_light_flux(material: SurfaceMaterial, forcing: Forcing, conduction: Conduction) -> Floats:
+    """What the depth of absorbed light changes in the heat that reaches the surface (columns, N) [W m^-2]."""
+    absorbed = absorbed_sunlight(material, forcing)
+    return np.fft.irfft(np.fft.rfft(absorbed) * _harmonics(conduction), conduction.steps)
+
+
+def inner_light_matrix(conduction: Conduction) -> Floats:
+    """The circulant (N, N) matrix of `inner_light_flux`."""
+    column = np.fft.irfft(_harmonics(conduction), conduction.steps)
+    index = np.arange(conduction.steps)
+    matrix: Floats = column[(index[:, None] - index[None, :]) % conduction.steps]
+    return matrix
+
+
+def _harmonics(conduction: Conduction) -> Complexes:
+    return _light_response(conduction.stack, conduction.steps, conduction.period, conduction.scheme)
+
+
+@lru_cache(maxsize=32)
+def _light_response(stack: ThermalStack, steps: int, period: float, scheme: str) -> Complexes:
+    return light_response(stack, frequencies(steps, period, scheme))
+
+
+def delayed_light(stack: ThermalStack, step: float, lags: int, scheme: str) -> Floats:
+    """`inner_light_flux` at 0, 1, 2 ... steps after a unit of light was absorbed for one step (lags,)."""
+    (weights,) = delayed_weights(lambda s: (light_response(stack, s),), step, lags, scheme)
+    return weights

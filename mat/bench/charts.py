@@ -1,10 +1,6 @@
 """Charts of a front as SVG text: error against seconds, seconds by stage, seconds beside peers.
 
-Colours are those of Okabe and Ito, which colour-blind readers tell apart; shapes of marks differ too.
-
-References
-----------
-Okabe and Ito 2008, Color Universal Design, https://jfly.uni-koeln.de/color/
+Colours are those of the project, which colour-blind readers tell apart; shapes of marks differ too.
 """
 
 from __future__ import annotations
@@ -15,16 +11,8 @@ from dataclasses import dataclass
 from html import escape
 from itertools import pairwise
 
-BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILLION, PURPLE = (
-    "#000000",
-    "#E69F00",
-    "#56B4E9",
-    "#009E73",
-    "#F0E442",
-    "#0072B2",
-    "#D55E00",
-    "#CC79A7",
-)
+from skyshine.schemas.chart_style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, YELLOW
+
 GREY, PALE = "#8A8A8A", "#DDDDDD"
 WIDTH = 720.0  # of every chart, in units of its own
 _FINE = tuple(digit / 10 for digit in range(10, 100, 2))  # where all values lie close together

@@ -13,6 +13,7 @@ import numpy as np
 from skyshine.mat.budget.budget import Budget
 from skyshine.mat.budget.options import FIELDS_OF_VIEW
 from skyshine.mat.budget.summary import SLANTS, kelvin
+from skyshine.schemas.chart_style import BLACK, BLUE, COLOURS, VERMILLION, chart_style, name_lines, new_figure
 
 if TYPE_CHECKING:
     import jinja2
@@ -67,39 +68,37 @@ def _short(value: float | None) -> str:
 def _plot(described: dict[str, Any], budget: Budget) -> str:
     """Errors by source, by field of view and slant, and by radiance, as SVG."""
     from matplotlib import rc_context
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-    from matplotlib.figure import Figure
 
     thermal = np.isfinite(described["errors"]["pixel"]["temperature"]["rms"]["value"] or np.nan)
     key, units = ("temperature", "K") if thermal else ("radiance", "W m$^{-2}$ sr$^{-1}$")
-    figure = Figure(figsize=(11, 4.2), layout="constrained")
-    FigureCanvasSVG(figure)
-    bars, lines, cloud = figure.subplots(1, 3, width_ratios=(1.3, 1, 1))
-    names = list(described["errors"])[::-1]
-    rms, p99 = ([described["errors"][name][key][measure]["value"] for name in names] for measure in ("rms", "p99"))
-    colours = ["tab:red" if name in ("pixel", "all") else "tab:blue" for name in names]
-    bars.barh(np.arange(len(names)), rms, color=colours, label="rms")
-    bars.plot(p99, np.arange(len(names)), "k|", label="99th percentile")
-    bars.set(xscale="log", yticks=np.arange(len(names)), xlabel=f"error, {units}")
-    bars.set_yticklabels([name.replace("_", " ") for name in names], fontsize=7)
-    bars.legend(fontsize=7)
-    table = described["extrapolation"]["rms_kelvin" if thermal else "rms"]
-    for (name, values), style in zip(table.items(), ("-", ":"), strict=True):
-        for (low, high), column, colour in zip(
-            SLANTS, zip(*values["values"], strict=True), ("C0", "C1", "C2", "C3"), strict=False
-        ):
-            if None not in column:
-                lines.loglog(
-                    FIELDS_OF_VIEW, column, style, color=colour, label=f"{_LABELS[name]}, {low:g} to {high:g}°"
-                )
-    lines.set(xlabel="field of view, °", ylabel=f"rms of extrapolation, {units}")
-    if lines.lines:
-        lines.legend(fontsize=6, title="slant from the horizon", title_fontsize=6)
-    error = budget.errors["pixel"]
-    cloud.plot(budget.radiance.ravel(), (kelvin(budget, error) if thermal else error).ravel(), ".", ms=3)
-    cloud.axhline(0, color="black", lw=0.5)
-    cloud.set(xlabel="radiance, W m$^{-2}$ sr$^{-1}$", ylabel=f"error of the pixel, {units}")
-    text = io.StringIO()
-    with rc_context({"svg.hashsalt": "skyshine", "svg.fonttype": "path"}):
+    with chart_style(), rc_context({"svg.hashsalt": "skyshine", "svg.fonttype": "path"}):
+        figure = new_figure(11.5, 4.2)
+        bars, lines, cloud = figure.subplots(1, 3, width_ratios=(1.3, 1, 1))
+        names = list(described["errors"])[::-1]
+        rms, p99 = ([described["errors"][name][key][measure]["value"] for name in names] for measure in ("rms", "p99"))
+        colours = [VERMILLION if name in ("pixel", "all") else BLUE for name in names]
+        bars.barh(np.arange(len(names)), rms, color=colours, label="rms")
+        bars.plot(p99, np.arange(len(names)), "k|", label="99th percentile")
+        bars.set(xscale="log", yticks=np.arange(len(names)), xlabel=f"error, {units}")
+        bars.set_yticklabels([name.replace("_", " ") for name in names], fontsize=7)
+        bars.legend(fontsize=7, loc="upper left", bbox_to_anchor=(0.0, -0.14), ncols=2)
+        bars.grid(visible=False, axis="y")
+        table = described["extrapolation"]["rms_kelvin" if thermal else "rms"]
+        for (name, values), style in zip(table.items(), ("-", ":"), strict=True):
+            for (low, high), column, colour in zip(SLANTS, zip(*values["values"], strict=True), COLOURS, strict=False):
+                if None not in column:
+                    lines.loglog(
+                        FIELDS_OF_VIEW, column, style, color=colour, label=f"{_LABELS[name]}, {low:g} to {high:g}°"
+                    )
+        lines.set(xlabel="field of view, °", ylabel=f"rms of extrapolation, {units}")
+        if lines.lines:
+            lines.set_xlim(min(FIELDS_OF_VIEW), max(FIELDS_OF_VIEW))
+            lines.set_title("by slant from the horizon")
+            name_lines(lines)
+        error = budget.errors["pixel"]
+        cloud.plot(budget.radiance.ravel(), (kelvin(budget, error) if thermal else error).ravel(), ".", ms=3)
+        cloud.axhline(0, color=BLACK, lw=0.5)
+        cloud.set(xlabel="radiance, W m$^{-2}$ sr$^{-1}$", ylabel=f"error of the pixel, {units}")
+        text = io.StringIO()
         figure.savefig(text, format="svg", metadata={"Date": None})
     return re.sub(r"^.*?(?=<svg)", "", text.getvalue(), count=1, flags=re.DOTALL)

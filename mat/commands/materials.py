@@ -12,6 +12,7 @@ from skyshine.mat.commands.fit_material import fit
 from skyshine.mat.commands.handbooks import handbooks
 from skyshine.mat.commands.new_material import new
 from skyshine.mat.commands.openmaterial import openmaterial
+from skyshine.schemas.chart_style import VERMILLION, chart_style, name_lines, new_figure, save_figure
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from skyshine.materials.library import Material, MaterialLibrary
 
 BANDS = ((3.0, 5.0), (8.0, 12.0))
+NAMED_LINES = 30  # whose names have room beside the chart
 
 
 class _ByName(click.Group):
@@ -199,33 +201,39 @@ def _entry(material: Material, summary: dict[str, float]) -> dict[str, Any]:
 
 def _plot(materials: list[Material], file: Path) -> None:
     """Draw reflectance against wavelength."""
-    from matplotlib.figure import Figure
     from matplotlib.ticker import ScalarFormatter
 
-    figure = Figure(figsize=(9, 5), layout="constrained")
-    axes = figure.add_subplot(xscale="log", ylim=(0, 1), xlabel="wavelength [um]", ylabel="hemispherical reflectance")
-    for lower, upper in BANDS:
-        axes.axvspan(lower, upper, color="0.93")
-    for material in materials:
-        (line,) = axes.plot(material.wavelength, material.reflectance, label=material.name, linewidth=1)
-        if material.transmits:
-            note = f"{material.name}: 1 - absorptance"
-            axes.plot(material.wavelength, 1 - material.absorptance, ":", color=line.get_color(), label=note)
-    if len(materials) == 1:
-        _shade_filled(axes, materials[0])
-        axes.set_title(materials[0].description)
-    axes.xaxis.set_major_formatter(ScalarFormatter())
-    axes.set_xticks([0.3, 0.5, 1, 2, 3, 5, 8, 12], minor=False)
-    axes.legend(fontsize=7, ncols=max(1, len(materials) // 40 + 1), loc="upper right")
-    try:
-        figure.savefig(file, dpi=120)
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot write '{file}': {error}; give a path that ends in .png") from None
+    with chart_style():
+        figure = new_figure(10, 5)
+        axes = figure.add_subplot(
+            xscale="log", ylim=(0, 1), xlabel="wavelength, µm", ylabel="hemispherical reflectance"
+        )
+        for lower, upper in BANDS:
+            axes.axvspan(lower, upper, color="0.93")
+        for material in materials:
+            (line,) = axes.plot(material.wavelength, material.reflectance, label=material.name, linewidth=1)
+            if material.transmits:
+                note = f"{material.name}: 1 - absorptance"
+                axes.plot(material.wavelength, 1 - material.absorptance, ":", color=line.get_color(), label=note)
+        if len(materials) == 1:
+            _shade_filled(axes, materials[0])
+            axes.set_title(materials[0].description)
+        axes.xaxis.set_major_formatter(ScalarFormatter())
+        axes.set_xticks([0.3, 0.5, 1, 2, 3, 5, 8, 12], minor=False)
+        axes.set_xlim(materials[0].wavelength[0], max(material.wavelength[-1] for material in materials))
+        if len(materials) <= NAMED_LINES:
+            name_lines(axes)
+        else:
+            axes.legend(fontsize=7, ncols=len(materials) // 40 + 1, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        try:
+            save_figure(figure, file)
+        except InputError as error:
+            raise InputError(f"cannot write '{file}': {error.message}; give a path that ends in .png") from None
 
 
 def _shade_filled(axes: Axes, material: Material) -> None:
     """Hatch where the spectrum was not measured on the material itself."""
     for stretch in material.ranges:
         if stretch.kind not in ("measured", "modelled", "fresnel"):
-            axes.axvspan(stretch.lower, stretch.upper, ymax=0.03, color="tab:red", alpha=0.5)
+            axes.axvspan(stretch.lower, stretch.upper, ymax=0.03, color=VERMILLION, alpha=0.5)
             axes.text((stretch.lower * stretch.upper) ** 0.5, 0.035, stretch.kind, fontsize=6, ha="center")

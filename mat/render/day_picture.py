@@ -14,11 +14,11 @@ from skyshine.mat.job.fields import clock_text
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.render.scene_file import LoadedScene
 from skyshine.schemas.arrays import Floats
+from skyshine.schemas.chart_style import HEAT
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import find_image, open_tmm
 from skyshine.tmm.images.raster import read_channels
 
-COLOURS = "inferno"
 TAIL = 0.2  # % of the pixels at each end that may lie beyond the colours
 FRAME_MS = 400
 COLUMNS, MOST = 4, 16  # frames in a row, and frames of a band
@@ -65,14 +65,14 @@ def draw_day(scene: LoadedScene, days: Mapping[str, Sequence[Floats]], picture: 
     for number, (band, frames) in enumerate(days.items()):
         for place, frame in enumerate(shown):
             axis = figure.add_subplot(grid[number * rows + place // across, len(widths) - across + place % across])
-            drawn = axis.imshow(frames[frame] - ZERO_CELSIUS, cmap=COLOURS, vmin=low, vmax=high)
+            drawn = axis.imshow(frames[frame] - ZERO_CELSIUS, cmap=HEAT, vmin=low, vmax=high)
             axis.set(xticks=[], yticks=[])
             axis.set_title(clock_text(scene.hours[frame]), fontsize=9)
             if place % across == 0:
                 axis.set_ylabel(band, fontsize=10)
             axes.append(axis)
     bar = figure.colorbar(drawn, ax=axes, location="bottom", fraction=0.05, aspect=60, pad=0.01)
-    bar.set_label("apparent temperature, deg C", fontsize=9)
+    bar.set_label("apparent temperature, °C", fontsize=9)
     drawing = BytesIO()
     figure.savefig(drawing, dpi=_DPI, format="png")
     # 256 colours take a third of the bytes.
@@ -99,7 +99,7 @@ def animate(frames: Sequence[Floats], hours: Sequence[float], picture: Path) -> 
     images = []
     for kelvin, hour in zip(frames, hours, strict=True):
         share = np.clip((kelvin - ZERO_CELSIUS - low) / (high - low), 0.0, 1.0)
-        image = Image.fromarray((colormaps[COLOURS](share)[..., :3] * 255).astype(np.uint8))
+        image = Image.fromarray((colormaps[HEAT](share)[..., :3] * 255).astype(np.uint8))
         ImageDraw.Draw(image).text(
             (4, 2), clock_text(hour), fill=(255, 255, 255), stroke_width=1, stroke_fill=(0, 0, 0)
         )

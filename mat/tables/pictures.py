@@ -15,7 +15,19 @@ from skyshine.mat.tables.channel_table import ChannelTable
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.surface_tables import TemperatureTable
 from skyshine.mat.tables.table import Table
-from skyshine.schemas.errors import InputError
+from skyshine.schemas.chart_style import (
+    AMOUNT,
+    BLACK,
+    BLUE,
+    HEAT,
+    ORANGE,
+    chart_style,
+    compass,
+    hours_of_day,
+    name_lines,
+    new_figure,
+    save_figure,
+)
 from skyshine.schemas.paths import StrPath
 
 if TYPE_CHECKING:
@@ -34,26 +46,20 @@ def draw(file: StrPath, picture: StrPath) -> Path:
     InputError
         The file is not a database of the table builder.
     """
-    from matplotlib import figure as figures
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
     table = open_table(file)
-    figure = figures.Figure(
-        figsize=(11.5, 9.2) if type(table) in (AtmosphereTable, ChannelTable) else (12, 4.6), layout="constrained"
-    )
-    FigureCanvasAgg(figure)
-    if isinstance(table, TemperatureTable):
-        _temperatures(figure, table)
-    elif isinstance(table, ThermalTable):
-        _thermal(figure, table)
-    elif isinstance(table, AtmosphereTable):
-        _atmosphere(figure, table)
-    else:
-        _band(figure, table)
-    names = ", ".join(str(table.attributes[key]) for key in NAMED if key in table.attributes)
-    figure.suptitle(f"{table.path.name}  ({table.attributes['title']})  {names}".rstrip(), fontsize=10)
-    figure.savefig(picture, dpi=110, metadata={"Software": None})
-    return Path(picture)
+    with chart_style():
+        figure = new_figure(*((11.5, 9.2) if type(table) in (AtmosphereTable, ChannelTable) else (12.5, 4.6)))
+        names = ", ".join(str(table.attributes[key]) for key in NAMED if key in table.attributes)
+        figure.suptitle(f"{table.path.name}  ({table.attributes['title']})  {names}".rstrip(), fontsize=10)
+        if isinstance(table, TemperatureTable):
+            _temperatures(figure, table)
+        elif isinstance(table, ThermalTable):
+            _thermal(figure, table)
+        elif isinstance(table, AtmosphereTable):
+            _atmosphere(figure, table)
+        else:
+            _band(figure, table)
+        return save_figure(figure, picture)
 
 
 def draw_spectrum(spectrum: Any, title: str, picture: StrPath) -> Path:
@@ -64,50 +70,37 @@ def draw_spectrum(spectrum: Any, title: str, picture: StrPath) -> Path:
     InputError
         The picture cannot be written.
     """
-    from matplotlib import figure as figures
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    figure = figures.Figure(figsize=(12, 7), layout="constrained")
-    FigureCanvasAgg(figure)
-    upper, lower = figure.subplots(2, 1, sharex=True)
-    parts = {
-        **spectrum.transmittance_by_gas,
-        "Rayleigh": spectrum.transmittance_rayleigh,
-        "aerosol": spectrum.transmittance_aerosol,
-    }
-    strongest = sorted(parts, key=lambda name: np.mean(parts[name]))[:SHOWN_PARTS]
-    for name, colour in zip(strongest, _colours(len(strongest)), strict=True):
-        upper.plot(spectrum.wavenumber, parts[name], color=colour, lw=0.8, alpha=0.8, label=name)
-    upper.plot(spectrum.wavenumber, spectrum.transmittance, color="black", lw=1.0, label="all")
-    upper.set(ylabel="transmittance", ylim=(-0.02, 1.02))
-    upper.legend(fontsize=7, ncols=2)
-    for values, label in ((spectrum.path_thermal, "thermal"), (spectrum.path_scattered, "scattered")):
-        if np.any(values > 0):
-            lower.semilogy(spectrum.wavenumber, np.where(values > 0, values, np.nan), lw=0.8, label=f"path, {label}")
-    lower.set(xlabel="wavenumber, cm$^{-1}$", ylabel="W m$^{-2}$ sr$^{-1}$ (cm$^{-1}$)$^{-1}$")
-    brightest = float(np.max(spectrum.path_thermal + spectrum.path_scattered))
-    if brightest > 0:
-        lower.set_ylim(1e-6 * brightest, 2 * brightest)
-    lower.legend(fontsize=7)
-    micrometres = upper.secondary_xaxis("top", functions=(_reciprocal, _reciprocal))
-    micrometres.set_xlabel("wavelength, um")
-    figure.suptitle(title, fontsize=10)
-    try:
-        figure.savefig(picture, dpi=110, metadata={"Software": None})
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}; check the folder", file=picture) from None
-    return Path(picture)
+    with chart_style():
+        figure = new_figure(12, 7)
+        figure.suptitle(title, fontsize=10)
+        upper, lower = figure.subplots(2, 1, sharex=True)
+        parts = {
+            **spectrum.transmittance_by_gas,
+            "Rayleigh": spectrum.transmittance_rayleigh,
+            "aerosol": spectrum.transmittance_aerosol,
+        }
+        upper.plot(spectrum.wavenumber, spectrum.transmittance, color=BLACK, lw=1.0, label="all")
+        for name in sorted(parts, key=lambda name: np.mean(parts[name]))[:SHOWN_PARTS]:
+            upper.plot(spectrum.wavenumber, parts[name], lw=0.8, alpha=0.8, label=name)
+        upper.set(ylabel="transmittance", ylim=(-0.02, 1.02))
+        for values, label in ((spectrum.path_thermal, "path, thermal"), (spectrum.path_scattered, "path, scattered")):
+            if np.any(values > 0):
+                lower.semilogy(spectrum.wavenumber, np.where(values > 0, values, np.nan), lw=0.8, label=label)
+        lower.set(xlabel="wavenumber, cm$^{-1}$", ylabel="W m$^{-2}$ sr$^{-1}$ (cm$^{-1}$)$^{-1}$")
+        lower.set_xlim(float(np.min(spectrum.wavenumber)), float(np.max(spectrum.wavenumber)))
+        brightest = float(np.max(spectrum.path_thermal + spectrum.path_scattered))
+        if brightest > 0:
+            lower.set_ylim(1e-6 * brightest, 2 * brightest)
+        micrometres = upper.secondary_xaxis("top", functions=(_reciprocal, _reciprocal))
+        micrometres.set_xlabel("wavelength, µm")
+        for axis in (upper, lower):
+            name_lines(axis)
+        return save_figure(figure, picture)
 
 
 def _reciprocal(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Wavelength in um of wavenumber in cm^-1, and back."""
     return np.asarray(1e4 / np.maximum(values, 1e-6))
-
-
-def _colours(count: int) -> np.ndarray:
-    from matplotlib import colormaps
-
-    return colormaps["tab20" if count > 10 else "tab10"](np.arange(count))
 
 
 def _temperatures(figure: Figure, table: TemperatureTable) -> None:
@@ -120,17 +113,21 @@ def _temperatures(figure: Figure, table: TemperatureTable) -> None:
     names = {code: name for name, code in table.materials.items()}
     day, aspect = figure.subplots(1, 2)
     flat = float(np.min(axes["slope"].values))
-    for code, colour in zip(codes, _colours(codes.size), strict=True):
+    for code in codes:
         kelvin = table.temperature(material=code, altitude=low, azimuth=faces[0], slope=flat, time=hours)
-        day.plot(hours, kelvin - ZERO_CELSIUS, color=colour, label=names[int(code)])
-    day.set(xlabel="local time, h", ylabel="temperature, °C", title=f"slope {flat:g}°, altitude {low:g} km")
-    day.legend(fontsize=7)
+        day.plot(hours, kelvin - ZERO_CELSIUS, label=names[int(code)])
+    day.set(ylabel="temperature, °C", title=f"slope {flat:g}°, altitude {low:g} km")
+    hours_of_day(day, float(hours[0]), float(hours[-1]))
     steep = float(axes["slope"].values[np.argmin(np.abs(axes["slope"].values - 60.0))])
     facing = np.append(faces, faces[0] + 360.0)
     grid = table.temperature(material=codes[0], altitude=low, azimuth=facing[:, None], slope=steep, time=hours[None, :])
-    mesh = aspect.pcolormesh(hours, facing, grid - ZERO_CELSIUS, shading="gouraud", cmap="inferno")
-    aspect.set(xlabel="local time, h", ylabel="facing, ° from north", title=f"{names[int(codes[0])]}, slope {steep:g}°")
+    mesh = aspect.pcolormesh(hours, facing, grid - ZERO_CELSIUS, shading="gouraud", cmap=HEAT)
+    aspect.set(ylabel="facing", title=f"{names[int(codes[0])]}, slope {steep:g}°")
+    aspect.grid(visible=False)
+    hours_of_day(aspect, float(hours[0]), float(hours[-1]))
+    compass(aspect)
     figure.colorbar(mesh, ax=aspect, label="temperature, °C")
+    name_lines(day)
 
 
 def _band(figure: Figure, table: Table) -> None:
@@ -139,14 +136,14 @@ def _band(figure: Figure, table: Table) -> None:
     kelvin = axes["temperature"].values
     radiance.semilogy(kelvin, variables["blackbody_radiance"].data)
     radiance.set(xlabel="temperature, K", ylabel="blackbody radiance, W m$^{-2}$ sr$^{-1}$")
-    radiance.grid(alpha=0.3)
     names = variables["material_name"].data
     rows = np.arange(names.size)
-    for shift, (name, colour) in enumerate((("reflectance", "tab:blue"), ("reflectance_solar", "tab:orange"))):
+    for shift, (name, colour) in enumerate((("reflectance", BLUE), ("reflectance_solar", ORANGE))):
         materials.barh(rows + 0.38 * shift, variables[name].data, 0.38, color=colour, label=name)
     materials.set(xlabel="reflectance", yticks=rows + 0.19)
     materials.set_yticklabels(names, fontsize=7)
-    materials.legend(fontsize=7)
+    materials.grid(visible=False, axis="y")
+    materials.legend(fontsize=8, loc="upper left", bbox_to_anchor=(0.0, -0.1), ncols=2)
 
 
 def _atmosphere(figure: Figure, table: AtmosphereTable) -> None:
@@ -165,7 +162,7 @@ def _atmosphere(figure: Figure, table: AtmosphereTable) -> None:
     source.set(
         xlabel="source elevation, °", ylabel="W m$^{-2}$ sr$^{-1}$", title=f"light of sky and source at {low:g} km"
     )
-    source.legend(fontsize=7)
+    name_lines(source)
 
 
 def _thermal(figure: Figure, table: ThermalTable) -> None:
@@ -183,7 +180,7 @@ def _thermal(figure: Figure, table: ThermalTable) -> None:
         return
     where: dict[str, Any] = {"altitude": low, "elevation": level, "out_of_range": {"range": "clamp"}}
     first, half = 0, None
-    for number, colour in zip(classes, _colours(classes.size), strict=True):
+    for number in classes:
         count = sizes[number]
         label = names[first] + (f" and {count - 1} more" if count > 1 else "")
         first += count
@@ -193,10 +190,10 @@ def _thermal(figure: Figure, table: ThermalTable) -> None:
                 "beta_star_thermal", material_class=number, planck_temperature=300.0, range=ranges, **where
             ),
         )
-        by_range.semilogx(ranges, tau, color=colour, label=label)
+        (line,) = by_range.semilogx(ranges, tau, label=label)
         half = ranges[np.argmin(np.abs(tau - 0.5))] if half is None else half
         beta = table.value("beta_star_thermal", material_class=number, planck_temperature=kelvin, range=half, **where)
-        by_temperature.plot(kelvin, table.transmittance(range=half, beta_star=beta), color=colour)
+        by_temperature.plot(kelvin, table.transmittance(range=half, beta_star=beta), color=line.get_color())
     by_range.set(
         xlabel="range, km",
         ylabel="transmittance",
@@ -204,7 +201,8 @@ def _thermal(figure: Figure, table: ThermalTable) -> None:
         ylim=(-0.02, 1.02),
     )
     by_temperature.set(xlabel="temperature of the surface, K", ylabel="transmittance", title=f"over {half:.3g} km")
-    by_range.legend(fontsize=7)
+    by_range.set_xlim(ranges[0], ranges[-1])
+    name_lines(by_range)
 
 
 def _ranges(table: AtmosphereTable) -> np.ndarray:
@@ -227,22 +225,25 @@ def _reach(axis: Any, table: AtmosphereTable, altitude: float) -> None:
     elevations = table.nodes_of("elevation")
     chosen = elevations[np.unique(np.linspace(0, elevations.size - 1, 9).round().astype(int))]
     ranges = _ranges(table)
-    for elevation, colour in zip(chosen, _colours(chosen.size), strict=True):
-        axis.semilogx(ranges, _transmittance(table, ranges, altitude, elevation), color=colour, label=f"{elevation:g}°")
-    axis.set(xlabel="range, km", ylabel="transmittance", title=f"observer at {altitude:g} km", ylim=(-0.02, 1.02))
-    axis.legend(fontsize=7, title="elevation", title_fontsize=7)
+    for elevation in chosen:
+        axis.semilogx(ranges, _transmittance(table, ranges, altitude, elevation), label=f"{elevation:g}°")
+    axis.set(xlabel="range, km", ylabel="transmittance", ylim=(-0.02, 1.02))
+    axis.set_title(f"observer at {altitude:g} km, by elevation")
+    if ranges.size > 1:
+        axis.set_xlim(ranges[0], ranges[-1])
+    name_lines(axis)
 
 
 def _section(figure: Figure, axis: Any, table: AtmosphereTable, altitude: float) -> None:
     """Transmittance in a vertical plane: outwards the range, around it the elevation of the line of sight."""
     ranges, elevations = _ranges(table), table.nodes_of("elevation")
     axis.set(thetamin=float(elevations[0]), thetamax=float(max(elevations[-1], elevations[0] + 10)))
-    axis.set_title(f"transmittance by elevation and range, from {altitude:g} km", fontsize=10)
+    axis.set_title(f"transmittance by elevation and range, from {altitude:g} km")
     if ranges.size < 2 or elevations.size < 2:
         return
     up = np.unique(np.concatenate([elevations, np.linspace(elevations[0], elevations[-1], 181)]))
     tau = _transmittance(table, ranges[:, np.newaxis], altitude, up)
-    mesh = axis.pcolormesh(np.radians(up), np.log10(ranges), tau, shading="nearest", cmap="viridis", vmin=0, vmax=1)
+    mesh = axis.pcolormesh(np.radians(up), np.log10(ranges), tau, shading="nearest", cmap=AMOUNT, vmin=0, vmax=1)
     ticks = np.arange(np.ceil(np.log10(ranges[0])), np.floor(np.log10(ranges[-1])) + 1)
     axis.set_rticks(ticks, [f"{10.0**tick:g} km" for tick in ticks], fontsize=7)
     axis.grid(alpha=0.3)
@@ -268,9 +269,9 @@ def _sky(figure: Figure, axis: Any, table: AtmosphereTable, low: float) -> None:
     radiance = (1 - tau) * table.value("path_radiance_ratio", **where, source_elevation=sun, source_azimuth=around)
     whole = np.concatenate([-around[:0:-1], around])  # the two halves of the sky mirror each other
     mirrored = np.concatenate([radiance[:, :0:-1], radiance], axis=1)
-    mesh = axis.pcolormesh(np.radians(whole), 90 - fine, mirrored, shading="gouraud", cmap="viridis")
+    mesh = axis.pcolormesh(np.radians(whole), 90 - fine, mirrored, shading="gouraud", cmap=AMOUNT)
     axis.plot(0, 90 - sun, "o", markersize=7, markerfacecolor="none", markeredgecolor="white")
     axis.set_rticks([30, 60, 90], ["60°", "30°", "0°"], fontsize=7)
     axis.grid(alpha=0.3)
-    axis.set_title(f"path radiance over {far:g} km, source at {sun:g}°", fontsize=10)
+    axis.set_title(f"path radiance over {far:g} km, source at {sun:g}°")
     figure.colorbar(mesh, ax=axis, label="W m$^{-2}$ sr$^{-1}$", shrink=0.8)

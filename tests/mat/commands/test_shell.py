@@ -33,8 +33,9 @@ def test_short_help_is_help(path, capsys):
     for option in ("-h", "--help"):
         with pytest.raises(SystemExit) as stop:
             PROGRAMS[path[0]].main([*path[1:], option], prog_name=path[0])
-        shown.append(capsys.readouterr().out)
-        assert stop.value.code == 0
+        written = capsys.readouterr()
+        shown.append(written.out)
+        assert stop.value.code == 0, written.err
     assert shown[0] == shown[1] and shown[0].startswith("Usage:")
 
 

@@ -108,8 +108,10 @@ def name_lines(axis: Axes, *, skip: Sequence[str] = ()) -> None:
     skip : sequence of str
         Labels that are not written.
     """
-    figure = axis.get_figure(root=True)
-    assert figure is not None
+    from matplotlib.figure import Figure
+
+    figure = axis.get_figure()
+    assert isinstance(figure, Figure)  # charts of the project have no figures within figures
     figure.draw_without_rendering()  # limits and places are settled then
     ends = []
     for line in axis.get_lines():

@@ -34,12 +34,15 @@ def command(file: str, name: str, where: tuple[str, ...], clamp: bool, as_json: 
     for measure, amount in error.items():
         if math.isfinite(amount):  # radiances of sunlit bands have no equivalent temperature
             click.echo(
-                f"  interpolation error, {measure.removesuffix('_kelvin')}: {amount:.3g} {_units(measure, units)}"
+                f"  interpolation error, {measure.removesuffix('_kelvin').removesuffix('_percent')}: {amount:.3g}"
+                f" {_units(measure, units)}"
             )
 
 
 def _units(measure: str, units: str) -> str:
-    return "K" if measure.endswith("_kelvin") else "1" if measure == "points" else units
+    if measure == "points":
+        return "1"
+    return "K" if measure.endswith("_kelvin") else "percent" if measure.endswith("_percent") else units
 
 
 def _pair(text: str) -> tuple[str, float | str]:

@@ -1,0 +1,103 @@
+"""The tutorials: every job, command and Python block of each page runs, in their order, in an empty folder."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from skyshine.mat.cli import main as mat
+from skyshine.tmm.cli import main as tmm
+
+FOLDER = Path(__file__).parents[2] / "examples" / "manual" / "tutorials"
+PROGRAMS = {"mat": mat, "tmm": tmm}
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FILE = re.compile(r"# file: (\S+)\n")
+
+
+def run(command):
+    for line in command.strip().splitlines():
+        program, *arguments = shlex.split(line)
+        result = CliRunner().invoke(PROGRAMS[program], arguments)
+        assert result.exit_code == 0, f"{line}: {result.output[-400:]}"
+
+
+def follow(page, folder, monkeypatch):
+    """The names that the Python blocks of a page leave, after all of its blocks."""
+    monkeypatch.chdir(folder)
+    names = {}
+    for kind, text in BLOCK.findall((FOLDER / f"{page}.md").read_text(encoding="utf-8")):
+        given = FILE.match(text)
+        if given and kind in ("yaml", "text"):
+            (folder / given[1]).write_text(text[given.end() :], encoding="utf-8")
+        elif kind == "sh":
+            run(text)
+        elif kind == "python":
+            exec(compile(text, page, "exec"), names)
+    return names
+
+
+def test_these_are_the_five_users():
+    users = {"sensor_engineer", "runtime_engineer", "texture_artist", "researcher", "batch_operator"}
+    assert {path.stem for path in FOLDER.iterdir()} == users
+
+
+def test_the_sensor_engineer_finds_contrast_and_transmittance(tmp_path, monkeypatch):
+    values = follow("sensor_engineer", tmp_path, monkeypatch)
+    hours, transmittance = values["hours"], values["transmittance"]
+    for name in ("clear", "haze"):
+        assert 24 > hours[name, 0.5] >= hours[name, 2.0] >= hours[name, 5.0] > 8
+        assert transmittance[name, 0.5] > transmittance[name, 2.0] > transmittance[name, 10.0] > 0
+    assert hours["haze", 5.0] < hours["clear", 5.0]
+    assert transmittance["haze", 10.0] < 0.8 * transmittance["clear", 10.0]
+
+
+def test_the_runtime_engineer_s_pixel_is_the_reference_s(tmp_path, monkeypatch):
+    values = follow("runtime_engineer", tmp_path, monkeypatch)
+    assert abs(values["difference"]) < 1e-9 * values["total"]
+    assert values["terms"]["emitted"] > values["terms"]["path"] > values["terms"]["reflected Sun"] > 0
+    assert abs(values["apparent"] - values["kelvin"]) < 15
+
+
+def test_the_texture_artist_gets_materials_and_masks(tmp_path, monkeypatch):
+    follow("texture_artist", tmp_path, monkeypatch)
+    assert (tmp_path / "materials.png").stat().st_size > 10_000
+    assert len(list((tmp_path / "exchange").rglob("*.png"))) >= 4
+    assert (tmp_path / "pine" / "build" / "yellowstone_road.suggest.html").is_file()
+
+
+def test_the_researcher_finds_what_was_planted(tmp_path, monkeypatch):
+    pytest.importorskip("casadi")
+    values = follow("researcher", tmp_path, monkeypatch)
+    text = (
+        CliRunner()
+        .invoke(
+            mat, ["materials", "fit", "--record", "roof.csv", "--material", "roof_membrane_black", "--free", "albedo"]
+        )
+        .output
+    )
+    low, high = map(float, re.search(r"albedo(?:\s+\S+){3}\s+(\S+)\s+(\S+)", text).groups())
+    assert low < 0.20 < high and high - low < 0.02
+    assert 0.2 < values["zenith"].transmittance.mean() < 0.9
+
+
+def test_the_batch_operator_finds_the_warmer_day(tmp_path, monkeypatch):
+    noon = follow("batch_operator", tmp_path, monkeypatch)["noon"]
+    assert noon["2026-06-03"] > noon["2026-06-01"] + 2
+    assert len(list((tmp_path / "june").glob("*.htt.h5"))) == 4
+
+
+@pytest.mark.parametrize("page", sorted(path.stem for path in FOLDER.glob("*.md")))
+def test_options_in_the_prose_exist(page):
+    """Commands in single backticks, which are not run: their words and options."""
+    text = BLOCK.sub("", (FOLDER / f"{page}.md").read_text(encoding="utf-8"))
+    for command in re.findall(r"`((?:mat|tmm) [^`]+)`", text):
+        for part in command.split("&&"):
+            program, *words = shlex.split(part)
+            group, context = PROGRAMS[program], None
+            while words and hasattr(group, "get_command") and group.get_command(context, words[0]):
+                group = group.get_command(context, words.pop(0))
+            assert group is not PROGRAMS[program], command
+            known = {name for option in group.params for name in (*option.opts, *option.secondary_opts)} | {"--help"}
+            assert {word.split("=")[0] for word in words if word.startswith("--")} <= known, command

@@ -88,6 +88,19 @@ def test_the_batch_operator_finds_the_warmer_day(tmp_path, monkeypatch):
     assert len(list((tmp_path / "june").glob("*.htt.h5"))) == 4
 
 
+@pytest.mark.parametrize("page", [*FOLDER.glob("*.md"), *FOLDER.parent.glob("[cp]*.md")], ids=lambda path: path.stem)
+def test_links_hold_in_a_checkout(page):
+    links = re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8"))
+    assert links and all((page.parent / link).exists() for link in links if "://" not in link)
+
+
+@pytest.mark.parametrize("name", ["comparisons", "physics_limits"])
+def test_tests_that_pages_name_are_there(name):
+    text = (FOLDER.parent / f"{name}.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"tests/\w+(?:/\w+)*\.py", text))
+    assert len(named) > 4 and all((FOLDER.parents[2] / path).is_file() for path in named)
+
+
 @pytest.mark.parametrize("page", sorted(path.stem for path in FOLDER.glob("*.md")))
 def test_options_in_the_prose_exist(page):
     """Commands in single backticks, which are not run: their words and options."""

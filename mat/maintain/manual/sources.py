@@ -42,11 +42,12 @@ def gather(checkout: Path, tree: Path) -> None:
         An empty folder.
     """
     shutil.copytree(checkout / OWN, tree, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
-    for page in checkout_pages(checkout):
+    own = [path.relative_to(checkout).as_posix() for path in sorted((checkout / OWN).rglob("*.md"))]
+    for page in [*checkout_pages(checkout), *own]:
         text = (checkout / page).read_text(encoding="utf-8")
         for file in linked_files(text, checkout, page):
-            _copy(checkout / file, tree / file)
-        _write(tree / page, with_pages_for_folders(text, checkout, page) + leads(page, checkout))
+            _copy(checkout / file, tree / _in_site(file))
+        _write(tree / _in_site(page), links_of_site(text, checkout, page) + leads(page, checkout))
     for name, text in generated_pages().items():
         _write(tree / name, text)
     for path in (checkout / NOTEBOOKS).glob("*.ipynb"):
@@ -89,17 +90,29 @@ def linked_files(text: str, checkout: Path, page: str) -> Iterator[str]:
             yield place
 
 
-def with_pages_for_folders(text: str, checkout: Path, page: str) -> str:
-    """The text of a page, whose links to folders lead to the pages that describe them."""
+def links_of_site(text: str, checkout: Path, page: str) -> str:
+    """The text of a page with its links as the site has them: to the pages that describe folders, in their places.
+
+    Links that lead nowhere in the checkout, such as those of pages of the site alone to generated ones, stay.
+    """
 
     def lead(match: re.Match[str]) -> str:
-        if match[1].startswith("#"):
+        if match[1].startswith("#") or "://" in match[1]:
             return match[1]
-        place = _place(page, match[1])
-        described = (checkout / place).is_dir() and (checkout / place / "README.md").is_file()
-        return f"{match[1].rstrip('/')}/README.md" if described else match[1]
+        place, anchor = _place(page, match[1]), match[1].partition("#")[2]
+        if (checkout / place).is_dir() and (checkout / place / "README.md").is_file():
+            place += "/README.md"
+        if not (checkout / place).is_file():
+            return match[1]
+        link = os.path.relpath(_in_site(place), os.path.dirname(_in_site(page)) or ".").replace(os.sep, "/")
+        return f"{link}#{anchor}" if anchor else link
 
     return LINK.sub(lead, text)
+
+
+def _in_site(place: str) -> str:
+    """Path in the site of a path in the checkout."""
+    return place.removeprefix(f"{OWN}/")
 
 
 def _place(page: str, target: str) -> str:

@@ -42,6 +42,26 @@ def test_links_to_folders_lead_to_their_pages(tree):
     assert "(materials/README.md#b)" in text and "(#top)" in text and "(https://example.org/materials)" in text
 
 
+def test_links_follow_pages_that_stand_elsewhere_in_the_site(checkout, tmp_path, monkeypatch):
+    """Pages of the site alone stand at its top: links to them and from them hold in the checkout and in the site."""
+    monkeypatch.setattr(sources, "generated_pages", dict)
+    pages = {
+        "mat/physics.md": "# P\n\n[t](../examples/manual/tutorials/a.md) [l](../examples/manual/limits.md#x)\n",
+        "examples/manual/limits.md": "# L\n\n[p](../../mat/physics.md#p) [a](tutorials/a.md)\n",
+        "examples/manual/tutorials/a.md": "# A\n\n[p](../../../mat/physics.md) [l](../limits.md) [k](../ref/k.md)\n",
+    }
+    for name, text in pages.items():
+        (checkout / name).parent.mkdir(parents=True, exist_ok=True)
+        (checkout / name).write_text(text, encoding="utf-8")
+    tree = tmp_path / "tree"
+    tree.mkdir()
+    sources.gather(checkout, tree)
+    assert "[t](../tutorials/a.md) [l](../limits.md#x)" in (tree / "mat" / "physics.md").read_text(encoding="utf-8")
+    assert "[p](mat/physics.md#p) [a](tutorials/a.md)" in (tree / "limits.md").read_text(encoding="utf-8")
+    a = (tree / "tutorials" / "a.md").read_text(encoding="utf-8")
+    assert "[p](../mat/physics.md) [l](../limits.md) [k](../ref/k.md)" in a
+
+
 def test_files_that_pages_show_or_link_to_stand_beside_them(tree):
     assert (tree / "schemas" / "a.json").is_file() and (tree / "examples" / "pictures" / "p.png").is_file()
 

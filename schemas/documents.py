@@ -331,13 +331,18 @@ def _located(document: Document, problem: ErrorDetails, others: int) -> InputErr
     if problem["type"] == "unknown_key":
         location += (context["key"], KEY)
     name = ".".join(str(part) for part in document.written(problem["loc"]))
-    text = problem["msg"].removeprefix("Value error, ")
-    if problem["type"] not in ("unknown_key", "missing", "value_error"):
-        text = f"found {_shown(problem['input'])}; {text[0].lower()}{text[1:]}"
-    elif problem["type"] == "missing":
-        text = f"the key '{location[-1]}' is missing; add it"
     more = f" (and {others} more)" if others else ""
-    return document.error(location, (f"{name}: " if name else "") + text + more)
+    return document.error(location, (f"{name}: " if name else "") + problem_text(problem) + more)
+
+
+def problem_text(problem: ErrorDetails) -> str:
+    """What was found and what is allowed, of a problem of a typed model, without its place."""
+    text = problem["msg"].removeprefix("Value error, ")
+    if problem["type"] == "missing":
+        return f"the key '{problem['loc'][-1]}' is missing; add it"
+    if problem["type"] in ("unknown_key", "value_error"):
+        return text
+    return f"found {_shown(problem['input'])}; {text[0].lower()}{text[1:]}"
 
 
 def _shown(value: Any) -> str:

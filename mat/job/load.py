@@ -22,7 +22,7 @@ from skyshine.mat.job.trim import limited_axes, trimmed
 from skyshine.mat.job.warnings import merged
 from skyshine.mat.radiometry.response_table import is_quantum
 from skyshine.materials.library import MaterialLibrary, load_library
-from skyshine.schemas.documents import Document, mapping_document, parse_model, read_yaml
+from skyshine.schemas.documents import Document, mapping_document, parse_model, problem_text, read_yaml
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.paths import job_path
 
@@ -189,7 +189,7 @@ def _with_series(job: Job, document: Document, context: dict[str, Any]) -> Job:
                 states.append(State.model_validate(changed(written, member.changes), context=context))
             except pydantic.ValidationError as error:
                 problem = error.errors(include_url=False)[0]
-                message = f"{'.'.join(map(str, problem['loc']))}: {problem['msg'].removeprefix('Value error, ')}"
+                message = f"{'.'.join(map(str, problem['loc']))}: {problem_text(problem)}"
                 if member.file is None:
                     raise document.error(
                         ("states", i), f"states.{i}: in member {number} of its series, {message}"

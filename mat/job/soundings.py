@@ -17,7 +17,7 @@ from skyshine.mat.atmosphere.soundings.files import read_levels, times_of
 from skyshine.mat.atmosphere.soundings.levels import Levels
 from skyshine.mat.job.fields import TimeOfDay, clock_text
 from skyshine.mat.job.site import Site
-from skyshine.schemas.documents import StrictModel
+from skyshine.schemas.documents import StrictModel, problem_text
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import job_path
 
@@ -108,7 +108,7 @@ def _named(value: object, info: pydantic.ValidationInfo) -> JobSounding:
     except pydantic.ValidationError as error:
         problem = error.errors(include_url=False)[0]
         place = "".join(f"{part}: " for part in problem["loc"])
-        raise ValueError(place + problem["msg"].removeprefix("Value error, ")) from None
+        raise ValueError(place + problem_text(problem)) from None
     path = job_path((info.context or {}).get("folder", "."), choice.file)
     if not path.is_file():
         raise ValueError(

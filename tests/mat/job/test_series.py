@@ -114,3 +114,23 @@ def test_a_path_leads_out_of_the_job_only_with_leave(job, tmp_path, monkeypatch,
         load_job(tmp_path / "job.yaml").output_folder
     monkeypatch.setenv("SKYSHINE_ALLOW_OUTSIDE", "1")
     assert load_job(tmp_path / "job.yaml").output_folder.parent
+
+
+def test_a_wrong_value_of_a_row_is_told_with_what_is_allowed(tmp_path):
+    (tmp_path / "days.csv").write_text("date,weather.wind_speed_m_s\n2026-06-01,2\n2026-06-02,900\n", encoding="utf-8")
+    job = {
+        "skyshine": 1,
+        "name": "days",
+        "site": {"latitude_deg": 45, "longitude_deg": 9, "date": "2026-06-01", "utc_offset_h": 1},
+        "states": [
+            {
+                "profile": "midlatitude_summer",
+                "weather": {"air_temperature_c": [9, 21]},
+                "series": {"table": "days.csv"},
+            }
+        ],
+        "bands": [],
+        "materials": ["concrete"],
+    }
+    with pytest.raises(InputError, match=r"days.csv:3: weather.wind_speed_m_s: found 900.*; input should be less than"):
+        load_job(job, folder=tmp_path)

@@ -26,7 +26,7 @@ TOLERANCE = 0.2
 ROUNDS = 40  # at most; what is left then stands in the residual
 _CAREFUL = 4  # rounds after which the next film is taken by part
 _LEAST_PART = 0.05  # chosen: the least part of the way to the next film
-_NEWTON = 30
+_TINY = 1e-100
 _PERIODIC = 22  # halvings of the capacity: to below _RETURNS
 _RETURNS = 1e-7  # kg m^-2
 
@@ -64,26 +64,37 @@ def film_of(
 def _march(skin: FilmSkin, gain: Floats, potential: Floats, film: Floats) -> Floats:
     """Shares (columns, N) from a film (columns,) on; gain and potential are those of a step [kg m^-2].
 
-    With w = capacity s^(3/2) a step is w + potential s = w before + gain: convex and increasing in s, so that Newton
-    falls to the one root from the share that no evaporation would leave; where the root lies beyond 1 the rest runs
+    With w = capacity s^(3/2) a step is w + potential s = w before + gain; where the root lies beyond 1 the rest runs
     off.
     """
-    shares = np.empty(gain.shape)
-    for time in range(gain.shape[1]):
-        water, loss = film + gain[:, time], potential[:, time]
-        share = np.minimum(water / skin.capacity, 1.0) ** (2 / 3)
-        short = water < skin.capacity + loss
-        for _ in range(_NEWTON):
-            root = np.sqrt(share)
-            excess = skin.capacity * share * root + loss * share - water
-            slope = 1.5 * skin.capacity * root + loss
-            change = np.where(short, excess / np.maximum(slope, 1e-30), 0.0)
-            share = np.maximum(share - change, 0.0)
-            if not np.any(np.abs(change) > 1e-12):
-                break
-        shares[:, time] = share
-        film = skin.capacity * share**1.5
-    return shares
+    supply, demand = gain.T / skin.capacity, potential.T / skin.capacity
+    shares = np.empty(supply.shape)
+    water = film / skin.capacity
+    for time, loss in enumerate(demand):
+        water = water + supply[time]
+        root = np.minimum(_root(loss, water), 1.0)
+        np.multiply(root, root, out=shares[time])
+        water = shares[time] * root
+    return shares.T
+
+
+def _root(loss: Floats, water: Floats) -> Floats:
+    """The root u >= 0 of u^3 + loss u^2 = water, each (columns,) and not negative.
+
+    Cardano's and Vieta's forms about u = -loss / 3; u = sqrt(water / (u + loss)) then mends what they lose where u is
+    much smaller than the loss.
+    """
+    third = loss / 3.0
+    cube = third * third * third
+    half = 0.5 * water - cube
+    square = 0.25 * water * (water - 4.0 * cube)
+    large = np.cbrt(half + np.sqrt(np.maximum(square, 0.0)))
+    one = large + third * third / np.maximum(large, _TINY)
+    three = 2.0 * third * np.cos(np.arccos(np.clip(half / np.maximum(cube, _TINY), -1.0, 1.0)) / 3.0)
+    root: Floats = np.maximum(np.where(square >= 0, one, three) - third, 0.0)
+    for _ in range(2):
+        root = np.sqrt(water / np.maximum(root + loss, _TINY))
+    return root
 
 
 def _returning(skin: FilmSkin, gain: Floats, potential: Floats) -> Floats:

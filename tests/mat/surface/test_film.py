@@ -8,7 +8,7 @@ import pytest
 
 from skyshine.mat.surface.balance import Balance, Forcing, skin_of
 from skyshine.mat.surface.days import solve_days
-from skyshine.mat.surface.film import LATENT_HEAT, TOLERANCE, aitken, evaporated, film_of
+from skyshine.mat.surface.film import LATENT_HEAT, TOLERANCE, _root, aitken, evaporated, film_of
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.oracle import solve_oracle
 from skyshine.mat.surface.solver import DAY, solve_columns
@@ -110,7 +110,7 @@ def test_a_film_that_dries_by_a_constant_flux():
     time = np.arange(1, steps + 1) * step
     exact = np.maximum(0.5 ** (1 / 3) - 1e-4 * time / (3 * 0.5 ** (2 / 3)), 0) ** 3
     np.testing.assert_allclose(film[0], exact, atol=2e-4)
-    np.testing.assert_allclose(share[0], (film[0] / 0.5) ** (2 / 3), rtol=1e-9)
+    np.testing.assert_allclose(share[0], (film[0] / 0.5) ** (2 / 3), rtol=1e-9, atol=1e-100)
 
 
 def test_a_film_returns_after_the_day():
@@ -206,3 +206,10 @@ def test_film_settles_on_a_column_that_turns_from_wet_to_dry_round_by_round():
         if len(rows)
     ]
     assert solution.residual[0] <= TOLERANCE
+
+
+@pytest.mark.parametrize("loss", [0.0, 1e-12, 1e-3, 1.0, 30.0, 1e6])
+@pytest.mark.parametrize("share", [0.0, 1e-12, 1e-6, 0.01, 0.5, 1.0])
+def test_the_share_of_a_step_closes_its_water_where_numbers_are_extreme(loss, share):
+    water = np.array([share**1.5 + loss * share])
+    assert _root(np.array([loss]), water) ** 2 == pytest.approx(share, rel=1e-9, abs=1e-18)

@@ -30,6 +30,12 @@ class GroundYear(StrictModel):
         None, description="Of the year; by default 15 January in the north, half a year later in the south."
     )
 
+    @property
+    def text(self) -> str:
+        """Its numbers in words."""
+        coldest = "15 January in the north" if self.coldest_day is None else f"day {self.coldest_day:g}"
+        return f"mean {self.mean_c:g} C, amplitude {self.amplitude_c:g} K, coldest on {coldest}"
+
     def on(self, date: datetime.date, latitude_deg: float) -> GroundSeason:
         """The wave on a date."""
         coldest = coldest_day(latitude_deg) if self.coldest_day is None else self.coldest_day

@@ -288,8 +288,8 @@ def _with_ground(job: Job, document: Document) -> tuple[Job, list[str]]:
     for i, state in enumerate(states):
         year, source = _ground_year(job, document, i)
         if year is not None:
-            words = f"the ground's year has a mean of {year.mean_c:g} C, an amplitude of {year.amplitude_c:g} K"
-            remarks.append((i + 1, f"{words}, its coldest day is {year.coldest_day:g}; by {source}"))
+            if state.weather.ground is not None:  # that of a typical year goes without saying, and stands in the file
+                remarks.append((i + 1, f"ground by {source}: {year.text}"))
             states[i] = state.model_copy(update={"weather": state.weather.model_copy(update={"ground": year})})
     return job.model_copy(update={"states": states}), merged(remarks)
 

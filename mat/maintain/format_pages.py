@@ -63,6 +63,7 @@ ATTRIBUTES = {
     "ground_emissivity": "of the ground around a face",
     "ground_temperature": "K, of the ground where `ground_material` is not read",
     "ground_radiance": "W m^-2 sr^-1, emitted by the ground at `ground_temperature`",
+    "ground": "annual wave at the surface of the ground, by which deep temperatures follow the season, where they do",
     "ground_material": "name of the ground's material in the `.htt` file, where the job names one",
     "ground_below_paths": "what reflects below the paths, where it is a material's spectrum; what is not modelled",
     "ground_albedo": "of the ground, for sunlight",

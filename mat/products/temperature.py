@@ -160,6 +160,7 @@ class TemperatureProduct:
             **state_attributes(without_air_time(job.states[state - 1])),
             "date": day.date.isoformat(),
             **_surroundings(job.states[state - 1], solver.inputs[2].enclosure),
+            **({"ground": ground.text} if (ground := job.states[state - 1].weather.ground_year) else {}),
         }
         accuracy = accuracy_group(errors, by_material, by_material_axes, notes)
         report.notes.append(

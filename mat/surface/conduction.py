@@ -293,6 +293,14 @@ def delayed_weights(
     return tuple(np.fft.irfft(each, length)[:lags] / growth for each in response(_of_delay(delay, scheme) / step))
 
 
+def circulant(harmonics: Complexes, steps: int) -> Floats:
+    """The matrix (N, N) over a period of N steps of a response to its harmonics 0 ... N/2."""
+    column = np.fft.irfft(harmonics, steps)
+    index = np.arange(steps)
+    matrix: Floats = column[(index[:, None] - index[None, :]) % steps]
+    return matrix
+
+
 @dataclass(frozen=True, eq=False)
 class Conduction:
     """The stack's response to N surface temperatures of a period.
@@ -330,7 +338,7 @@ class Conduction:
     @cached_property
     def back_matrix(self) -> Floats:
         """The circulant (N, N) matrix of `from_back`."""
-        return self._circulant(self._response[1])
+        return circulant(self._response[1], self.steps)
 
     @cached_property
     def steady_conductance(self) -> float:
@@ -360,13 +368,7 @@ class Conduction:
     @cached_property
     def matrix(self) -> Floats:
         """The circulant (N, N) matrix C of `flux`: flux = C T."""
-        return self._circulant(self.admittance)
-
-    def _circulant(self, response: Complexes) -> Floats:
-        column = np.fft.irfft(response, self.steps)
-        index = np.arange(self.steps)
-        matrix: Floats = column[(index[:, None] - index[None, :]) % self.steps]
-        return matrix
+        return circulant(self.admittance, self.steps)
 
     def response_time_exceeds(self, conductance: float) -> bool:
         """Whether a surface losing `conductance` [W m^-2 K^-1] settles more slowly than one step.

@@ -13,7 +13,14 @@ from itertools import pairwise
 import numpy as np
 
 from skyshine.mat.surface.balance import Forcing, skin_of
-from skyshine.mat.surface.conduction import Complexes, Conduction, delayed_weights, depth_response, frequencies
+from skyshine.mat.surface.conduction import (
+    Complexes,
+    Conduction,
+    circulant,
+    delayed_weights,
+    depth_response,
+    frequencies,
+)
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.materials.records import InnerLight, ThermalStack
 from skyshine.schemas.arrays import Floats
@@ -75,10 +82,7 @@ def inner_light_flux(material: SurfaceMaterial, forcing: Forcing, conduction: Co
 
 def inner_light_matrix(conduction: Conduction) -> Floats:
     """The circulant (N, N) matrix of `inner_light_flux`."""
-    column = np.fft.irfft(_harmonics(conduction), conduction.steps)
-    index = np.arange(conduction.steps)
-    matrix: Floats = column[(index[:, None] - index[None, :]) % conduction.steps]
-    return matrix
+    return circulant(_harmonics(conduction), conduction.steps)
 
 
 def _harmonics(conduction: Conduction) -> Complexes:

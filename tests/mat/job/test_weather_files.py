@@ -390,12 +390,13 @@ def test_the_season_of_the_ground_is_that_of_file_header_latitude_or_job(tmp_pat
     assert ground.since_coldest == pytest.approx((173 - year.coldest_day) % 365.25)  # 22 June
 
 
-def test_the_season_is_said_and_air_or_part_of_a_year_leaves_it_out(tmp_path, load_weather):
+def test_the_season_is_said_where_it_is_asked_for_and_air_or_part_of_a_year_leaves_it_out(tmp_path, load_weather):
     epw_year(tmp_path)
     epw_year(tmp_path, months=11, name="part.epw")
-    load_weather("{file: year.epw}")
-    loaded = load_job(tmp_path / "job.yaml")
-    assert any("the ground's year has a mean of 12" in line and "the air of its" in line for line in loaded.warnings)
+    for key, said in ((", ground: file", True), ("", False)):
+        load_weather(f"{{file: year.epw{key}}}")
+        lines = load_job(tmp_path / "job.yaml").warnings
+        assert any("ground by the air of its weather file's year: mean 12 C" in line for line in lines) == said
     for weather in ("{file: year.epw, ground: air}", "{file: part.epw}", "{air_temperature_c: 20}"):
         job = load_weather(weather)
         assert job.states[0].weather.ground_year is None and scene_inputs(job, 1)[1].ground is None

@@ -13,7 +13,15 @@ from pydantic import Field, GetJsonSchemaHandler, StringConstraints, model_valid
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from skyshine.materials.records import Back, InnerLight, Layer, Soil, SpectralRange, SurfaceProperties, ThermalStack
+from skyshine.materials.records import (
+    Back,
+    Layer,
+    PenetratingLight,
+    Soil,
+    SpectralRange,
+    SurfaceProperties,
+    ThermalStack,
+)
 from skyshine.schemas.csv_table import CsvTable, data_lines, parse_table, read_text
 from skyshine.schemas.documents import StrictModel, load_model
 from skyshine.schemas.errors import InputError, nearest
@@ -205,7 +213,7 @@ class SoilFile(StrictModel):
         return Soil(**{name: getattr(self, name).value for name in type(self).model_fields})
 
 
-class InnerLightFile(StrictModel):
+class PenetratingLightFile(StrictModel):
     """Sunlight that layers let in; 1, m^-1."""
 
     share: Sourced[Annotated[float, Field(gt=0.0, le=1.0)]] = Field(
@@ -231,7 +239,7 @@ class ThermalFile(StrictModel):
         default=None, description="Its pores, where it answers to soil moisture; without it, moisture changes nothing."
     )
 
-    light: Annotated[list[InnerLightFile], Field(max_length=3)] = Field(
+    light: Annotated[list[PenetratingLightFile], Field(max_length=3)] = Field(
         default=[],
         description="Sunlight that layers let in (ice), by exponential laws; the rest stays at the surface.",
     )
@@ -245,7 +253,7 @@ class ThermalFile(StrictModel):
 
     def stack(self) -> ThermalStack:
         first, second = self.layers
-        light = tuple(InnerLight(part.share.value, part.extinction.value) for part in self.light)
+        light = tuple(PenetratingLight(part.share.value, part.extinction.value) for part in self.light)
         return ThermalStack(self.skin.layer(), (first.layer(), second.layer()), self.back.back(), light)
 
 

@@ -63,7 +63,7 @@ class Back:
 
 
 @dataclass(frozen=True)
-class InnerLight:
+class PenetratingLight:
     """Sunlight that is absorbed within the layers, less with depth by one exponential law.
 
     Attributes
@@ -89,14 +89,14 @@ class ThermalStack:
     layers : tuple of two Layer
         From the skin inwards.
     back : Back
-    light : tuple of InnerLight
+    light : tuple of PenetratingLight
         Sunlight that the layers let in; the rest is absorbed at the surface.
     """
 
     skin: Layer
     layers: tuple[Layer, Layer]
     back: Back
-    light: tuple[InnerLight, ...] = ()
+    light: tuple[PenetratingLight, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""One style of all charts: colours that colour-blind readers tell apart, names at the lines, hours in threes, compass.
+"""One style of charts: colours that colour-blind readers tell apart, names at the lines, hours in threes, compass.
 
 References
 ----------
@@ -98,15 +98,13 @@ def save_figure(figure: Figure, picture: StrPath) -> Path:
     return Path(picture)
 
 
-def name_lines(axis: Axes, *, skip: Sequence[str] = ()) -> None:
+def name_lines(axis: Axes) -> None:
     """Write the label of each line beside its right end, apart from each other, in place of a legend.
 
     Parameters
     ----------
     axis : matplotlib Axes
         With its lines, and limits that stay.
-    skip : sequence of str
-        Labels that are not written.
     """
     from matplotlib.figure import Figure
 
@@ -116,7 +114,7 @@ def name_lines(axis: Axes, *, skip: Sequence[str] = ()) -> None:
     ends = []
     for line in axis.get_lines():
         label = str(line.get_label())
-        if label.startswith("_") or label in skip:
+        if label.startswith("_"):
             continue
         place = _last_point(axis, line)
         if place is not None:

@@ -77,11 +77,10 @@ def _plot(described: dict[str, Any], budget: Budget) -> str:
         names = list(described["errors"])[::-1]
         rms, p99 = ([described["errors"][name][key][measure]["value"] for name in names] for measure in ("rms", "p99"))
         colours = [VERMILLION if name in ("pixel", "all") else BLUE for name in names]
-        bars.barh(np.arange(len(names)), rms, color=colours, label="rms")
-        bars.plot(p99, np.arange(len(names)), "k|", label="99th percentile")
-        bars.set(xscale="log", yticks=np.arange(len(names)), xlabel=f"error, {units}")
+        bars.barh(np.arange(len(names)), rms, color=colours)
+        bars.plot(p99, np.arange(len(names)), "k|")
+        bars.set(xscale="log", yticks=np.arange(len(names)), xlabel=f"rms error, {units}; stroke: 99th percentile")
         bars.set_yticklabels([name.replace("_", " ") for name in names], fontsize=7)
-        bars.legend(fontsize=7, loc="upper left", bbox_to_anchor=(0.0, -0.14), ncols=2)
         bars.grid(visible=False, axis="y")
         table = described["extrapolation"]["rms_kelvin" if thermal else "rms"]
         for (name, values), style in zip(table.items(), ("-", ":"), strict=True):

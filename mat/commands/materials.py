@@ -14,7 +14,6 @@ from skyshine.mat.commands.new_material import new
 from skyshine.mat.commands.openmaterial import openmaterial
 from skyshine.schemas.chart_style import VERMILLION, chart_style, name_lines, new_figure, save_figure
 from skyshine.schemas.commands import emit_json, json_option
-from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
@@ -225,10 +224,7 @@ def _plot(materials: list[Material], file: Path) -> None:
             name_lines(axes)
         else:
             axes.legend(fontsize=7, ncols=len(materials) // 40 + 1, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-        try:
-            save_figure(figure, file)
-        except InputError as error:
-            raise InputError(f"cannot write '{file}': {error.message}; give a path that ends in .png") from None
+        save_figure(figure, file)
 
 
 def _shade_filled(axes: Axes, material: Material) -> None:

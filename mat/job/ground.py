@@ -6,6 +6,7 @@ import datetime
 from typing import Annotated, Literal
 
 import numpy as np
+import pydantic
 from pydantic import Field
 
 from skyshine.mat.atmosphere.state.climate import COLDEST_DAY, profile_weights
@@ -30,25 +31,29 @@ class GroundYear(StrictModel):
         None, description="Of the year; by default 15 January in the north, half a year later in the south."
     )
 
+    def at_latitude(self, latitude_deg: float) -> GroundYear:
+        """The same with its coldest day, by default that of the hemisphere."""
+        if self.coldest_day is not None:
+            return self
+        return self.model_copy(update={"coldest_day": COLDEST_DAY + (0.0 if latitude_deg >= 0 else YEAR / 2)})
+
     @property
     def text(self) -> str:
-        """Its numbers in words."""
-        coldest = "15 January in the north" if self.coldest_day is None else f"day {self.coldest_day:g}"
-        return f"mean {self.mean_c:g} C, amplitude {self.amplitude_c:g} K, coldest on {coldest}"
+        """Its numbers in words; a loaded job has its coldest day."""
+        return f"mean {self.mean_c:g} C, amplitude {self.amplitude_c:g} K, coldest on day {self.coldest_day:g}"
 
-    def on(self, date: datetime.date, latitude_deg: float) -> GroundSeason:
-        """The wave on a date."""
-        coldest = coldest_day(latitude_deg) if self.coldest_day is None else self.coldest_day
-        since = (date.timetuple().tm_yday - coldest) % YEAR
+    def on(self, date: datetime.date) -> GroundSeason:
+        """The wave on a date; a loaded job has its coldest day."""
+        assert self.coldest_day is not None
+        since = (date.timetuple().tm_yday - self.coldest_day) % YEAR
         return GroundSeason(self.mean_c + ZERO_CELSIUS, self.amplitude_c, since)
 
 
-Ground = GroundYear | Literal["air", "file", "epw", "latitude"]
-
-
-def coldest_day(latitude_deg: float) -> float:
-    """Day of the year."""
-    return COLDEST_DAY if latitude_deg >= 0 else COLDEST_DAY + YEAR / 2
+Ground = Annotated[
+    Annotated[GroundYear, pydantic.Tag("year")]
+    | Annotated[Literal["air", "file", "epw", "latitude"], pydantic.Tag("word")],
+    pydantic.Discriminator(lambda value: "word" if isinstance(value, str) else "year"),
+]
 
 
 def ground_of_latitude(latitude_deg: float, altitude_km: float) -> GroundYear:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from skyshine.schemas.errors import InputError
 # Of soil where an EPW header gives none: .025 ft2/h, with which its temperatures were computed (EnergyPlus Auxiliary
 # Programs, "Ground Temperatures" of the weather converter) [m^2 s^-1].
 _DIFFUSIVITY = 0.025 * 0.3048**2 / 3600
+_BEFORE_MONTH = np.cumsum([0, 31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30])  # days, of a year without 29 February
 _MIDDLES = (np.arange(12) + 0.5) * YEAR / 12  # day of the middle of each month
 
 
@@ -37,11 +39,17 @@ def ground_of_file(file: Path, utc_offset_h: float) -> GroundYear:
     InputError
         With file:line:column of what does not fit; the readings do not span a year.
     """
+    return _ground_of_air(file, utc_offset_h, file.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=4)  # all states of a series have one
+def _ground_of_air(file: Path, utc_offset_h: float, changed_ns: int) -> GroundYear:
     year = _typical_year(file)
+    days, celsius = _of_table(file, utc_offset_h) if year is None else _of_year(year)
     try:
-        return _rounded(*annual_harmonic(*(_of_table(file, utc_offset_h) if year is None else _of_year(year))))
+        return _rounded(*annual_harmonic(days, celsius))
     except InputError as error:
-        raise InputError(error.message, file=file, line=error.line, column=error.column) from None
+        raise InputError(error.message, file=file) from None
 
 
 def ground_of_header(file: Path) -> GroundYear:
@@ -73,12 +81,24 @@ def _typical_year(file: Path) -> YearFile | None:
     return read_year(file, "TMY3") if is_tmy3(file) else None
 
 
+@lru_cache(maxsize=4)
 def _of_year(year: YearFile) -> tuple[Floats, Floats]:
-    """Day of the year and air temperature [Celsius] of all readings of a typical year."""
-    days = [
-        datetime.date(at, month, min(of_month, 28) if month == 2 else of_month).timetuple().tm_yday + (hour - 0.5) / 24
-        for _, at, month, of_month, hour, _ in year.readings
-    ]
+    """Day of the year, 1 on 1 January, and air temperature [Celsius] of all readings of a typical year.
+
+    Raises
+    ------
+    InputError
+        With file:line of a date that is none, or a wrong reading.
+    """
+    for line, _, month, day, hour, _ in year.readings:
+        if not (1 <= month <= 12 and 1 <= day <= 31 and 0 <= hour <= 24):
+            raise InputError(
+                f"found month {month}, day {day}, hour {hour}; allowed: a time of a year; mend the date",
+                file=year.file,
+                line=line,
+                column=1,
+            )
+    days = [_BEFORE_MONTH[month - 1] + day + (hour - 0.5) / 24 for _, _, month, day, hour, _ in year.readings]
     return np.array(days), year.values("air_temperature_c", range(len(days)))
 
 

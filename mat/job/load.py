@@ -123,9 +123,9 @@ def load_job(
     _check_query_limits(job, document)
     _check_soil_moisture(job, document, library)
     job, remarks = _with_soundings(_with_typical_aerosol(_with_profiles(job)))
-    job, seasons = _with_ground(job, document)
     requested, warnings = _with_weather_files(job, document)
-    return LoadedJob(requested, trimmed(requested), document, (*_quantum_responses(job), *remarks, *seasons, *warnings))
+    requested, seasons = _with_ground(requested, job, document)
+    return LoadedJob(requested, trimmed(requested), document, (*_quantum_responses(job), *remarks, *warnings, *seasons))
 
 
 def _check_query_limits(job: Job, document: Document) -> None:
@@ -282,38 +282,6 @@ def _with_typical_aerosol(job: Job) -> Job:
     return job.model_copy(update={"states": states})
 
 
-def _with_ground(job: Job, document: Document) -> tuple[Job, list[str]]:
-    """The job with the annual wave in the place of each that follows from a file or the latitude, and the words."""
-    states, remarks = list(job.states), []
-    for i, state in enumerate(states):
-        year, source = _ground_year(job, document, i)
-        if year is not None:
-            if state.weather.ground is not None:  # that of a typical year goes without saying, and stands in the file
-                remarks.append((i + 1, f"ground by {source}: {year.text}"))
-            states[i] = state.model_copy(update={"weather": state.weather.model_copy(update={"ground": year})})
-    return job.model_copy(update={"states": states}), merged(remarks)
-
-
-def _ground_year(job: Job, document: Document, number: int) -> tuple[GroundYear | None, str]:
-    """The annual wave that a state asks for by a word, or by the typical year that is its weather file; and whose."""
-    weather, site = job.states[number].weather, job.site
-    given = weather.ground
-    if given == "latitude":
-        table = weather.hourly
-        high = site.altitude_km if table is None or table.altitude_km is None else table.altitude_km
-        return ground_of_latitude(site.latitude_deg, high), "the standard profiles of the latitude"
-    if weather.file is None or given not in (None, "file", "epw"):
-        return None, ""
-    from skyshine.mat.job.ground_files import ground_of_file, ground_of_header, is_whole_year
-
-    file = _weather_file(document, number, weather.file)
-    if given == "epw":
-        return ground_of_header(file), "the ground temperatures in the header of its weather file"
-    if given == "file" or is_whole_year(file):
-        return ground_of_file(file, site.utc_offset_h), "the air of its weather file's year"
-    return None, ""
-
-
 def _with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:
     """The job with the hours of its weather files in their places, so that nothing later depends on a file; warnings
     of files of another place.
@@ -342,6 +310,55 @@ def _with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:
             weather = state.weather.model_copy(update={"file": None, "hourly": hourly, "days_before": before})
             states[i] = state.model_copy(update={"weather": weather})
     return job.model_copy(update={"states": states}), merged(warnings)
+
+
+def _with_ground(job: Job, written: Job, document: Document) -> tuple[Job, list[str]]:
+    """The job, whose weather files are read, with the annual wave of the ground in the place of each word for it.
+
+    Parameters
+    ----------
+    job : Job
+    written : Job
+        The same before its weather files were read.
+    document : Document
+    """
+    if all(state.weather.ground in (None, "air") and state.weather.file is None for state in written.states):
+        return job, []
+    states, remarks, site = list(job.states), [], job.site
+    for i, state in enumerate(states):
+        given, file = state.weather.ground, written.states[i].weather.file
+        if isinstance(given, GroundYear):
+            year: GroundYear | None = given.at_latitude(site.latitude_deg)
+        elif given == "latitude":
+            table = state.weather.hourly
+            high = site.altitude_km if table is None or table.altitude_km is None else table.altitude_km
+            year = ground_of_latitude(site.latitude_deg, high)
+        elif file is not None and given != "air":
+            year, remark = _ground_of_file(_weather_file(document, i, file), given, site)
+            remarks += [(i + 1, f"weather file {file} {remark}")] if remark else []
+        else:
+            continue
+        if isinstance(given, str) and year is not None:
+            remarks.append((i + 1, f"ground by {given}: {year.text}"))
+        states[i] = state.model_copy(update={"weather": state.weather.model_copy(update={"ground": year})})
+    return job.model_copy(update={"states": states}), merged(remarks)
+
+
+def _ground_of_file(file: Path, given: str | None, site: Site) -> tuple[GroundYear | None, str]:
+    """The annual wave by a weather file: as it is asked for, or of itself by a typical year, of which a part or a wrong
+    reading on another day stops no job; and what is to be said of that.
+    """
+    from skyshine.mat.job.ground_files import ground_of_file, ground_of_header, is_whole_year
+
+    if given == "epw":
+        return ground_of_header(file), ""
+    if given == "file":
+        return ground_of_file(file, site.utc_offset_h), ""
+    try:
+        return (ground_of_file(file, site.utc_offset_h) if is_whole_year(file) else None), ""
+    except InputError as error:
+        line = "" if error.line is None else f"in line {error.line}: "
+        return None, f"tells no year of the ground, for which the mean air of the days stands ({line}{error.message})"
 
 
 def _weather_file(document: Document, state: int, name: str) -> Path:

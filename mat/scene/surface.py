@@ -64,7 +64,7 @@ def scene_inputs(job: Job, state_index: int) -> tuple[SunPath, NearSurfaceAir, S
     air = atmospheric_state(place, without_air_time(state))
     sky = band_model_sky(air, job.surface_altitudes_km[-1] * 1e3, ground_albedo(job, state), sun.sun_distance)
     year = state.weather.ground_year
-    ground = None if year is None else year.on(place.date, place.latitude_deg)
+    ground = None if year is None else year.on(place.date)
     weather = near_surface_air(sun, state.weather, earlier_suns(place, state.weather), ground)
     if state.clouds:  # their layers are in the sky already, on the days before as on this
         weather = replace(_cloudless(weather), before=tuple((sun, _cloudless(air)) for sun, air in weather.before))

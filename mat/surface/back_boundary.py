@@ -10,8 +10,8 @@ import numpy.typing as npt
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.ground_year import GroundSeason, damping_depths
-from skyshine.mat.surface.inner_light import inner_light_flux
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.penetrating_light import penetrating_light_flux
 from skyshine.materials.records import Back
 from skyshine.schemas.arrays import Floats, Integers
 
@@ -127,7 +127,7 @@ class BackFlux:
         source = drive * conduction.steady_transfer if drive.shape[1] == 1 else conduction.from_back(drive)
         coldest, hottest = 0.0, 0.0
         if material.thermal.light:
-            light = inner_light_flux(material, forcing, conduction)
+            light = penetrating_light_flux(material, forcing, conduction)
             source, coldest, hottest = source + light, float(light.min()), float(light.max())
         if material.thermal.back.kind != "heated":
             return cls(source, lowest, highest, (coldest, hottest))
@@ -137,6 +137,11 @@ class BackFlux:
     def after(self, source: Floats, lowest: Floats, highest: Floats) -> BackFlux:
         """That of columns to which days before, between these temperatures (columns, 1) [K], leave another source."""
         return BackFlux(source, np.minimum(self.lowest, lowest), np.maximum(self.highest, highest), self.heat)
+
+    def with_heat(self, heat: Floats) -> BackFlux:
+        """That of columns with more heat from inside (columns, N) [W m^-2], within whose limits it may lie too."""
+        limits = min(self.heat[0], float(heat.min())), max(self.heat[1], float(heat.max()))
+        return BackFlux(self.source, self.lowest, self.highest, limits)
 
     def columns(self, chosen: slice | Integers) -> BackFlux:
         """The flux of a slice or index array of columns."""

@@ -18,8 +18,8 @@ from skyshine.mat.surface.back_boundary import BackFlux, back_drive
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.conduction import Conduction, delayed_responses
 from skyshine.mat.surface.forcing import Scene
-from skyshine.mat.surface.inner_light import absorbed_sunlight, delayed_light, inner_light_matrix
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.penetrating_light import absorbed_sunlight, delayed_light, penetrating_light_matrix
 from skyshine.mat.surface.solution import Method, Solution
 from skyshine.mat.surface.solver import BOUND_TOLERANCE, DAY, STEPS, clock, settles_slowly, solve_by, solve_columns
 from skyshine.schemas.arrays import Floats, Integers, Reals
@@ -126,7 +126,8 @@ def _last_day(material: SurfaceMaterial, forcings: Sequence[Forcing], method: Me
             if drives[-1].shape[1] > 1:
                 source = drives[-1] @ back[0].T + _kept(drives[:-1], back, periodic.back_matrix)
             if material.thermal.light:
-                source = source + _light_of_days(material, forcings[: len(before) + 1], periodic)
+                light = _light_of_days(material, forcings[: len(before) + 1], periodic)
+                source, back_flux = source + light, back_flux.with_heat(light)
             source = source - _kept(before, surface, periodic.matrix)
             ends = np.array([(day.min(axis=1), day.max(axis=1)) for day in (*before, *drives[:-1])])
             back_flux = back_flux.after(source, ends[:, 0].min(axis=0)[:, None], ends[:, 1].max(axis=0)[:, None])
@@ -139,12 +140,12 @@ def _last_day(material: SurfaceMaterial, forcings: Sequence[Forcing], method: Me
 
 
 def _light_of_days(material: SurfaceMaterial, forcings: Sequence[Forcing], periodic: Conduction) -> Floats:
-    """`inner_light_flux` on the last of some days, of the light of all (columns, N) [W m^-2]."""
+    """`penetrating_light_flux` on the last of some days, of the light of all (columns, N) [W m^-2]."""
     steps = periodic.steps
     response = delayed_light(periodic.stack, DAY / steps, len(forcings) * steps, periodic.scheme)
     blocks = [_block(response, steps, day) for day in range(len(forcings))]
     absorbed = [absorbed_sunlight(material, forcing) for forcing in forcings]
-    whole: Floats = absorbed[-1] @ blocks[0].T + _kept(absorbed[:-1], blocks, inner_light_matrix(periodic))
+    whole: Floats = absorbed[-1] @ blocks[0].T + _kept(absorbed[:-1], blocks, penetrating_light_matrix(periodic))
     return whole
 
 

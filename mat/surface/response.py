@@ -18,8 +18,8 @@ from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.forcing import Scene
-from skyshine.mat.surface.inner_light import inner_light_matrix
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.penetrating_light import penetrating_light_matrix
 from skyshine.mat.surface.relaxation import melting_cap
 from skyshine.mat.surface.solution import Method, Solution
 from skyshine.mat.surface.solver import DAY, FINE_STEPS, STEPS
@@ -137,7 +137,7 @@ def _fill(
     slope = np.maximum(slope.mean(axis=1, keepdims=True), _LEAST_SLOPE) + np.zeros(slope.shape)
     at_hours = np.arange(RESPONSE_HOURS.size) * (FINE_STEPS // RESPONSE_HOURS.size)
     rows = np.eye(FINE_STEPS)[:, at_hours]
-    arrives = np.eye(FINE_STEPS) + inner_light_matrix(conduction) if material.thermal.light else None
+    arrives = np.eye(FINE_STEPS) + penetrating_light_matrix(conduction) if material.thermal.light else None
     lags = (at_hours[:, None] - np.arange(FINE_STEPS)) % FINE_STEPS
     cells = lag_cells(FINE_STEPS)
     for column, column_slope in zip(columns, slope, strict=True):

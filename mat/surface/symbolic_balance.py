@@ -18,6 +18,7 @@ from skyshine.mat.surface.convection import AIR_GAS_CONSTANT, AIR_HEAT_CAPACITY,
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.materials.records import SurfaceProperties, ThermalStack
 from skyshine.schemas.arrays import Floats
+from skyshine.schemas.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +48,15 @@ class SymbolicMaterial:
 
     @classmethod
     def of(cls, material: SurfaceMaterial, by_time: bool = False) -> SymbolicMaterial:
-        """A material whose numbers are all known."""
+        """A material whose numbers are all known.
+
+        Raises
+        ------
+        InputError
+            Its layers let sunlight in, which these equations do not know.
+        """
+        if material.thermal.light:
+            raise InputError(f"material '{material.name}': lets sunlight in; allowed: others; take another")
         optical = material.solar_absorptance, material.thermal_emissivity
         trees = material.surface.roughness_length > TREE_ROUGHNESS
         wet = material.film is not None or material.moist is not None

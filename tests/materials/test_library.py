@@ -258,7 +258,7 @@ def test_command_plots(tmp_path):
     assert CliRunner().invoke(main, ["materials", "glass_window", "--plot", str(file)]).exit_code == 0
     assert file.read_bytes().startswith(b"\x89PNG")
     wrong = CliRunner().invoke(main, ["materials", "glass_window", "--plot", str(tmp_path / "none" / "glass.png")])
-    assert wrong.exit_code == 2 and "cannot write" in wrong.output
+    assert wrong.exit_code == 2 and "cannot be written" in wrong.output
 
 
 def test_shares_of_light_beyond_all_of_it_are_placed(tmp_path):

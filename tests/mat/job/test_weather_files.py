@@ -1,5 +1,6 @@
 """Weather of a job from EPW, TMY3 and CSV files: hours, units, measured light, and the place of what is wrong."""
 
+import re
 from datetime import date
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 import pvlib
 import pytest
 
+from skyshine.mat.job import ground_files
 from skyshine.mat.job.ground import GroundYear, ground_of_latitude
 from skyshine.mat.job.load import load_job
 from skyshine.mat.job.weather_files import read_weather
@@ -396,7 +398,7 @@ def test_the_season_is_said_where_it_is_asked_for_and_air_or_part_of_a_year_leav
     for key, said in ((", ground: file", True), ("", False)):
         load_weather(f"{{file: year.epw{key}}}")
         lines = load_job(tmp_path / "job.yaml").warnings
-        assert any("ground by the air of its weather file's year: mean 12 C" in line for line in lines) == said
+        assert any("ground by file: mean 12 C" in line for line in lines) == said
     for weather in ("{file: year.epw, ground: air}", "{file: part.epw}", "{air_temperature_c: 20}"):
         job = load_weather(weather)
         assert job.states[0].weather.ground_year is None and scene_inputs(job, 1)[1].ground is None
@@ -409,7 +411,11 @@ def test_the_season_is_said_where_it_is_asked_for_and_air_or_part_of_a_year_leav
         ("{file: part.epw, ground: file}", "part.epw: found temperatures of a part of the year; allowed: of all its"),
         ("{file: bare.epw, ground: epw}", "bare.epw: found no ground temperatures in its header; allowed: an EPW with"),
         ("{file: wrong.epw, ground: epw}", "wrong.epw:4:23: found ground temperatures that are no numbers; allowed"),
-        ("{file: year.epw, ground: {mean_c: 3}}", "amplitude_c"),
+        ("{file: year.epw, ground: {mean_c: 3}}", r"job.yaml:6:.*the key 'amplitude_c' is missing; add it$"),
+        (
+            "{file: year.epw, ground: sea}",
+            r"found 'sea'; input should be 'air', 'file', 'epw' or 'latitude'$",
+        ),
     ],
 )
 def test_wrong_seasons_are_placed(tmp_path, load_weather, weather, message):
@@ -421,8 +427,54 @@ def test_wrong_seasons_are_placed(tmp_path, load_weather, weather, message):
         load_weather(weather)
 
 
-def test_the_default_season_of_the_south_is_half_a_year_later():
+def test_the_default_season_of_the_south_is_half_a_year_later(tmp_path, load_weather):
     given = GroundYear(mean_c=10, amplitude_c=5)
-    north, south = (given.on(date(2026, 7, 16), latitude).since_coldest for latitude in (50.0, -50.0))
+    north, south = (given.at_latitude(latitude).on(date(2026, 7, 16)).since_coldest for latitude in (50.0, -50.0))
     assert (north, south) == (pytest.approx(182.0), pytest.approx(364.6, abs=0.3))
     assert ground_of_latitude(-45, 1.0).mean_c == pytest.approx(ground_of_latitude(45, 0).mean_c - 6.5, abs=0.11)
+    loaded = load_weather("{air_temperature_c: 20, ground: {mean_c: 10, amplitude_c: 5}}")
+    assert loaded.states[0].weather.ground.text == "mean 10 C, amplitude 5 K, coldest on day 15"
+
+
+def test_the_ground_of_the_latitude_lies_at_the_station_of_the_weather(tmp_path, load_weather):
+    """The station stands at 1,829 m, the site at 1,800: what differs is the lapse between them, of a rounded tenth."""
+    (tmp_path / "high.epw").write_text(epw_year(tmp_path).read_text().replace("1829.0", "3800.0"))
+    means = [
+        load_weather(f"{{file: {name}, ground: latitude}}").states[0].weather.ground.mean_c
+        for name in ("year.epw", "high.epw")
+    ]
+    assert means[0] - means[1] == pytest.approx(6.5 * (3.8 - 1.829), abs=0.11)
+
+
+@pytest.mark.parametrize(
+    "place, text, remark",
+    [
+        ((100, 6), "88.8", r"tells no year of the ground, .* \(in line 109: air_temperature_c: found 88.8; allowed"),
+        (
+            (100, 1),
+            "13",
+            r"tells no year of the ground, .* \(in line 109: found month 13, day 5, hour 5",
+        ),
+    ],
+)
+def test_a_wrong_reading_of_another_day_is_said_and_stops_none_but_who_asks_for_the_year(
+    tmp_path, load_weather, place, text, remark
+):
+    lines = epw_year(tmp_path).read_text().splitlines()
+    row, column = place
+    cells = lines[8 + row].split(",")
+    cells[column] = text
+    (tmp_path / "year.epw").write_text("\n".join([*lines[: 8 + row], ",".join(cells), *lines[9 + row :]]) + "\n")
+    assert load_weather("{file: year.epw}").states[0].weather.ground is None
+    (warning,) = (line for line in load_job(tmp_path / "job.yaml").warnings if "ground" in line)
+    assert re.search(remark, warning)
+    with pytest.raises(InputError, match="year.epw:109:"):
+        load_weather("{file: year.epw, ground: file}")
+
+
+def test_a_series_reads_its_year_once(tmp_path, load_weather, monkeypatch):
+    count = []
+    whole = ground_files.annual_harmonic
+    monkeypatch.setattr(ground_files, "annual_harmonic", lambda *readings: count.append(1) or whole(*readings))
+    file = epw_year(tmp_path, name="once.epw")
+    assert len({id(ground_files.ground_of_file(file, -7)) for _ in range(30)}) == 1 and len(count) == 1

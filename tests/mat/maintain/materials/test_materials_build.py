@@ -7,8 +7,8 @@ from click.testing import CliRunner
 from skyshine import materials
 from skyshine.mat.atmosphere.sources.solar import ground_sunlight
 from skyshine.mat.maintain.materials.__main__ import main
-from skyshine.mat.maintain.materials.inner_light import laws
 from skyshine.mat.maintain.materials.optics import fresnel_reflectance, pane
+from skyshine.mat.maintain.materials.penetrating_light import laws
 from skyshine.mat.maintain.materials.readers import read_constants, read_ecostress
 from skyshine.mat.maintain.materials.recipes import Level, Recipes
 from skyshine.mat.maintain.materials.resample import compact_grid, fine_grid, project

@@ -22,7 +22,7 @@ from skyshine.mat.surface.conduction import (
     frequencies,
 )
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.materials.records import InnerLight, ThermalStack
+from skyshine.materials.records import PenetratingLight, ThermalStack
 from skyshine.schemas.arrays import Floats
 
 # m: edges of the panels of Gauss-Legendre points, close at the surface, where waves of minutes end.
@@ -51,7 +51,7 @@ def light_response(stack: ThermalStack, s: Complexes) -> Complexes:
     return change
 
 
-def _reaching(stack: ThermalStack, part: InnerLight, s: Complexes) -> Complexes:
+def _reaching(stack: ThermalStack, part: PenetratingLight, s: Complexes) -> Complexes:
     """The share of light absorbed by one exponential law in the layers that arrives at the surface."""
     bottom = min(sum(layer.thickness for layer in stack.layers), _DEEPEST / part.extinction)
     edges = np.append(_PANELS[bottom > _PANELS], bottom)
@@ -74,14 +74,14 @@ def absorbed_sunlight(material: SurfaceMaterial, forcing: Forcing) -> Floats:
     return absorbed
 
 
-def inner_light_flux(material: SurfaceMaterial, forcing: Forcing, conduction: Conduction) -> Floats:
+def penetrating_light_flux(material: SurfaceMaterial, forcing: Forcing, conduction: Conduction) -> Floats:
     """What the depth of absorbed light changes in the heat that reaches the surface (columns, N) [W m^-2]."""
     absorbed = absorbed_sunlight(material, forcing)
     return np.fft.irfft(np.fft.rfft(absorbed) * _harmonics(conduction), conduction.steps)
 
 
-def inner_light_matrix(conduction: Conduction) -> Floats:
-    """The circulant (N, N) matrix of `inner_light_flux`."""
+def penetrating_light_matrix(conduction: Conduction) -> Floats:
+    """The circulant (N, N) matrix of `penetrating_light_flux`."""
     return circulant(_harmonics(conduction), conduction.steps)
 
 
@@ -95,6 +95,6 @@ def _light_response(stack: ThermalStack, steps: int, period: float, scheme: str)
 
 
 def delayed_light(stack: ThermalStack, step: float, lags: int, scheme: str) -> Floats:
-    """`inner_light_flux` at 0, 1, 2 ... steps after a unit of light was absorbed for one step (lags,)."""
+    """`penetrating_light_flux` at 0, 1, 2 ... steps after a unit of light was absorbed for one step (lags,)."""
     (weights,) = delayed_weights(lambda s: (light_response(stack, s),), step, lags, scheme)
     return weights

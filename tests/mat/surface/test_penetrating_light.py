@@ -9,12 +9,19 @@ from skyshine.mat.products.shade_error import stored_response
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.forcing import Scene
-from skyshine.mat.surface.inner_light import absorbed_sunlight, delayed_light, inner_light_matrix, light_response
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.penetrating_light import (
+    absorbed_sunlight,
+    delayed_light,
+    light_response,
+    penetrating_light_matrix,
+)
 from skyshine.mat.surface.response import response_table
 from skyshine.mat.surface.solver import DAY, solve_columns
+from skyshine.mat.surface.symbolic_balance import SymbolicMaterial
 from skyshine.mat.tables.response import FORCING_STEPS
-from skyshine.materials.records import Back, InnerLight, Layer, SurfaceProperties, ThermalStack
+from skyshine.materials.records import Back, Layer, PenetratingLight, SurfaceProperties, ThermalStack
+from skyshine.schemas.errors import InputError
 
 ICE = {"conductivity": 2.2, "density": 917.0, "heat_capacity": 2100.0}
 SKIN = Layer(0.001, **ICE)
@@ -33,7 +40,7 @@ def ice(thermal, snow=False):
 def test_endless_ice_passes_a_wave_as_its_closed_form(extinction):
     """The integral of k exp(-k z) exp(-g z) over all depths is k / (k + g)."""
     s = 2j * np.pi * np.array([0.0, 1.0, 8.0, 96.0]) / DAY
-    deep = stack(InnerLight(0.4, extinction), depths=(0.1, np.inf))
+    deep = stack(PenetratingLight(0.4, extinction), depths=(0.1, np.inf))
     g = np.sqrt(s * ICE["density"] * ICE["heat_capacity"] / ICE["conductivity"])
     assert light_response(deep, s) == pytest.approx(0.4 * (extinction / (extinction + g) - 1), abs=2e-5)
 
@@ -44,12 +51,12 @@ def test_steady_light_in_a_slab_over_water_arrives_by_its_distance_from_it():
     z = (np.arange(200000) + 0.5) / 200000 * d
     weight = k * np.exp(-k * z) / (1 - np.exp(-k * d))
     arriving = float(np.mean(weight * (1 - z / d)) * d)
-    found = light_response(stack(InnerLight(0.5, k)), np.zeros(1, complex))
+    found = light_response(stack(PenetratingLight(0.5, k)), np.zeros(1, complex))
     assert found.real == pytest.approx([0.5 * (arriving - 1)], abs=1e-6)
 
 
 def test_all_steady_light_leaves_ice_on_a_closed_back_at_its_surface():
-    closed = stack(InnerLight(0.7, 3.0), back=Back("adiabatic"))
+    closed = stack(PenetratingLight(0.7, 3.0), back=Back("adiabatic"))
     assert abs(light_response(closed, np.zeros(1, complex))[0]) < 1e-9
 
 
@@ -84,7 +91,7 @@ def marched(thermal, light, air, coefficient, cells=300, days=6, steps=576):
 
 
 def test_a_day_of_ice_agrees_with_a_march_of_finite_volumes():
-    thermal = stack(InnerLight(0.47, 6.4), InnerLight(0.26, 69.0))
+    thermal = stack(PenetratingLight(0.47, 6.4), PenetratingLight(0.26, 69.0))
 
     def sunlight(seconds):
         return 300.0 * np.maximum(-np.cos(2 * np.pi * seconds / DAY), 0.0)
@@ -93,20 +100,20 @@ def test_a_day_of_ice_agrees_with_a_march_of_finite_volumes():
     steps = 288
     conduction = Conduction(thermal, steps, DAY, "spectral")
     light = sunlight(np.arange(steps) * DAY / steps)
-    source = light + inner_light_matrix(conduction) @ light + 12.0 * 260.0 + conduction.steady_transfer * 271.35
+    source = light + penetrating_light_matrix(conduction) @ light + 12.0 * 260.0 + conduction.steady_transfer * 271.35
     solved = conduction.relax(source[None, :], 12.0)[0]
     at = np.interp(np.arange(steps) / steps, np.arange(march.size) / march.size, march)
     assert np.abs(solved - at).max() < 0.02
-    bare = conduction.relax((source - inner_light_matrix(conduction) @ light)[None, :], 12.0)[0]
+    bare = conduction.relax((source - penetrating_light_matrix(conduction) @ light)[None, :], 12.0)[0]
     assert np.abs(bare - at).max() > 2.0  # the light at the surface alone
 
 
 @pytest.mark.parametrize("scheme", ["bdf2", "euler"])
 def test_delayed_light_sums_to_the_matrix_of_a_period(scheme):
-    thermal, steps = stack(InnerLight(0.6, 8.0)), 48
+    thermal, steps = stack(PenetratingLight(0.6, 8.0)), 48
     response = delayed_light(thermal, DAY / steps, 12 * steps, scheme)
     folded = response.reshape(12, steps).sum(axis=0)
-    assert folded == pytest.approx(inner_light_matrix(Conduction(thermal, steps, DAY, scheme))[:, 0], abs=1e-6)
+    assert folded == pytest.approx(penetrating_light_matrix(Conduction(thermal, steps, DAY, scheme))[:, 0], abs=1e-6)
 
 
 @pytest.fixture
@@ -116,7 +123,7 @@ def cold(sun_path, weather, sky):
 
 
 def test_equal_days_before_leave_the_day_that_repeats(cold):
-    material = ice(stack(InnerLight(0.5, 3.0)))
+    material = ice(stack(PenetratingLight(0.5, 3.0)))
     forcing = cold.days[0]
     ((_, once),) = solve_columns(material, forcing)
     ((_, often),) = solve_days(material, [forcing] * 4)
@@ -133,7 +140,7 @@ def test_sunlight_of_the_day_before_warms_the_morning_after(cold):
         dark = dict.fromkeys(("shortwave_direct", "shortwave_diffuse", "shortwave_reflected"), none)
         return replace(forcing, **dark)
 
-    deep, bare = ice(stack(InnerLight(0.8, 8.0), depths=(0.5, 1.0))), ice(stack(depths=(0.5, 1.0)))
+    deep, bare = ice(stack(PenetratingLight(0.8, 8.0), depths=(0.5, 1.0))), ice(stack(depths=(0.5, 1.0)))
     ((_, first),) = solve_days(deep, [day, day, night])
     ((_, second),) = solve_days(bare, [day, day, night])
     change = (first.temperature - second.temperature)[0]
@@ -142,8 +149,8 @@ def test_sunlight_of_the_day_before_warms_the_morning_after(cold):
 
 def test_no_light_inside_leaves_the_solution_as_it_is(cold):
     ((_, plain),) = solve_columns(ice(stack()), cold.forcing)
-    ((_, tiny),) = solve_columns(ice(stack(InnerLight(1e-9, 5.0))), cold.forcing)
-    ((_, steep),) = solve_columns(ice(stack(InnerLight(1.0, 1000.0))), cold.forcing)
+    ((_, tiny),) = solve_columns(ice(stack(PenetratingLight(1e-9, 5.0))), cold.forcing)
+    ((_, steep),) = solve_columns(ice(stack(PenetratingLight(1.0, 1000.0))), cold.forcing)
     assert plain.temperature == pytest.approx(tiny.temperature, abs=1e-4)
     assert plain.temperature == pytest.approx(steep.temperature, abs=0.35)  # a millimetre below
     assert max(plain.bound_excess.max(), tiny.bound_excess.max(), steep.bound_excess.max()) < 1e-6
@@ -151,7 +158,7 @@ def test_no_light_inside_leaves_the_solution_as_it_is(cold):
 
 def test_deep_light_cools_the_surface_and_breaks_no_bound(cold):
     ((_, plain),) = solve_columns(ice(stack()), cold.forcing)
-    ((_, deep),) = solve_columns(ice(stack(InnerLight(0.6, 2.0))), cold.forcing)
+    ((_, deep),) = solve_columns(ice(stack(PenetratingLight(0.6, 2.0))), cold.forcing)
     assert (plain.temperature - deep.temperature).max() > 2.0
     assert deep.bound_excess.max() < 1e-6 and deep.residual.max() < 1e-3
     assert np.abs(deep.energy_closure).max() < 1e-3
@@ -159,7 +166,7 @@ def test_deep_light_cools_the_surface_and_breaks_no_bound(cold):
 
 def test_the_response_to_shade_is_that_of_less_sunlight(cold):
     """A tenth of the sunlight less, for some hours; the heat loss hardly bends over so little."""
-    material = ice(stack(InnerLight(0.8, 5.0), depths=(0.2, 0.3)))
+    material = ice(stack(PenetratingLight(0.8, 5.0), depths=(0.2, 0.3)))
     response = stored_response(response_table([material], cold))
     columns = response.columns(np.zeros(1, int), np.zeros(1), np.zeros(1))
     forcing = cold.forcing(FORCING_STEPS).columns(np.array([0]))
@@ -175,3 +182,8 @@ def test_the_response_to_shade_is_that_of_less_sunlight(cold):
     want = surfaces[1] - surfaces[0]
     assert want.min() < -0.15
     assert change == pytest.approx(want, abs=0.06 * np.abs(want).max())
+
+
+def test_equations_that_do_not_know_it_refuse_it():
+    with pytest.raises(InputError, match="material 'ice': lets sunlight in; allowed: others; take another"):
+        SymbolicMaterial.of(ice(stack(PenetratingLight(0.5, 3.0))))

@@ -1,6 +1,6 @@
 """Depths at which clear ice absorbs sunlight, as exponential laws: `light` of `materials/ht/ice_clear.yaml`.
 
-Run ``python -m skyshine.mat.maintain.materials.inner_light FILE``; FILE is ``rii_nk/H2O__Warren-2008.yml`` of
+Run ``python -m skyshine.mat.maintain.materials.penetrating_light FILE``; FILE is ``rii_nk/H2O__Warren-2008.yml`` of
 refractiveindex.info (Warren and Brandt 2008, J. Geophys. Res. 113, D14220).
 """
 

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import datetime
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
+from functools import cache
+from pathlib import Path, PurePath
 from typing import Any, TypeVar, cast
 
 import pydantic
@@ -262,20 +263,47 @@ def read_yaml(file: StrPath) -> Document:
 def mapping_document(data: Mapping[str, Any], folder: StrPath) -> Document:
     """A document whose content is given as plain data; its paths are relative to a folder, its errors name no line.
 
+    Numbers and arrays of numpy, paths, tuples and mappings of any kind stand for the plain values that they hold.
+
     Raises
     ------
     InputError
         The data hold what YAML does not, or too much of it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> mapping_document({"range_km": np.linspace(0, 1, 3), "slope_deg": np.int64(90)}, ".").data
+    {'range_km': [0.0, 0.5, 1.0], 'slope_deg': 90}
     """
     file = Path(folder) / MAPPING
     try:
-        text = yaml.safe_dump(dict(data), sort_keys=False, allow_unicode=True)
+        text = yaml.dump(data, Dumper=_plain_dumper(), sort_keys=False, allow_unicode=True)
     except (yaml.YAMLError, RecursionError, TypeError, ValueError) as error:
         raise InputError(f"holds what YAML does not: {error}; give plain numbers, texts, lists and mappings") from None
     if len(text) > BYTE_LIMIT:
         raise InputError(f"found {len(text)} characters; allowed: at most {BYTE_LIMIT}", file=file)
     document = _document(text, file)
     return replace(document, places=dict.fromkeys(document.places, (None, None)))
+
+
+@cache
+def _plain_dumper() -> type[yaml.SafeDumper]:
+    """A dumper of YAML that also takes what holds plain values: of numpy, paths, tuples, mappings."""
+    import numpy as np  # not by the commands, which read files
+
+    class PlainDumper(yaml.SafeDumper):
+        """With representers of its own."""
+
+    def plain(kind: type[Any], convert: Callable[[Any], Any]) -> None:
+        PlainDumper.add_multi_representer(kind, lambda dumper, value: dumper.represent_data(convert(value)))
+
+    plain(np.generic, lambda value: value.item())
+    plain(np.ndarray, lambda value: value.tolist())
+    plain(PurePath, str)
+    plain(tuple, list)
+    plain(Mapping, dict)
+    return PlainDumper
 
 
 def plain_value(text: str, file: StrPath, line: int) -> Any:

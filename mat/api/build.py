@@ -6,14 +6,21 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.builder.build import build as build_files
 from skyshine.mat.job.load import load_job
 from skyshine.mat.scene.agreement import air_warnings
+from skyshine.mat.tables.dataset import dataset
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.progress import Progress, silent
+
+if TYPE_CHECKING:
+    import xarray
 
 
 @dataclass(frozen=True, repr=False)
@@ -43,6 +50,33 @@ class Build:
     def open(self, name: str) -> Table:
         """Open one of the files, such as ``'s01.htt'``, with or without ``.h5``."""
         return open_table(self.folder / (name if name.endswith(".h5") else f"{name}.h5"))
+
+    def to_xarray(self) -> xarray.Dataset:
+        """What each file cost, as an `xarray.Dataset` over files.
+
+        Wall and processor seconds and peak memory of the task that wrote it, and the error that it states (99 % of the
+        values within, and the largest) in kelvin; not a number where a file states none.
+        """
+        files = list(self.files.values())
+
+        def values(key: str) -> npt.NDArray[np.float64]:
+            return np.array([entry[key] for entry in files], float)
+
+        def errors(key: str) -> npt.NDArray[np.float64]:
+            return np.array([(entry.get("error_kelvin") or {}).get(key, np.nan) for entry in files], float)
+
+        return dataset(
+            {"file": ("1", np.array(list(self.files), str))},
+            {
+                "kept": (("file",), "1", np.array([bool(entry["kept"]) for entry in files])),
+                "time": (("file",), "s", values("seconds")),
+                "processor_time": (("file",), "s", values("processor_seconds")),
+                "peak_memory": (("file",), "byte", values("peak_memory_bytes")),
+                "error_p99": (("file",), "K", errors("p99")),
+                "error_maximum": (("file",), "K", errors("maximum")),
+            },
+            {"folder": str(self.folder), "seconds": self.seconds},
+        )
 
     def __repr__(self) -> str:
         kept = sum(bool(entry["kept"]) for entry in self.files.values())

@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from skyshine.mat.job.load import LoadedJob, load_job
 from skyshine.mat.plan.cost import estimate
 from skyshine.mat.plan.left_out import LeftOut
 from skyshine.mat.plan.physics import physics_left_out
-from skyshine.mat.plan.plan import Plan, make_plan
+from skyshine.mat.plan.plan import FLOAT_BYTES, Plan, make_plan
 from skyshine.mat.plan.size import check_size
 from skyshine.mat.plan.twins import twins_left_out
 from skyshine.mat.scene.agreement import air_warnings
@@ -19,7 +21,11 @@ from skyshine.mat.scene.check import check_scene
 from skyshine.mat.scene.sources import source_hours
 from skyshine.mat.scene.summary import state_summaries
 from skyshine.mat.scene.surface_notes import surface_notes
+from skyshine.mat.tables.dataset import dataset
 from skyshine.materials.library import load_library
+
+if TYPE_CHECKING:
+    import xarray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -67,6 +73,26 @@ class JobCheck:
     def bytes(self) -> int:
         """Size of the tables before compression."""
         return self.plan.bytes
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The plan as an `xarray.Dataset`: bytes before compression of each file, processor seconds of each stage.
+
+        Files that one task writes have equal sizes. Sizes of textures and of band properties are not a number: no plan
+        knows them.
+        """
+        sizes = {
+            name: FLOAT_BYTES * task.values / len(task.files) if task.values else np.nan
+            for task in self.plan.tasks
+            for name in task.files
+        }
+        return dataset(
+            {"file": ("1", np.array(list(sizes), str)), "stage": ("1", np.array(list(self.seconds), str))},
+            {
+                "size_before_compression": (("file",), "byte", np.array(list(sizes.values()), float)),
+                "estimated_time": (("stage",), "s", np.array(list(self.seconds.values()), float)),
+            },
+            {"job": self.loaded.trimmed.name, "materials": ", ".join(self.materials)},
+        )
 
     def __repr__(self) -> str:
         return (

@@ -104,7 +104,7 @@ def _paths(content: ChannelContent) -> Group:
     nodes, fields = content.nodes, content.fields
     axes = {
         "share": table_axis(nodes.share, "1", "share of the way"),
-        "height_root": table_axis(nodes.height_root, "km^(1/3)", "cube root of the observer's height above the ground"),
+        "height_root": table_axis(nodes.height_root, "1", "cube root of the observer's height above the ground in km"),
         "direction": table_axis(nodes.direction, "1", "direction of the line of sight: 0 to 1 ground, 2 to 4 space"),
         "channel": _numbers(content.weight.size, "monochromatic channel"),
         "absorber": _numbers(content.absorbers.count, "absorber"),

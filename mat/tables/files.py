@@ -30,8 +30,8 @@ class FileType:
 HTT = FileType("htt", "1.6.0", "Surface temperatures through the day")
 ATMQ = FileType("atmq", "2.4.0", "Atmospheric quantities with the Sun as source")
 LUNAR_ATMQ = FileType("lunar_atmq", "2.4.0", "Atmospheric quantities with the Moon as source")
-ATMQ_CHANNELS = FileType("atmq", "3.3.0", "Atmospheric quantities with the Sun as source, in channels")
-LUNAR_ATMQ_CHANNELS = FileType("lunar_atmq", "3.3.0", "Atmospheric quantities with the Moon as source, in channels")
+ATMQ_CHANNELS = FileType("atmq", "3.4.0", "Atmospheric quantities with the Sun as source, in channels")
+LUNAR_ATMQ_CHANNELS = FileType("lunar_atmq", "3.4.0", "Atmospheric quantities with the Moon as source, in channels")
 THERMAL_ATMQ = FileType("thermal_atmq", "1.2.0", "Transmittance of the light that classes of material emit")
 BAND = FileType("band", "1.5.0", "Blackbody radiance and material properties of a spectral band")
 # Of one line of sight, written by `mat spectrum` and in no catalogue.

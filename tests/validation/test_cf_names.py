@@ -12,8 +12,6 @@ checker = pytest.importorskip("compliance_checker.runner")
 # Of an hour of the local clock, an axis on which the day repeats. CF knows instants alone, and the checker goes by the
 # name of the dimension.
 LOCAL_CLOCK = "Coordinate variable 'time' should have standard_name='time', found: 'None'"
-# The axis of a root of height: true, though UDUNITS has no fractional powers.
-ROOT = 'units for height_root, "km^(1/3)" are not recognized by UDUNITS'
 
 
 def errors(path, folder):
@@ -38,7 +36,7 @@ def test_a_database_has_no_error(small_build, tmp_path, name):
 
 
 def test_a_table_in_channels_has_no_error(channel_atmosphere, tmp_path):
-    assert errors(channel_atmosphere, tmp_path) == [ROOT]
+    assert not errors(channel_atmosphere, tmp_path)
 
 
 def test_a_spectrum_has_no_error(tmp_path):

@@ -138,6 +138,29 @@ def test_check_names_what_build_writes(built):
     assert "3 files, 2 materials" in repr(plan)
 
 
+def test_plan_and_build_as_arrays(built):
+    plan = skyshine.mat.check(JOB).to_xarray()
+    done = built.to_xarray()
+    assert set(plan.file.values) == set(done.file.values) == set(built.files)
+    assert float(plan.size_before_compression.sum()) == skyshine.mat.check(JOB).bytes > 0
+    assert np.isnan(plan.size_before_compression.sel(file="b01.band.h5"))  # no plan knows it
+    assert float(plan.estimated_time.sum()) == pytest.approx(sum(skyshine.mat.check(JOB).seconds.values()))
+    stated = built.files["s01.htt.h5"]["error_kelvin"]
+    assert float(done.error_maximum.sel(file="s01.htt.h5")) == stated["maximum"] >= done.error_p99.sel(file="s01.htt.h5")
+    assert (done.processor_time > 0).all() and done.peak_memory.units == "byte" and not done.kept.any()
+    again = skyshine.mat.build(JOB, out=built.folder, jobs=1).to_xarray()
+    assert again.kept.all() and (again.error_maximum == done.error_maximum).sum() == np.isfinite(done.error_maximum).sum()
+
+
+def test_a_mapping_may_hold_numpy(built):
+    grid = {name: np.asarray(nodes) for name, nodes in JOB["atmosphere_grid"].items()}
+    plan = skyshine.mat.check({**JOB, "skyshine": np.int64(1), "atmosphere_grid": grid, "sources": ("sun",)})
+    assert sorted(plan.files) == sorted(built.files)
+    assert plan.loaded.trimmed == skyshine.mat.check(JOB).loaded.trimmed
+    with pytest.raises(InputError, match=r"<mapping>: atmosphere_grid\.range_km"):
+        skyshine.mat.check({**JOB, "atmosphere_grid": {**grid, "range_km": np.array([0.1, np.nan])}})
+
+
 def test_a_wrong_key_of_a_mapping_is_named_by_its_path():
     wrong = {**JOB, "site": {**JOB["site"], "latitude_deg": 135}}
     with pytest.raises(InputError, match=r"<mapping>: site\.latitude_deg: found 135"):

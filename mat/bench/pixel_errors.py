@@ -15,7 +15,7 @@ import numpy as np
 from skyshine.mat.bench.rungs import Rung, job_digest
 from skyshine.mat.budget.built_tables import Tables
 from skyshine.mat.budget.pixel import PixelTruth, Scenes
-from skyshine.mat.budget.summary import kelvin_of, measures
+from skyshine.mat.budget.sizes import kelvin_of, measures
 from skyshine.mat.budget.truth import Prepared
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job

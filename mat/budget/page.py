@@ -12,7 +12,8 @@ import numpy as np
 
 from skyshine.mat.budget.budget import Budget
 from skyshine.mat.budget.options import FIELDS_OF_VIEW
-from skyshine.mat.budget.summary import SLANTS, kelvin
+from skyshine.mat.budget.sizes import kelvin
+from skyshine.mat.budget.summary import SLANTS, WHOLE, by_size
 from skyshine.schemas.chart_style import BLACK, BLUE, COLOURS, VERMILLION, chart_style, name_lines, new_figure
 
 if TYPE_CHECKING:
@@ -37,14 +38,20 @@ def render(report: dict[str, Any], budgets: Sequence[Budget]) -> str:
     str
         HTML with style and plots inside.
     """
-    filters = {"short": _short, "thousandth": lambda value: _short(value if value is None else value / 1e3)}
+    filters = {
+        "short": _short,
+        "thousandth": lambda value: _short(value if value is None else value / 1e3),
+        "by_size": by_size,
+        "signed": _signed,
+        "units": _units,
+    }
     page = template(__package__, _TEMPLATE, filters)
     plots = [_plot(described, budget) for described, budget in zip(report["budgets"], budgets, strict=True)]
     pairs = list(zip(report["budgets"], plots, strict=True))
     return page.render(report=report, pairs=pairs, slants=SLANTS, fields=FIELDS_OF_VIEW)
 
 
-def template(package: str, name: str, filters: Mapping[str, Callable[..., str]]) -> jinja2.Template:
+def template(package: str, name: str, filters: Mapping[str, Callable[..., object]]) -> jinja2.Template:
     """A template of a package, whose text is escaped and whose names must all be known.
 
     Parameters
@@ -65,6 +72,14 @@ def _short(value: float | None) -> str:
     return "-" if value is None else f"{value:.3g}"
 
 
+def _signed(value: float) -> str:
+    return f"{value:+.2g}".replace("-", "\u2212")
+
+
+def _units(text: str) -> str:
+    return text.replace("^-", "\u207b").replace("\u207b2", "\u207b²").replace("\u207b1", "\u207b¹")
+
+
 def _plot(described: dict[str, Any], budget: Budget) -> str:
     """Errors by source, by field of view and slant, and by radiance, as SVG."""
     from matplotlib import rc_context
@@ -74,9 +89,9 @@ def _plot(described: dict[str, Any], budget: Budget) -> str:
     with chart_style(), rc_context({"svg.hashsalt": "skyshine", "svg.fonttype": "path"}):
         figure = new_figure(11.5, 4.2)
         bars, lines, cloud = figure.subplots(1, 3, width_ratios=(1.3, 1, 1))
-        names = list(described["errors"])[::-1]
+        names = by_size(described["errors"])[::-1]
         rms, p99 = ([described["errors"][name][key][measure]["value"] for name in names] for measure in ("rms", "p99"))
-        colours = [VERMILLION if name in ("pixel", "all") else BLUE for name in names]
+        colours = [VERMILLION if name in WHOLE else BLUE for name in names]
         bars.barh(np.arange(len(names)), rms, color=colours)
         bars.plot(p99, np.arange(len(names)), "k|")
         bars.set(xscale="log", yticks=np.arange(len(names)), xlabel=f"rms error, {units}; stroke: 99th percentile")

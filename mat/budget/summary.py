@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from skyshine.mat.budget.advice import described as advice
+from skyshine.mat.budget.advice import headline
 from skyshine.mat.budget.budget import PIXEL_SOURCES, SOURCES, Budget
 from skyshine.mat.budget.options import FIELDS_OF_VIEW
 from skyshine.mat.budget.quantisation import BITS, PixelScale
-from skyshine.mat.radiometry.blackbody import SpectralResponse, brightness_temperature
-from skyshine.mat.radiometry.equivalent_temperature import SHORTEST
+from skyshine.mat.budget.sizes import RADIANCE, in_kelvin, kelvin, measures
 from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.quantity import quantity
 
-RADIANCE = "W m^-2 sr^-1"
+WHOLE = ("pixel", "all", "tables")  # errors of several sources together
 SLANTS = ((0.0, 3.0), (3.0, 10.0), (10.0, 30.0), (30.0, 90.0))  # degree of the line of sight from the horizon
 OPTIONS = {
     "shade_response": (
@@ -65,38 +66,6 @@ OPTIONS = {
 }
 
 
-def kelvin(budget: Budget, error: Floats) -> Floats:
-    """Errors of radiance as differences of equivalent blackbody temperature, K; not a number below 2.5 um."""
-    return kelvin_of(budget.response, budget.radiance[..., None] if error.ndim == 3 else budget.radiance, error)
-
-
-def kelvin_of(response: SpectralResponse, radiance: Floats, error: Floats) -> Floats:
-    """Errors of a radiance [W m^-2 sr^-1] as differences of equivalent blackbody temperature, K; not a number below
-    2.5 um.
-    """
-    if response.upper < SHORTEST:
-        return np.full(error.shape, np.nan)
-    with_error = brightness_temperature(response, np.maximum(radiance + error, 0.0))
-    return with_error - brightness_temperature(response, radiance)
-
-
-def measures(values: Floats, weight: Floats | None = None) -> dict[str, float]:
-    """Mean, rms, 95th and 99th percentile and largest size of errors, each counted by its weight."""
-    size = np.abs(values).ravel()
-    share = np.ones(size.size) if weight is None else np.broadcast_to(weight, values.shape).ravel()
-    order = np.argsort(size)
-    reached = np.cumsum(share[order]) / share.sum()
-    return {
-        "mean": float(np.sum(values.ravel() * share) / share.sum()),
-        "rms": float(np.sqrt(np.sum(size**2 * share) / share.sum())),
-        **{
-            f"p{percent}": float(size[order][min(int(np.searchsorted(reached, percent / 100)), size.size - 1)])
-            for percent in (95, 99)
-        },
-        "maximum": float(size[share > 0].max()),
-    }
-
-
 def describe(budget: Budget) -> dict[str, Any]:
     """All numbers of a budget, in the shape of every command's JSON."""
     return {
@@ -108,6 +77,7 @@ def describe(budget: Budget) -> dict[str, Any]:
         "views": len(budget.views),
         "errors": {name: _source(budget, name) for name in SOURCES if name in budget.errors},
         "dominant": dominant(budget),
+        "advice": advice(budget),
         "regions": {name: _region(budget, rows) for name, rows in regions(budget).items() if rows.any()},
         "extrapolation": {
             "field_of_view": quantity(list(FIELDS_OF_VIEW), "degree"),
@@ -195,12 +165,11 @@ def _region(budget: Budget, rows: Booleans) -> dict[str, Any]:
 
 def dominant(budget: Budget) -> str:
     """One sentence on the sources of which the error of a pixel is made."""
-    in_kelvin = budget.response.upper >= SHORTEST
-    unit = "K" if in_kelvin else RADIANCE
+    unit = "K" if in_kelvin(budget) else RADIANCE
 
     def rms(name: str) -> float:
         error = budget.errors[name]
-        return measures(kelvin(budget, error) if in_kelvin else error)["rms"]
+        return measures(kelvin(budget, error) if in_kelvin(budget) else error)["rms"]
 
     sizes = sorted(((rms(name), name) for name in PIXEL_SOURCES if name in budget.errors), reverse=True)
     (first, name), (second, next_name) = sizes[:2]
@@ -264,7 +233,7 @@ def _scale(budget: Budget, bits: int) -> dict[str, Any]:
     """Gain, buffer gain and offset of (44) for the radiance of these views, and the error of the pixel values."""
     scale = PixelScale.of(float(budget.radiance.min()), float(budget.radiance.max()), bits)
     error = scale.radiance(scale.pixel(budget.radiance)) - budget.radiance
-    in_kelvin, in_radiance = measures(kelvin(budget, error)), measures(error)
+    as_kelvin, in_radiance = measures(kelvin(budget, error)), measures(error)
     return {
         "bits": bits,
         "G": quantity(scale.gain, RADIANCE),
@@ -273,9 +242,22 @@ def _scale(budget: Budget, bits: int) -> dict[str, Any]:
         "step": quantity(scale.step, RADIANCE),
         "rms": quantity(in_radiance["rms"], RADIANCE),
         "maximum": quantity(in_radiance["maximum"], RADIANCE),
-        "rms_kelvin": quantity(in_kelvin["rms"], "K"),
-        "maximum_kelvin": quantity(in_kelvin["maximum"], "K"),
+        "rms_kelvin": quantity(as_kelvin["rms"], "K"),
+        "maximum_kelvin": quantity(as_kelvin["maximum"], "K"),
     }
+
+
+def by_size(errors: Mapping[str, Any]) -> list[str]:
+    """Names of the errors of a budget: what stands for several together first, then each source by its rms, falling.
+
+    In kelvin; where no radiance has an equivalent temperature, in radiance.
+    """
+
+    def rms(name: str) -> float:
+        values = [errors[name][kind]["rms"]["value"] for kind in ("temperature", "radiance")]
+        return float(next(value for value in values if value is not None))
+
+    return sorted(errors, key=lambda name: (name not in WHOLE, -rms(name)))
 
 
 def describe_all(budgets: Sequence[Budget], notes: Sequence[str], *, job: str, seed: int) -> dict[str, Any]:
@@ -284,6 +266,7 @@ def describe_all(budgets: Sequence[Budget], notes: Sequence[str], *, job: str, s
         "job": job,
         "seed": seed,
         "method": METHOD,
+        "headline": headline(budgets),
         "budgets": [describe(budget) for budget in budgets],
         "notes": list(notes),
     }

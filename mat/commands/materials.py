@@ -10,18 +10,16 @@ import click
 
 from skyshine.mat.commands.fit_material import fit
 from skyshine.mat.commands.handbooks import handbooks
+from skyshine.mat.commands.material_card import draw_card, draw_spectra
 from skyshine.mat.commands.new_material import new
 from skyshine.mat.commands.openmaterial import openmaterial
-from skyshine.schemas.chart_style import VERMILLION, chart_style, name_lines, new_figure, save_figure
+from skyshine.schemas.chart_style import chart_style, name_lines, new_figure, save_figure
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from skyshine.materials.library import Material, MaterialLibrary
 
-BANDS = ((3.0, 5.0), (8.0, 12.0))
 NAMED_LINES = 30  # whose names have room beside the chart
 
 
@@ -52,7 +50,9 @@ for part in (fit, handbooks, new, openmaterial):
 
 @command.command("show", epilog="Example: mat materials show concrete --plot concrete.png")
 @click.argument("name", required=False)
-@click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), help="Draw the reflectance to a PNG file.")
+@click.option(
+    "--plot", type=click.Path(dir_okay=False, path_type=Path), help="PNG: the card of NAME, or all reflectances."
+)
 @json_option
 def show(name: str | None, plot: Path | None, as_json: bool) -> None:
     """List the materials, or show the one called NAME (or of this code) with the source of each value.
@@ -66,7 +66,9 @@ def show(name: str | None, plot: Path | None, as_json: bool) -> None:
     library = load_library()
     chosen = [_find(library, name)] if name else list(library)
     summaries = {material.name: material_summary(material) for material in chosen}
-    if plot:
+    if plot and name:
+        draw_card(chosen[0], summaries[chosen[0].name], plot)
+    elif plot:
         _plot(chosen, plot)
     if as_json:
         emit_json(_json(library, chosen, summaries, bool(name)))
@@ -199,37 +201,13 @@ def _entry(material: Material, summary: dict[str, float]) -> dict[str, Any]:
 
 
 def _plot(materials: list[Material], file: Path) -> None:
-    """Draw reflectance against wavelength."""
-    from matplotlib.ticker import ScalarFormatter
-
+    """Draw the reflectances of several materials against wavelength."""
     with chart_style():
         figure = new_figure(10, 5)
-        axes = figure.add_subplot(
-            xscale="log", ylim=(0, 1), xlabel="wavelength, µm", ylabel="hemispherical reflectance"
-        )
-        for lower, upper in BANDS:
-            axes.axvspan(lower, upper, color="0.93")
-        for material in materials:
-            (line,) = axes.plot(material.wavelength, material.reflectance, label=material.name, linewidth=1)
-            if material.transmits:
-                note = f"{material.name}: 1 - absorptance"
-                axes.plot(material.wavelength, 1 - material.absorptance, ":", color=line.get_color(), label=note)
-        if len(materials) == 1:
-            _shade_filled(axes, materials[0])
-            axes.set_title(materials[0].description)
-        axes.xaxis.set_major_formatter(ScalarFormatter())
-        axes.set_xticks([0.3, 0.5, 1, 2, 3, 5, 8, 12], minor=False)
-        axes.set_xlim(materials[0].wavelength[0], max(material.wavelength[-1] for material in materials))
+        axes = figure.add_subplot()
+        draw_spectra(axes, materials)
         if len(materials) <= NAMED_LINES:
             name_lines(axes)
         else:
             axes.legend(fontsize=7, ncols=len(materials) // 40 + 1, loc="upper left", bbox_to_anchor=(1.0, 1.0))
         save_figure(figure, file)
-
-
-def _shade_filled(axes: Axes, material: Material) -> None:
-    """Hatch where the spectrum was not measured on the material itself."""
-    for stretch in material.ranges:
-        if stretch.kind not in ("measured", "modelled", "fresnel"):
-            axes.axvspan(stretch.lower, stretch.upper, ymax=0.03, color=VERMILLION, alpha=0.5)
-            axes.text((stretch.lower * stretch.upper) ** 0.5, 0.035, stretch.kind, fontsize=6, ha="center")

@@ -64,6 +64,8 @@ def _job_file(given: str) -> Path:
 
 
 def _print(report: dict[str, Any]) -> None:
+    from skyshine.mat.budget.summary import by_size
+
     for budget in report["budgets"]:
         low, high = budget["wavelength"]["values"]
         click.echo(f"state {budget['state']}, {low:g} to {high:g} um, {budget['source']}: {budget['views']} views")
@@ -73,12 +75,13 @@ def _print(report: dict[str, Any]) -> None:
                 *(_number(error["temperature"][key]["value"]) for key in ("rms", "p99", "maximum")),
                 *(_number(error["radiance"][key]["value"]) for key in ("rms", "p99", "maximum")),
             )
-            for error in budget["errors"].values()
+            for error in (budget["errors"][name] for name in by_size(budget["errors"]))
         ]
         echo_table(("source of error", "rms K", "p99 K", "max K", "rms W m^-2 sr^-1", "p99", "max"), rows)
         click.echo(budget["dominant"])
     for note in report["notes"]:
         click.echo(note)
+    click.echo(report["headline"])
 
 
 def _number(value: float | None) -> str:

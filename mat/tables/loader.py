@@ -25,11 +25,36 @@ from skyshine.schemas.paths import StrPath
 def open_table(path: StrPath) -> Table:
     """Open any database of the table builder, or the header of its flat export.
 
+    Returns
+    -------
+    Table
+        Of the class of its type: `TemperatureTable`, `BandTable`, or `AtmosphereTable` with those made from it. A
+        script whose types are checked says which it expects by `isinstance`.
+
     Raises
     ------
     InputError
         The file is missing, damaged, of another type, or its layout is not that of the format or of another major
         version. Values outside their limits are refused when their array is first read.
+
+    Examples
+    --------
+    >>> import skyshine.mat
+    >>> job = {
+    ...     "name": "one road",
+    ...     "site": {"latitude_deg": 45, "longitude_deg": 7, "date": "2026-06-21", "utc_offset_h": 1},
+    ...     "states": [{"profile": "midlatitude_summer", "weather": {"air_temperature_c": [14, 27]}}],
+    ...     "bands": [],
+    ...     "materials": ["asphalt_road"],
+    ...     "surface_grid": {"altitude_km": [0], "azimuth_deg": [180], "slope_deg": [0]},
+    ...     "output": {"pictures": False},
+    ... }
+    >>> built = skyshine.mat.build(job, out="road", jobs=1)
+    >>> surface = skyshine.mat.open("road/s01.htt.h5")
+    >>> assert isinstance(surface, skyshine.mat.TemperatureTable)
+    >>> noon, night = surface.temperature(material="asphalt_road", time=[13, 4])
+    >>> bool(noon > night + 20)
+    True
     """
     path = Path(path)
     if path.name.endswith(ENDING):

@@ -146,10 +146,14 @@ def test_plan_and_build_as_arrays(built):
     assert np.isnan(plan.size_before_compression.sel(file="b01.band.h5"))  # no plan knows it
     assert float(plan.estimated_time.sum()) == pytest.approx(sum(skyshine.mat.check(JOB).seconds.values()))
     stated = built.files["s01.htt.h5"]["error_kelvin"]
-    assert float(done.error_maximum.sel(file="s01.htt.h5")) == stated["maximum"] >= done.error_p99.sel(file="s01.htt.h5")
+    assert (
+        float(done.error_maximum.sel(file="s01.htt.h5")) == stated["maximum"] >= done.error_p99.sel(file="s01.htt.h5")
+    )
     assert (done.processor_time > 0).all() and done.peak_memory.units == "byte" and not done.kept.any()
     again = skyshine.mat.build(JOB, out=built.folder, jobs=1).to_xarray()
-    assert again.kept.all() and (again.error_maximum == done.error_maximum).sum() == np.isfinite(done.error_maximum).sum()
+    assert (
+        again.kept.all() and (again.error_maximum == done.error_maximum).sum() == np.isfinite(done.error_maximum).sum()
+    )
 
 
 def test_a_mapping_may_hold_numpy(built):

@@ -20,7 +20,8 @@ from skyshine.mat.budget.runtime_terms import (
     runtime_radiance,
     spectral_radiance,
 )
-from skyshine.mat.budget.summary import describe, measures
+from skyshine.mat.budget.sizes import measures
+from skyshine.mat.budget.summary import describe
 from skyshine.mat.budget.truth import Prepared
 from skyshine.mat.cli import main
 from skyshine.mat.job.load import load_job

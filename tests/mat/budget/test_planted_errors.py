@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from skyshine.mat.budget.budget import PIXEL_SOURCES, error_budget
-from skyshine.mat.budget.summary import describe, kelvin
+from skyshine.mat.budget.sizes import kelvin
+from skyshine.mat.budget.summary import describe
 from skyshine.mat.budget.truth import Prepared
 from skyshine.mat.job.load import load_job
 from skyshine.materials.library import load_library

@@ -3,6 +3,7 @@
 import json
 import shutil
 
+import numpy as np
 import pytest
 
 from skyshine.mat.cli import COMMANDS, main
@@ -226,6 +227,19 @@ def test_spectrum_is_drawn(mat, tmp_path):
     assert mat(*arguments, tmp_path / "s.png")[0] == 0 and (tmp_path / "s.png").is_file()
     assert mat(*arguments, tmp_path / "s.jpg")[0] == 2
     assert mat(*arguments, tmp_path / "nowhere" / "s.png")[0] == 2
+
+
+@pytest.mark.parametrize("name", ["asphalt_road", "glass_window"])
+def test_a_material_has_a_card(mat, tmp_path, name):
+    """Opaque and clear; a folder that is not there is one line."""
+    from PIL import Image
+
+    status, shown, message = mat("materials", name, "--plot", tmp_path / "card.png")
+    assert status == 0 and name in shown, message
+    with Image.open(tmp_path / "card.png") as card:
+        assert card.width > 1000 and len(np.unique(np.asarray(card.convert("L")))) > 20
+    status, _, message = mat("materials", name, "--plot", tmp_path / "nowhere" / "card.png")
+    assert status == 2 and "cannot be written" in message and message.count("\n") == 1
 
 
 def test_a_state_of_a_job_is_seen_spectrally(mat, tmp_path):

@@ -1,0 +1,123 @@
+"""What keys of a job would take away from the error of its pixels, measured on the views of the error budget."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.budget.budget import Budget
+from skyshine.mat.budget.sizes import RADIANCE, in_kelvin, kelvin, measures
+from skyshine.schemas.arrays import Floats
+from skyshine.schemas.quantity import quantity
+
+# Sources of error of a pixel by the key that makes them smaller; without one they belong to the method.
+KEYS: dict[str, tuple[str, ...]] = {
+    "atmosphere_grid: {tolerance: ...}": (
+        "reflectance",
+        "transmittance",
+        "emitted_transmittance",
+        "reflected_wavelengths",
+        "beta_star_table",
+        "path_radiance_table",
+        "near_range",
+        "ambient_table",
+        "direct_table",
+    ),
+    "surface_grid: {tolerance: ...}": ("temperature_table",),
+    "accuracy: {spectral_tolerance: ...}": ("compiled_band",),
+    "accuracy: {solver_steps: ...}": ("solver_steps",),
+    "accuracy: {tilted_faces_k: ...}": ("tilted_sky",),
+    "extra_tables: [normalisation_by_angle]": ("normalisation",),
+}
+NO_KEY = "no key: linear responses to shadows and walls"
+OF_THE_METHOD = ("shade", "surroundings")
+
+
+@dataclass(frozen=True)
+class Gain:
+    """What one key could take away at most.
+
+    Attributes
+    ----------
+    key : str
+        Of the job.
+    sources : tuple of str
+        Of error, that it makes smaller.
+    before, after : float
+        Rms error of the pixel, and of the pixel without these sources: K, or W m^-2 sr^-1 below 2.5 um.
+    """
+
+    key: str
+    sources: tuple[str, ...]
+    before: float
+    after: float
+
+    @property
+    def share(self) -> float:
+        """Part of the pixel's error that would go; below 0 where the sources cancel others."""
+        return 1.0 - self.after / self.before if self.before > 0 else 0.0
+
+
+def gains(budget: Budget) -> list[Gain]:
+    """Keys by what they could take away, the most first.
+
+    The error that the sources of a key make alone, view by view, is taken from the error of the pixel. That is exact
+    where errors add up, and the most that the key can give: a smaller tolerance leaves some of it.
+    """
+    pixel = budget.errors["pixel"]
+    found = []
+    for key, names in (*KEYS.items(), (NO_KEY, OF_THE_METHOD)):
+        present = tuple(name for name in names if name in budget.errors)
+        if present:
+            rest = pixel - sum(_counted(budget, name) for name in present)
+            found.append(Gain(key, present, _rms(budget, pixel), _rms(budget, rest)))
+    return sorted(found, key=lambda gain: gain.after)
+
+
+def _counted(budget: Budget, name: str) -> Floats:
+    """Errors of a source on the views that it counts for, 0 on the others."""
+    rows = budget.counted.get(name)
+    error = budget.errors[name]
+    return error if rows is None else np.where(rows[:, np.newaxis], error, 0.0)
+
+
+def _rms(budget: Budget, error: Floats) -> float:
+    return measures(kelvin(budget, error) if in_kelvin(budget) else error)["rms"]
+
+
+def described(budget: Budget) -> list[dict[str, object]]:
+    """The gains as plain values, in the shape of every command's JSON."""
+    unit = "K" if in_kelvin(budget) else RADIANCE
+    return [
+        {
+            "key": gain.key,
+            "sources": list(gain.sources),
+            "pixel": quantity(gain.before, unit),
+            "without": quantity(gain.after, unit),
+        }
+        for gain in gains(budget)
+    ]
+
+
+def headline(budgets: Sequence[Budget]) -> str:
+    """One sentence on the set of tables whose pixels err most, and on what would help.
+
+    Tables in kelvin count before those whose radiance has no equivalent temperature.
+    """
+    if not budgets:
+        return "Nothing was measured."
+    worst = max(budgets, key=lambda budget: (in_kelvin(budget), _rms(budget, budget.errors["pixel"])))
+    error = worst.errors["pixel"]
+    size = measures(kelvin(worst, error) if in_kelvin(worst) else error)
+    unit = "K" if in_kelvin(worst) else "W m⁻² sr⁻¹"
+    place = f"state {worst.state}, {worst.response.lower:.3g}-{worst.response.upper:.3g} µm, {worst.source}"
+    text = f"Pixels are within {size['p99']:.2g} {unit} in 99 % of the views, {size['rms']:.2g} {unit} rms ({place}"
+    text += ", the worst of the sets of tables)" if len(budgets) > 1 else ")"
+    best = gains(worst)[0]
+    if best.share < 0.05:
+        return f"{text}; no single key takes more than {max(best.share, 0):.0%} of that away."
+    if best.key == NO_KEY:
+        return f"{text}; most of it comes from {' and '.join(best.sources)}, which no key makes smaller."
+    return f"{text}; {best.key} could take it to {best.after:.2g} {unit} rms at best."

@@ -1,14 +1,13 @@
 """What a build of a month of days says while it runs: the lines of its log, and the bar of a terminal at some moments.
 
-Run ``python -m skyshine.mat.maintain.build_words FOLDER``; FOLDER is ``examples/pictures`` of the checkout. It builds
-30 states in a folder of its own, in some minutes, and writes ``month_build.log`` and ``month_build.svg``.
+`pictures` draws them with all others. It builds 30 states in a folder of its own, in some minutes, and writes
+``month_build.log`` and ``month_build.svg``.
 """
 
 from __future__ import annotations
 
 import io
 import logging
-import sys
 import tempfile
 from collections.abc import Callable, Collection, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -22,6 +21,7 @@ from skyshine.schemas.commands import LINES, progress_on
 from skyshine.schemas.whole_files import write_whole
 
 NAME = "month_build"
+FILES = (f"{NAME}.log", f"{NAME}.svg")
 WIDTH = 110  # columns of the terminal
 SHOWN = (1, 20, 40, 60)  # tables that are done when the bar is shown
 JOB = """\
@@ -73,7 +73,7 @@ def draw(folder: Path, job: str = JOB, shown: Collection[int] = SHOWN) -> tuple[
         log.removeHandler(handler)
     end = f"built: {len(record['files'])} files in {record['seconds']:.1f} s"
     terminal.print(end, highlight=False)
-    text, picture = folder / f"{NAME}.log", folder / f"{NAME}.svg"
+    text, picture = (folder / file for file in FILES)
     write_whole(text, f"$ mat build job.yaml --verbose\n{lines.getvalue()}{end}\n")
     write_whole(picture, terminal.export_svg(title="mat build: thirty days"))
     return text, picture
@@ -98,8 +98,3 @@ def _shown_on(terminal: Console, shown: Collection[int]) -> Progress:
             yield count
 
     return progress
-
-
-if __name__ == "__main__":
-    for path in draw(Path(sys.argv[1])):
-        print(path)

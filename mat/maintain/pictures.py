@@ -1,6 +1,8 @@
-"""Draws the pictures of the README anew: the starter job is built and its scene rendered.
+"""Draws all pictures of the pages anew: the starter job is built and its scene rendered, a material gets its card, a
+month is built for its words.
 
-Run ``python -m skyshine.mat.maintain.pictures FOLDER``; FOLDER is ``examples/pictures`` of the checkout.
+Run ``python -m skyshine.mat.maintain.pictures FOLDER``; FOLDER is ``examples/pictures`` of the checkout. It takes some
+minutes.
 """
 
 from __future__ import annotations
@@ -11,12 +13,16 @@ import sys
 import tempfile
 from pathlib import Path
 
+from skyshine.mat.maintain import build_words
+
+CARD = "asphalt_road"
 SHOWN = (
     "built/pictures/yellowstone_road.tmm.png",
     "built/pictures/s01.htt.png",
     "built/pictures/s01b01.atmq.png",
     "built/pictures/b02.band.png",
     "rendered/yellowstone_day.png",
+    f"{CARD}.card.png",
 )
 
 
@@ -36,9 +42,15 @@ def draw(folder: Path, mat: Path) -> None:
     """
     with tempfile.TemporaryDirectory() as name:
         work = Path(name)
-        for arguments in (("init", work), ("build", work / "job.yaml"), ("render", work / "scene.yaml")):
+        for arguments in (
+            ("init", work),
+            ("build", work / "job.yaml"),
+            ("render", work / "scene.yaml"),
+            ("materials", CARD, "--plot", work / f"{CARD}.card.png"),
+        ):
             subprocess.run([mat, *arguments], check=True)
-        for picture in SHOWN:
+        build_words.draw(work)
+        for picture in (*SHOWN, *build_words.FILES):
             shutil.copyfile(work / picture, folder / Path(picture).name)
 
 

@@ -1,4 +1,4 @@
-"""The pictures of the README are those that one command draws."""
+"""The pictures of all pages are those that one command draws."""
 
 import re
 import shutil
@@ -10,9 +10,12 @@ import pytest
 from skyshine.mat.maintain import pictures
 
 
-def test_each_picture_of_the_readme_is_drawn_by_the_command(pytestconfig):
-    shown = re.findall(r"\(examples/pictures/([^)]+)\)", (pytestconfig.rootpath / "README.md").read_text())
-    assert sorted(shown) == sorted(name.rsplit("/", 1)[-1] for name in pictures.SHOWN)
+def test_each_picture_of_a_page_is_drawn_by_the_command(pytestconfig):
+    checkout = pytestconfig.rootpath
+    drawn = {name.rsplit("/", 1)[-1] for name in pictures.SHOWN} | set(pictures.build_words.FILES)
+    pages = [page.read_text(encoding="utf-8") for page in checkout.rglob("*.md") if ".venv" not in page.parts]
+    shown = {name for page in pages for name in re.findall(r"\((?:\.\./)*(?:examples/)?pictures/([^)]+)\)", page)}
+    assert shown == drawn == {file.name for file in (checkout / "examples" / "pictures").iterdir()}
 
 
 def test_a_command_that_fails_leaves_the_pictures_alone(tmp_path):

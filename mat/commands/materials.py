@@ -12,6 +12,7 @@ from skyshine.mat.commands.fit_material import fit
 from skyshine.mat.commands.handbooks import handbooks
 from skyshine.mat.commands.new_material import new
 from skyshine.mat.commands.openmaterial import openmaterial
+from skyshine.mat.commands.sources import sources
 from skyshine.schemas.chart_style import VERMILLION, chart_style, name_lines, new_figure, save_figure
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.quantity import quantity
@@ -46,7 +47,7 @@ def command() -> None:
     """
 
 
-for part in (fit, handbooks, new, openmaterial):
+for part in (fit, handbooks, new, openmaterial, sources):
     command.add_command(part)
 
 

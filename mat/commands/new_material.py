@@ -9,6 +9,7 @@ import click
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
 
+UNITS = ["um", "nm", "angstrom", "m", "cm-1"]
 FRACTION = click.FloatRange(0, 1, min_open=True, max_open=True)
 POSITIVE = click.FloatRange(0, min_open=True)
 
@@ -22,11 +23,11 @@ POSITIVE = click.FloatRange(0, min_open=True)
 @click.option("--absorptance", type=FRACTION, help="Of sunlight at the ground.")
 @click.option("--emissivity", type=FRACTION, help="Of blackbody radiation of 300 K.")
 @click.option("--spectrum", type=click.Path(path_type=Path), help="ECOSTRESS, ASTER, USGS text, CSV or ENVI library.")
-@click.option("--unit", type=click.Choice(["um", "nm", "cm-1"]), help="Of its first column, where it does not say.")
+@click.option("--unit", type=click.Choice(UNITS), help="Of its first column, where it does not say.")
 @click.option("--scale", type=click.Choice(["fraction", "percent"]), help="Of its values.")
 @click.option("--quantity", type=click.Choice(["reflectance", "emissivity"]), help="Of its values.")
 @click.option("--wavelengths", type=click.Path(path_type=Path), help="The wavelengths of a USGS text file.")
-@click.option("--record", help="Of an ENVI library: the name of the spectrum.")
+@click.option("--record", help="Of an ENVI library or a table of many: the spectrum.")
 @click.option("--conductivity", type=POSITIVE, help="Of skin and first layer, W m^-1 K^-1.")
 @click.option("--density", type=POSITIVE, help="Of skin and first layer, kg m^-3.")
 @click.option("--heat-capacity", type=POSITIVE, help="Of skin and first layer, J kg^-1 K^-1.")

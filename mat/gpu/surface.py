@@ -15,12 +15,13 @@ import numpy as np
 from skyshine.mat.gpu.air import source_of
 from skyshine.mat.gpu.container import GpuFile, Texture, texture
 from skyshine.mat.runtime.shade import air_temperature, shaded_temperature
-from skyshine.mat.tables import response, shade
+from skyshine.mat.tables import film_response, response, shade
 from skyshine.mat.tables.axes import PERIODIC, AxisRule
 from skyshine.mat.tables.surface_tables import TemperatureTable
 from skyshine.schemas.arrays import Floats
 
 _SCALED = (response.KERNEL, response.LOSS_SLOPE, response.LOSS_EXCESS, response.MELT)
+_WET = (film_response.LOSS, film_response.EVAPORATION, film_response.SUNLIGHT, film_response.DRY_SUNLIGHT)
 _LIGHT = (shade.DIRECT, shade.DIFFUSE, shade.LONGWAVE, shade.AIR)
 _SUN = (shade.SUN_ELEVATION, shade.SUN_AZIMUTH, shade.EXTRATERRESTRIAL)
 _PER_MATERIAL = (shade.ABSORPTANCE, shade.EMISSIVITY, response.HIGHEST)
@@ -180,24 +181,27 @@ def _shaded_times(clock: AxisRule) -> Floats:
 def _add_response(surface: TemperatureTable, textures: dict[str, Texture], numbers: dict[str, Any]) -> None:
     """Arrays by which a runtime shades objects: those of the format, scaled to their largest value as half floats."""
     root = surface.root
-    for name in _SCALED:
+    wet = film_response.LOSS in root.variables
+    for name in (*_SCALED, *(_WET if wet else ())):
         data = np.asarray(root.variables[name].data, float)
         scale = float(np.abs(data).max()) or 1.0
         numbers["scale"][name] = scale
         texels = (data / scale).reshape(-1, *data.shape[-2:])
         textures[name] = texture("R16F", texels, f"{root.variables[name].long_name}; times its scale")
-    for name in (response.REFERENCE,):
+    for name in (response.REFERENCE, *((film_response.BEFORE,) if film_response.BEFORE in root.variables else ())):
         data = np.asarray(root.variables[name].data, float)
         textures[name] = texture("R32F", data.reshape(-1, *data.shape[-2:]), root.variables[name].long_name)
     sky = np.stack([np.asarray(root.variables[name].data, float) for name in _LIGHT], -1)
     textures["light"] = texture("RGBA32F", sky, ", ".join(_LIGHT) + "; rows by altitude, columns by forcing_time")
     sun = [np.asarray(root.variables[name].data, float) for name in _SUN]
-    textures["sun"] = texture(
-        "RGBA32F", np.stack([*sun, sun[0] * 0], -1)[None], ", ".join(_SUN) + ", 0; by forcing_time"
-    )
+    rain = np.asarray(root.variables[film_response.RAIN].data, float) if wet else sun[0] * 0
+    textures["sun"] = texture("RGBA32F", np.stack([*sun, rain], -1)[None], ", ".join(_SUN) + ", rain; by forcing_time")
     own = [np.asarray(root.variables[name].data, float) for name in _PER_MATERIAL]
+    water = np.asarray(root.variables[film_response.CAPACITY].data, float) if wet else own[0] * 0
     textures["response_material"] = texture(
-        "RGBA32F", np.stack([*own, own[0] * 0], -1)[:, None], ", ".join(_PER_MATERIAL) + ", 0; by material"
+        "RGBA32F",
+        np.stack([*own, water], -1)[:, None],
+        ", ".join(_PER_MATERIAL) + f", {film_response.CAPACITY}; by material",
     )
     for axis in (response.ALTITUDE, response.SLOPE, response.HOUR, response.LAG, response.OFFSET, shade.FORCING_TIME):
         numbers[axis] = np.asarray(root.axes[axis].values, float).tolist()

@@ -303,11 +303,13 @@ def _with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:
                 radiation=measured,
                 given=given,
                 days_before=state.weather.history_days,
+                rain=state.weather.rain,
             )
             notes = [*found.notes, *filter(None, [_other_place(job.site, found.station)])]
             warnings += [(i + 1, f"weather file {state.weather.file} {text}") for text in notes]
             *before, hourly = (table.model_copy(update=dict.fromkeys(given)) for table in (*found.before, found.hourly))
-            weather = state.weather.model_copy(update={"file": None, "hourly": hourly, "days_before": before})
+            read = {"file": None, "hourly": hourly, "days_before": before, "rain": None}
+            weather = state.weather.model_copy(update=read)
             states[i] = state.model_copy(update={"weather": weather})
     return job.model_copy(update={"states": states}), merged(warnings)
 

@@ -44,6 +44,7 @@ HOURLY_QUANTITIES = ("relative_humidity_percent", "wind_speed_m_s", "cloud_fract
 SUNLIGHT = ("direct_normal_w_m2", "diffuse_w_m2")
 RADIATION = (*SUNLIGHT, "longwave_down_w_m2")
 TOTAL = "global_horizontal_w_m2"  # in the place of both
+RainKey = Literal["file", "none"]
 WATER = ("rain_mm_h", "soil_moisture_m3_m3")  # on and in the ground
 
 Percent = Annotated[float, Field(ge=0, le=100)]
@@ -181,6 +182,14 @@ class Weather(StrictModel):
         exclude=True,
         description="Time since snow fell: the albedo of snow falls from that of its material to that of old snow.",
     )
+    rain: RainKey | None = Field(
+        None,
+        exclude=True,
+        description=(
+            "Rain of the weather file: read (file) or not (none). By default that of a CSV file's column is read, and"
+            " that of EPW and TMY3 is not, whose depths are often missing; `mat check` says what falls."
+        ),
+    )
     ground: Ground | None = Field(
         None,
         exclude=True,
@@ -219,6 +228,14 @@ class Weather(StrictModel):
                         f"found {name} in one of hourly and day {number} of days_before; allowed: the same quantities"
                         " on all days; give it in both or neither"
                     )
+        return self
+
+    @pydantic.model_validator(mode="after")
+    def _has_its_rain(self) -> Self:
+        if self.rain is not None and self.file is None:
+            raise ValueError(
+                f"found rain: {self.rain} without a file; allowed: with a file; give one, or rain_mm_h in hourly"
+            )
         return self
 
     @pydantic.model_validator(mode="after")

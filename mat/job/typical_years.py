@@ -46,6 +46,7 @@ class _Field:
     tmy3_factor: float = 1.0
 
 
+RAIN_DEPTH, RAIN_HOURS = "rain_mm", "rain_hours"
 FIELDS = {
     "air_temperature_c": _Field(6, 99.9, "Dry-bulb (C)", 1.0, -90.0, 70.0),
     "dew_point_c": _Field(7, 99.9, "Dew-point (C)", 1.0, -120.0, 70.0),
@@ -56,7 +57,10 @@ FIELDS = {
     "direct_normal_w_m2": _Field(14, 9999.0, "DNI (W/m^2)", 1.0, 0.0, 1500.0),
     "diffuse_w_m2": _Field(15, 9999.0, "DHI (W/m^2)", 1.0, 0.0, 1500.0),
     "longwave_down_w_m2": _Field(12, 9999.0, None, 1.0, 20.0, 800.0),
+    RAIN_DEPTH: _Field(33, 999.0, "Lprecip depth (mm)", 1.0, 0.0, 500.0),
+    RAIN_HOURS: _Field(34, 99.0, "Lprecip quantity (hr)", 1.0, 0.0, 24.0),
 }
+_LAST = (RAIN_DEPTH, RAIN_HOURS)  # which older files end before
 _TMY3_MISSING = -9900.0
 
 
@@ -143,11 +147,12 @@ class YearFile:
         for n, hour in enumerate(hours):
             cells = self.readings[hour][-1]
             try:
-                number = plain_number(cells[column]) if cells[column].strip() else np.nan
+                number = plain_number(cells[column]) if "".join(cells[column : column + 1]).strip() else np.nan
             except ValueError:
                 raise self._error(hour, quantity, f"found '{cells[column][:40]}'; allowed: a number") from None
             if self.kind == "EPW":
-                found[n] = np.nan if number >= field.missing else number * field.epw_factor
+                missing = number >= field.missing or number <= _TMY3_MISSING  # which converted files keep
+                found[n] = np.nan if missing else number * field.epw_factor
             else:
                 found[n] = np.nan if number <= _TMY3_MISSING else number * field.tmy3_factor
             if found[n] < field.low or found[n] > field.high:
@@ -203,11 +208,11 @@ def _epw(file: Path, rows: list[list[str]]) -> YearFile:
     station, offset = _station(file, rows, "EPW", (6, 7, 9, 8))
     last = next((n for n, row in enumerate(rows[:40]) if row and row[0].upper() == "DATA PERIODS"), _EPW_HEADER - 1)
     columns = {name: field.epw for name, field in FIELDS.items()}
-    readings = []
+    readings, least = [], 1 + max(column for name, column in columns.items() if name not in _LAST)
     for number, cells in enumerate(rows[last + 1 :], last + 2):
         if not any(cells):
             continue
-        _refuse_short(file, number, cells, max(columns.values()) + 1)
+        _refuse_short(file, number, cells, least)
         year, month, day, hour = (_whole(file, number, cells, n, _DATES["EPW"][n]) for n in range(4))
         readings.append((number, year, month, day, hour, cells))
     return YearFile(file, "EPW", station, offset, columns, readings, _ground(file, rows[: last + 1]))

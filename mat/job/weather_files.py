@@ -13,7 +13,16 @@ import pydantic
 from scipy import constants
 
 from skyshine.mat.job.fields import clock_text, hours_of
-from skyshine.mat.job.surface import HOURLY_QUANTITIES, LONGEST_GAP_H, RADIATION, SUNLIGHT, TOTAL, HourlyWeather
+from skyshine.mat.job.file_rain import hourly_rain
+from skyshine.mat.job.surface import (
+    HOURLY_QUANTITIES,
+    LONGEST_GAP_H,
+    RADIATION,
+    SUNLIGHT,
+    TOTAL,
+    HourlyWeather,
+    RainKey,
+)
 from skyshine.mat.job.typical_years import Station, YearFile, is_tmy3, read_year
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface.vapour import saturation_pressure
@@ -30,6 +39,7 @@ _INSTEAD = {
     "pressure_hpa": "that of the state's profile stands for it",
     "longwave_down_w_m2": "that of the state stands for it",
 }
+_SAID_MM = 0.1  # of a day's rain: less wets nothing for an hour
 _READ = ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa")
 
 
@@ -62,6 +72,7 @@ def read_weather(
     radiation: bool = False,
     given: Container[str] = (),
     days_before: int = 0,
+    rain: RainKey | None = None,
 ) -> FileWeather:
     """The weather of a file on a day and on days before it, by local clock hours.
 
@@ -81,6 +92,8 @@ def read_weather(
         Keys that the job writes itself: the file need not have them.
     days_before : int
         Days before the day that are wanted too; the day is not taken to repeat then.
+    rain : 'file', 'none' or None
+        Whether rain is read; by default that of a CSV table is, that of a typical year is not.
 
     Raises
     ------
@@ -90,13 +103,21 @@ def read_weather(
     refuse_special_file(file)
     days = [day - timedelta(days=before) for before in range(days_before, -1, -1)]
     if file.suffix.lower() == ".epw":
-        return _typical_days(read_year(file, "EPW"), days, utc_offset_h, radiation, given)
+        return _typical_days(read_year(file, "EPW"), days, utc_offset_h, radiation, given, rain)
     if file.suffix.lower() == ".csv":
         if is_tmy3(file):
-            return _typical_days(read_year(file, "TMY3"), days, utc_offset_h, radiation, given)
+            return _typical_days(read_year(file, "TMY3"), days, utc_offset_h, radiation, given, rain)
         *before, hourly = _day_tables(file, days, utc_offset_h, radiation)
+        if rain == "file" and hourly.rain_mm_h is None:
+            raise InputError("has no column 'rain', which rain: file asks for; add it, or remove rain", file=file)
+        if rain == "none":
+            before, hourly = [_dry(table) for table in before], _dry(hourly)
         return FileWeather(hourly, before)
     raise InputError(f"found the ending '{file.suffix}'; allowed: .epw or .csv; convert the file", file=file)
+
+
+def _dry(table: HourlyWeather) -> HourlyWeather:
+    return table.model_copy(update={"rain_mm_h": None})
 
 
 def _day_tables(file: Path, days: Sequence[date], utc_offset_h: float, radiation: bool) -> list[HourlyWeather]:
@@ -198,12 +219,57 @@ def _least(values: Floats | None, limit: float) -> Floats | None:
 
 
 def _typical_days(
-    year: YearFile, days: Sequence[date], utc_offset_h: float, radiation: bool, given: Container[str]
+    year: YearFile,
+    days: Sequence[date],
+    utc_offset_h: float,
+    radiation: bool,
+    given: Container[str],
+    rain: RainKey | None,
 ) -> FileWeather:
     """Each of consecutive days; a single one is taken to repeat."""
     notes: dict[str, None] = {}
-    tables = [_typical_day(year, day, utc_offset_h, radiation, given, notes, repeats=len(days) == 1) for day in days]
+    tables = []
+    for day in days:
+        table, rows = _typical_day(year, day, utc_offset_h, radiation, given, notes, repeats=len(days) == 1)
+        tables.append(table if rain == "none" else _with_rain(year, table, rows, rain == "file", notes))
+    if rain == "file" and all(table.rain_mm_h is None for table in tables):
+        raise InputError(
+            f"tells no liquid precipitation on {' and '.join(f'{day:%d %B}' for day in days[-1:])}, which rain: file"
+            " asks for; allowed: days with depths in mm; take another date or file, or remove rain",
+            file=year.file,
+        )
+    if rain == "file":
+        tables = [
+            table if table.rain_mm_h is not None else table.model_copy(update={"rain_mm_h": [0.0] * len(table.time)})
+            for table in tables
+        ]
     return FileWeather(tables[-1], tables[:-1], year.station, tuple(notes))
+
+
+def _with_rain(
+    year: YearFile, table: HourlyWeather, rows: list[int], wanted: bool, notes: dict[str, None]
+) -> HourlyWeather:
+    """The day with its rain, where it is wanted and told; else it is said that it rained."""
+    try:
+        rain = hourly_rain(year, rows)
+    except InputError:
+        if wanted:
+            raise
+        return table  # who asks for no rain is not stopped by a wrong depth
+    silent = int(np.count_nonzero(np.isnan(rain)))
+    if not wanted:
+        fallen = float(np.nansum(rain))
+        if fallen >= _SAID_MM:
+            notes[
+                f"has {fallen:.1f} mm of rain on a day that is read, which leaves surfaces dry; rain: file of the"
+                " weather wets them"
+            ] = None
+        return table
+    if silent:
+        notes[f"tells no rain in {silent} of 24 hours; none stands for it"] = None
+    if silent == len(rows):
+        return table
+    return table.model_copy(update={"rain_mm_h": [float(value) for value in np.nan_to_num(rain)]})
 
 
 def _typical_day(
@@ -215,8 +281,10 @@ def _typical_day(
     notes: dict[str, None],
     *,
     repeats: bool,
-) -> HourlyWeather:
-    """The 24 readings of a day of a typical year, each at the end of its hour as both formats define it."""
+) -> tuple[HourlyWeather, list[int]]:
+    """The 24 readings of a day of a typical year, each at the end of its hour as both formats define it, and their
+    numbers.
+    """
     rows, hours = _readings_of(year, day, utc_offset_h - year.utc_offset_h, repeats, notes)
     found: dict[str, Any] = {"time": list(hours), "altitude_km": year.station.altitude / 1e3}
     for name in (*_READ, *RADIATION) if radiation else _READ:
@@ -224,7 +292,7 @@ def _typical_day(
             continue
         found[name] = _instead(year, rows, name, year.values(name, rows), notes)
     found["relative_humidity_percent"] = _least(found.get("relative_humidity_percent"), 100.0)
-    return _hourly(year.file, found)
+    return _hourly(year.file, found), rows
 
 
 def _readings_of(

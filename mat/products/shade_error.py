@@ -15,6 +15,7 @@ from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, ResponseTable
 from skyshine.mat.surface.solver import FINE_STEPS
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.tables.axes import AxisRule
+from skyshine.mat.tables.film_response import StoredFilm
 from skyshine.mat.tables.response import StoredResponse
 from skyshine.mat.tables.stated_error import ErrorMeasure, measure
 from skyshine.schemas.arrays import Booleans, Floats
@@ -45,6 +46,7 @@ class ShadeError:
 
 def stored_response(table: ResponseTable) -> StoredResponse:
     """The response as a reader of the file has it."""
+    film = table.film
     return StoredResponse(
         AxisRule("response_altitude", table.altitudes_m / 1e3),
         AxisRule("response_slope", table.slopes_deg),
@@ -55,6 +57,17 @@ def stored_response(table: ResponseTable) -> StoredResponse:
         table.loss_slope,
         table.loss_excess,
         table.melt,
+        None
+        if film is None
+        else StoredFilm(
+            film.heat_loss,
+            film.evaporation,
+            film.sunlight,
+            film.dry_sunlight,
+            film.capacity,
+            film.rain,
+            film.before,
+        ),
     )
 
 

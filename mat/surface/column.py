@@ -15,6 +15,7 @@ from skyshine.mat.surface.conduction import depth_response, frequencies
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.forcing import Scene, Sky, plane_irradiance
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.penetrating_light import absorbed_sunlight, light_at_depth
 from skyshine.mat.surface.record import Record, record_forcing
 from skyshine.mat.surface.solution import Method, Solution
 from skyshine.mat.surface.solver import DAY, STEPS, solve_columns
@@ -216,8 +217,13 @@ def _at_depth(
     """Temperature at a depth [m] below the skin, from the surface's (N,) [K] and the back's drive, wave by wave."""
     steps = len(surface)
     hours = start_hour + np.arange(float(steps)) * (period / steps / 3600.0)
-    if material.thermal.light:
-        raise InputError(f"material '{material.name}' lets sunlight in; allowed with a depth: others; leave it out")
     drive = back_drive(material, forcing, hours)[0] + np.zeros(steps)
-    from_surface, from_back = depth_response(material.thermal, frequencies(steps, period, "spectral"), depth)
-    return np.fft.irfft(np.fft.rfft(surface) * from_surface + np.fft.rfft(drive) * from_back, steps)
+    waves = frequencies(steps, period, "spectral")
+    from_surface, from_back = depth_response(material.thermal, waves, depth)
+    whole = np.fft.rfft(surface) * from_surface + np.fft.rfft(drive) * from_back
+    if material.thermal.light:
+        whole = whole + np.fft.rfft(absorbed_sunlight(material, forcing)[0]) * light_at_depth(
+            material.thermal, waves, depth
+        )
+    temperature: Floats = np.fft.irfft(whole, steps)
+    return temperature

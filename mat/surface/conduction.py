@@ -175,7 +175,7 @@ def depth_response(stack: ThermalStack, s: npt.ArrayLike, depth: float) -> tuple
     if not 0 <= depth <= sum(layer.thickness for layer in stack.layers):
         raise InputError(f"found a depth of {depth:g} m; allowed: 0 to the thickness of the two layers")
     s = np.atleast_1d(np.asarray(s, complex))
-    above, below = _cut(stack.layers, depth)
+    above, below = cut(stack.layers, depth)
     behind = [_back_boundary(stack, s)]  # what lies behind each layer of `above`, then of `below`
     for layer in reversed(above[1:] + below):
         behind.insert(0, _through(layer, s, behind[0]))
@@ -192,7 +192,7 @@ def depth_response(stack: ThermalStack, s: npt.ArrayLike, depth: float) -> tuple
     return surface, drive
 
 
-def _cut(layers: Sequence[Layer], depth: float) -> tuple[list[Layer], list[Layer]]:
+def cut(layers: Sequence[Layer], depth: float) -> tuple[list[Layer], list[Layer]]:
     """Layers above and below a depth, the one that holds it cut in two."""
     above: list[Layer] = []
     below: list[Layer] = []

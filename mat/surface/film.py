@@ -57,19 +57,35 @@ def film_of(
     supply, demand = gain * step, potential * step
     if before is None:
         before = _returning(skin, supply, demand)
-    share = _march(skin, supply, demand, before)
+    share = covered_shares(supply / skin.capacity, demand / skin.capacity, before / skin.capacity)
     return skin.capacity * share**1.5, share
 
 
-def _march(skin: FilmSkin, gain: Floats, potential: Floats, film: Floats) -> Floats:
-    """Shares (columns, N) from a film (columns,) on; gain and potential are those of a step [kg m^-2].
+def covered_shares(supply: Floats, demand: Floats, water: Floats) -> Floats:
+    """Share that a film covers at each time of a day.
 
-    With w = capacity s^(3/2) a step is w + potential s = w before + gain; where the root lies beyond 1 the rest runs
-    off.
+    Parameters
+    ----------
+    supply, demand : (columns, N) ndarray
+        What a step brings, and what a wholly wet surface loses in it, over the capacity; not negative.
+    water : (columns,) ndarray
+        Film before the day over the capacity, 0 to 1.
+
+    Returns
+    -------
+    (columns, N) ndarray
+        0 to 1. With water w = s^(3/2) a step is w + demand s = w before + supply; where the root lies beyond 1 the rest
+        runs off.
+
+    Examples
+    --------
+    Half a film on a surface that loses nothing, on which another half of the capacity falls in each step:
+
+    >>> covered_shares(np.full((1, 3), 0.5), np.zeros((1, 3)), np.array([0.0])).round(3)
+    array([[0.63, 1.  , 1.  ]])
     """
-    supply, demand = gain.T / skin.capacity, potential.T / skin.capacity
+    supply, demand = supply.T, demand.T
     shares = np.empty(supply.shape)
-    water = film / skin.capacity
     for time, loss in enumerate(demand):
         water = water + supply[time]
         root = np.minimum(_root(loss, water), 1.0)
@@ -98,14 +114,17 @@ def _root(loss: Floats, water: Floats) -> Floats:
 
 
 def _returning(skin: FilmSkin, gain: Floats, potential: Floats) -> Floats:
-    """The least film (columns,) [kg m^-2] that is the same after the period; arguments as of `_march`.
+    """The least film (columns,) [kg m^-2] that is the same after the period, of gain and potential of its steps
+    [kg m^-2].
 
     The film after a period grows with that before it, from 0 up and from the capacity down. Where the surface dries
     within the period it does not depend on it: the second trial is the first.
     """
 
+    supply, demand = gain / skin.capacity, potential / skin.capacity
+
     def after(film: Floats, chosen: Integers) -> Floats:
-        share = _march(skin, gain[chosen], potential[chosen], film)[:, -1]
+        share = covered_shares(supply[chosen], demand[chosen], film / skin.capacity)[:, -1]
         whole: Floats = skin.capacity * share**1.5
         return whole
 

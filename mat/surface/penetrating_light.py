@@ -7,6 +7,7 @@ Green's function (Carslaw and Jaeger 1959, Conduction of Heat in Solids, 2nd ed.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
 
@@ -17,12 +18,14 @@ from skyshine.mat.surface.conduction import (
     Complexes,
     Conduction,
     circulant,
+    cut,
     delayed_weights,
     depth_response,
     frequencies,
+    surface_admittance,
 )
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.materials.records import PenetratingLight, ThermalStack
+from skyshine.materials.records import Back, PenetratingLight, ThermalStack
 from skyshine.schemas.arrays import Floats
 
 # m: edges of the panels of Gauss-Legendre points, close at the surface, where waves of minutes end.
@@ -53,18 +56,74 @@ def light_response(stack: ThermalStack, s: Complexes) -> Complexes:
 
 def _reaching(stack: ThermalStack, part: PenetratingLight, s: Complexes) -> Complexes:
     """The share of light absorbed by one exponential law in the layers that arrives at the surface."""
-    bottom = min(sum(layer.thickness for layer in stack.layers), _DEEPEST / part.extinction)
-    edges = np.append(_PANELS[bottom > _PANELS], bottom)
-    nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
     arriving: Complexes = np.zeros(len(s), complex)
     total = 0.0
+    for depth, absorbed in _absorbing_depths(stack, part):
+        arriving += absorbed * depth_response(stack, s, depth)[0]
+        total += absorbed
+    return arriving * (1.0 / total)
+
+
+def _absorbing_depths(stack: ThermalStack, part: PenetratingLight, kink: float = 0.0) -> list[tuple[float, float]]:
+    """Depths [m] at which light of one exponential law is absorbed, and how much of it; an integrand may have a kink at
+    a depth.
+    """
+    bottom = min(sum(layer.thickness for layer in stack.layers), _DEEPEST / part.extinction)
+    edges = np.append(_PANELS[bottom > _PANELS], bottom)
+    if 0 < kink < bottom:
+        edges = np.union1d(edges, [kink])
+    nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
+    found = []
     for low, high in pairwise(edges):
         for node, weight in zip(nodes, weights, strict=True):
             depth = float(low + 0.5 * (high - low) * (node + 1.0))
-            absorbed = 0.5 * (high - low) * weight * part.extinction * np.exp(-part.extinction * depth)
-            arriving += absorbed * depth_response(stack, s, depth)[0]
-            total += absorbed
-    return arriving * (1.0 / total)
+            found.append((depth, 0.5 * (high - low) * weight * part.extinction * np.exp(-part.extinction * depth)))
+    return found
+
+
+def light_at_depth(stack: ThermalStack, s: Complexes, depth: float) -> Complexes:
+    """Temperature at a depth per absorbed sunlight at complex frequencies, the surface held at 0.
+
+    Parameters
+    ----------
+    stack : ThermalStack
+    s : (n,) complex
+        [1/s]
+    depth : float
+        Below the skin [m], within the layers.
+
+    Returns
+    -------
+    (n,) complex
+        [K m^2 W^-1]
+
+    Notes
+    -----
+    Heat put in at the depth warms it by the reciprocal of what both sides draw from it; heat put in elsewhere by that
+    times the temperature there per kelvin at the depth, since Green's function is symmetric (see the module).
+    """
+    heated: Complexes = np.zeros(len(s), complex)
+    above, below = cut(stack.layers, depth)
+    if not above or (not below and stack.back.kind == "fixed"):
+        return heated  # the surface, or a back of given temperature
+    none = replace(stack.skin, thickness=0.0)
+    up, down = (
+        ThermalStack(none, (first, second), back)
+        for (first, second, *_), back in (
+            ([*reversed(above), none], Back("fixed")),
+            ([*below, none, none], stack.back),
+        )
+    )
+    drawn = surface_admittance(up, s) + surface_admittance(down, s)
+    for part in stack.light:
+        absorbing = _absorbing_depths(stack, part, depth)
+        total = sum(absorbed for _, absorbed in absorbing)
+        for at, absorbed in absorbing:
+            side = up if at < depth else down
+            away = min(abs(at - depth), sum(layer.thickness for layer in side.layers))  # but for rounding it is less
+            there = depth_response(side, s, away)[0]
+            heated += part.share * absorbed / total * there / drawn
+    return heated
 
 
 def absorbed_sunlight(material: SurfaceMaterial, forcing: Forcing) -> Floats:

@@ -10,13 +10,14 @@ response of one face holds for faces of other azimuths, on which the Sun shines 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.days import solve_days
+from skyshine.mat.surface.film_response import DRY_FILM, FilmResponse, film_response, under_film
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.penetrating_light import penetrating_light_matrix
@@ -57,6 +58,8 @@ class SurfaceResponse:
         f at `OFFSETS` from `temperature`, less f there and less the offset times that derivative [W m^-2].
     melt : ndarray, shape (columns, 24)
         Heat spent on melting [W m^-2].
+    film : FilmResponse or None
+        What a film of water changes; the others are then of the dry surface. None: surfaces know no film.
     """
 
     kernel: Floats
@@ -64,10 +67,11 @@ class SurfaceResponse:
     loss_slope: Floats
     loss_excess: Floats
     melt: Floats
+    film: FilmResponse | None = None
 
     @classmethod
-    def empty(cls, columns: int) -> SurfaceResponse:
-        """Of surfaces whose temperature is given: no heat changes it."""
+    def empty(cls, columns: int, *, film: bool = False) -> SurfaceResponse:
+        """Of surfaces whose temperature is given: no heat changes it. With `film` it has one that holds no water."""
         hours = (columns, RESPONSE_HOURS.size)
         return cls(
             np.zeros((*hours, LAG_STARTS.size)),
@@ -75,6 +79,7 @@ class SurfaceResponse:
             np.ones(hours),
             np.zeros((*hours, OFFSETS.size)),
             np.zeros(hours),
+            FilmResponse.empty(*hours, OFFSETS.size) if film else None,
         )
 
 
@@ -114,7 +119,7 @@ def surface_response(
     sunlight, which shade is for the most part.
     """
     forcing = days[-1](FINE_STEPS)
-    response = SurfaceResponse.empty(forcing.shape[0])
+    response = SurfaceResponse.empty(forcing.shape[0], film=forcing.rain is not None)
     for columns, solution in solve_days(material, days, steps=steps, fine_steps=steps):
         _fill(response, material, forcing.columns(columns), columns, solution)
     return response
@@ -126,7 +131,7 @@ def _fill(
     """Put the response of columns that were solved alike."""
     scheme = "euler" if solution.method[0] in (Method.EULER, Method.EULER_NEWTON) else "bdf2"
     conduction = Conduction(material.thermal, FINE_STEPS, DAY, scheme)
-    forcing = solution.under(forcing, material)
+    forcing = under_film(forcing, DRY_FILM)
     balance = Balance(forcing, material)
     times, coarse = np.arange(FINE_STEPS) / FINE_STEPS, solution.temperature
     known = np.arange(coarse.shape[1]) / coarse.shape[1]
@@ -156,6 +161,10 @@ def _fill(
     for number, offset in enumerate(OFFSETS):
         moved = np.maximum(origin + offset, _COLDEST)
         response.loss_excess[columns, :, number] = balance.loss(moved) - loss - slope * (moved - origin)
+    if response.film is not None and solution.film is not None:
+        temperatures = [np.maximum(origin + offset, _COLDEST) for offset in OFFSETS]
+        film = film_response(material, forcing.times(at_hours), temperatures, solution.film[:, 0])
+        response.film.put(columns, film)
 
 
 def lag_cells(steps: int) -> Integers:
@@ -179,6 +188,8 @@ class ResponseTable:
     solar_absorptance, thermal_emissivity : ndarray, shape (M,)
     highest : ndarray, shape (M,)
         Melting point of surfaces that cannot exceed it [K]; `NO_LIMIT` of others.
+    film : FilmTable or None
+        As in `SurfaceResponse`.
     """
 
     altitudes_m: Floats
@@ -191,6 +202,33 @@ class ResponseTable:
     solar_absorptance: Singles
     thermal_emissivity: Singles
     highest: Singles
+    film: FilmTable | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class FilmTable:
+    """Films of water on M materials, with the rain of a day; arrays are float32.
+
+    Attributes
+    ----------
+    heat_loss, evaporation : ndarray, shape (M, A, S, 24, O)
+    sunlight, dry_sunlight : ndarray, shape (M, A, S, 24)
+        As in `FilmResponse`.
+    before : ndarray, shape (M, A, S), or None
+        As in `FilmResponse`; None: the day repeats, and its film with it.
+    capacity : ndarray, shape (M,)
+        Water that stays on a surface [kg m^-2]; 0 where none does.
+    rain : ndarray, shape (FINE_STEPS,)
+        On level ground [kg m^-2 s^-1].
+    """
+
+    heat_loss: Singles
+    evaporation: Singles
+    sunlight: Singles
+    dry_sunlight: Singles
+    before: Singles | None
+    capacity: Singles
+    rain: Singles
 
 
 def response_table(
@@ -219,27 +257,58 @@ def response_table(
     responses = []
     for material in materials:
         if material.name in given:
-            responses.append(SurfaceResponse.empty(altitudes.size * slopes.size))
+            responses.append(
+                SurfaceResponse.empty(altitudes.size * slopes.size, film=days[-1](FINE_STEPS).rain is not None)
+            )
             continue
         if material.physics not in solved:
             solved[material.physics] = surface_response(material, days, steps=steps)
         responses.append(solved[material.physics])
     shape = (len(materials), altitudes.size, slopes.size, RESPONSE_HOURS.size)
-    kernel, temperature, slope, excess, melt = (
-        np.stack([getattr(response, field.name) for response in responses]).astype(np.float32)
-        for field in fields(SurfaceResponse)
-    )
+
+    def table(name: str) -> Singles:
+        parts = np.stack([getattr(response, name) for response in responses]).astype(np.float32)
+        return parts.reshape(*shape, *parts.shape[3:])
+
     return ResponseTable(
         altitudes,
         slopes,
-        _rounded(kernel).reshape(*shape, LAG_STARTS.size),
-        temperature.reshape(shape),
-        slope.reshape(shape),
-        _rounded(excess).reshape(*shape, OFFSETS.size),
-        melt.reshape(shape),
+        _rounded(table("kernel")),
+        table("temperature"),
+        table("loss_slope"),
+        _rounded(table("loss_excess")),
+        table("melt"),
         np.array([material.solar_absorptance for material in materials], np.float32),
         np.array([material.thermal_emissivity for material in materials], np.float32),
         np.array([melting_cap(material) or NO_LIMIT for material in materials], np.float32),
+        _film_table(materials, [response.film for response in responses], days, shape, given),
+    )
+
+
+def _film_table(
+    materials: Sequence[SurfaceMaterial],
+    films: Sequence[FilmResponse | None],
+    days: Sequence[Callable[[int], Forcing]],
+    shape: tuple[int, ...],
+    given: Collection[str],
+) -> FilmTable | None:
+    """Of the responses of all materials; None where it does not rain, or no material holds a film."""
+    rain = days[-1](FINE_STEPS).rain
+    wet = [None if material.name in given else material.film for material in materials]
+    if rain is None or not any(wet):
+        return None
+
+    def table(name: str) -> Singles:
+        return np.stack([getattr(film, name) for film in films]).astype(np.float32)
+
+    return FilmTable(
+        _rounded(table("heat_loss")).reshape(*shape, OFFSETS.size),
+        _rounded(table("evaporation")).reshape(*shape, OFFSETS.size),
+        table("sunlight").reshape(shape),
+        table("dry_sunlight").reshape(shape),
+        table("before").reshape(shape[:3]) if len(days) > 1 else None,
+        np.array([0.0 if film is None else film.capacity for film in wet], np.float32),
+        np.atleast_2d(rain)[0].astype(np.float32),
     )
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, RESPONSE_HOURS
+from skyshine.mat.tables import film_response as wet
 from skyshine.mat.tables import response
 from skyshine.mat.tables import shade as light
 from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, table_axis
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
     from skyshine.mat.surface.enclosure import Enclosure
     from skyshine.mat.surface.forcing import Scene
-    from skyshine.mat.surface.response import ResponseTable
+    from skyshine.mat.surface.response import FilmTable, ResponseTable
     from skyshine.mat.surface.table import SurfaceTemperatures
     from skyshine.schemas.hdf5 import Axis
 
@@ -194,4 +195,36 @@ def shade_fields(table: ResponseTable, scene: Scene, extraterrestrial: float) ->
             (light.FORCING_TIME,), azimuth, "degree", "azimuth of the Sun, from north eastward"
         ),
     }
+    if table.film is not None:
+        variables |= _film_fields(table.film, column)
     return axes, with_names(variables)
+
+
+def _film_fields(film: FilmTable, column: tuple[str, ...]) -> dict[str, Variable]:
+    """Arrays with which a runtime keeps surfaces wet."""
+    table = (*column, response.OFFSET)
+    variables = {
+        wet.LOSS: Variable(
+            table,
+            film.heat_loss,
+            "W m^-2",
+            "heat loss of a surface wholly under a film of water above that of the dry one, without sunlight",
+        ),
+        wet.EVAPORATION: Variable(
+            table,
+            film.evaporation,
+            "kg m^-2 s^-1",
+            "water that a surface wholly under a film loses, negative where dew falls",
+        ),
+        wet.SUNLIGHT: Variable(
+            column, film.sunlight, "W m^-2", "sunlight that a surface wholly under a film absorbs above the dry one"
+        ),
+        wet.DRY_SUNLIGHT: Variable(column, film.dry_sunlight, "W m^-2", "sunlight that the dry surface absorbs"),
+        wet.CAPACITY: Variable(("material",), film.capacity, "kg m^-2", "water that stays on the surface, 0 for none"),
+        wet.RAIN: Variable((light.FORCING_TIME,), film.rain, "kg m^-2 s^-1", "rain on level ground"),
+    }
+    if film.before is not None:
+        variables[wet.BEFORE] = Variable(
+            column[:3], film.before, "kg m^-2", "water on the surface at midnight before the day"
+        )
+    return variables

@@ -6,13 +6,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.tables.axes import PERIODIC, AxisRule
+from skyshine.mat.tables.film_response import FILM, ColumnFilm, StoredFilm
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group
@@ -72,6 +73,8 @@ class ColumnResponse:
         [W m^-2]
     melt : (P, H) ndarray
         [W m^-2]
+    film : ColumnFilm or None
+        None: surfaces are dry.
     """
 
     lag: Floats
@@ -81,6 +84,7 @@ class ColumnResponse:
     slope: Floats
     excess: Floats
     melt: Floats
+    film: ColumnFilm | None = None
 
     def change(self, absorbed: Floats, temperature: Floats, highest: Floats) -> Floats:
         """Change of temperature through the day.
@@ -99,6 +103,12 @@ class ColumnResponse:
         (P, FORCING_STEPS) ndarray
             [K]
         """
+        if self.film is not None and not np.all(self.film.holds_water):
+            change = np.empty(absorbed.shape)
+            for film, rows in ((self.film, self.film.holds_water), (None, ~self.film.holds_water)):
+                part = self._part(rows, film)
+                change[rows] = part.change(absorbed[rows], temperature[rows], highest[rows])
+            return change
         kernel, reference, slope, excess, melt = (
             _through_the_day(values) for values in (self.kernel, self.reference, self.slope, self.excess, self.melt)
         )
@@ -106,6 +116,8 @@ class ColumnResponse:
         absorbed = np.where(melting, np.minimum(absorbed + melt, 0.0), absorbed)
         start = np.where(np.isfinite(temperature), temperature - reference, 0.0)
         loss = slope[..., None] * self.offset + excess
+        if self.film is not None:
+            return self._wet_change(self.film.by_step(_through_the_day), kernel, slope, loss, start, absorbed)
         base = _read(self.offset, loss, start)
         lowest, highest = self._bounds(loss, base, start, absorbed)
         change = np.clip(self._linear(kernel, absorbed), lowest, highest)
@@ -117,6 +129,37 @@ class ColumnResponse:
             change = np.clip(change + (target - change) / (1.0 + np.maximum(steeper, 0.0)), lowest, highest)
         return change
 
+    def _part(self, rows: Booleans, film: ColumnFilm | None) -> ColumnResponse:
+        """Some columns, under their part of a film."""
+        names = ("kernel", "reference", "slope", "excess", "melt")
+        part = replace(self, **{name: getattr(self, name)[rows] for name in names})
+        return replace(part, film=None if film is None else film.columns(rows))
+
+    def _wet_change(
+        self, film: ColumnFilm, kernel: Floats, slope: Floats, loss: Floats, start: Floats, absorbed: Floats
+    ) -> Floats:
+        """`change` of surfaces with a film, all at the steps of the day: `loss` is that of the dry surface."""
+        covered, water, end = film.sunlit_shares(_read(self.offset, film.evaporation, start))
+        dry = _read(self.offset, loss, start)
+        base = dry + covered * (_read(self.offset, film.heat_loss, start) - film.sunlight)
+        light, before, change = film.light(absorbed), water, np.zeros(start.shape)
+        for number in range(CORRECTIONS + 1):
+            whole = loss + covered[..., None] * film.heat_loss
+            heat = absorbed + covered * light
+            surplus = heat - (_read(self.offset, whole, start) - base)
+            lowest, highest = self._bounds(whole, base, start, heat, surplus)
+            if number == 0:
+                change = np.clip(self._linear(kernel, absorbed), lowest, highest)
+            else:
+                at = _read(self.offset, whole, start + change)
+                target = self._linear(kernel, heat - (at - base - slope * change))
+                steeper = np.maximum(_rise(self.offset, whole, start + change) / slope, 1.0)
+                change = np.clip(change + (target - change) / steeper, lowest, highest)
+            covered, after = film.shares(_read(self.offset, film.evaporation, start + change), before)
+            if film.before is None:
+                before = np.clip(water + (after - end), 0.0, 1.0)
+        return change
+
     def _linear(self, kernel: Floats, absorbed: Floats) -> Floats:
         """The kernel applied to a history of heat: sum over the cells of lag."""
         edges = np.append(self.lag, self.lag[0] + DAY_H)
@@ -126,16 +169,19 @@ class ColumnResponse:
         total: Floats = np.einsum("ptl,ptl->pt", kernel, means)
         return total
 
-    def _bounds(self, loss: Floats, base: Floats, start: Floats, absorbed: Floats) -> tuple[Floats, Floats]:
+    def _bounds(
+        self, loss: Floats, base: Floats, start: Floats, absorbed: Floats, surplus: Floats | None = None
+    ) -> tuple[Floats, Floats]:
         """Least and largest change [K], each (P, 1): the extremes of the changes in balance at each time, and 0.
 
         Conduction only spreads a change over time: at its coldest time a surface gives heat to none of its layers, so
-        it cannot be colder than its instantaneous balance.
+        it cannot be colder than its instantaneous balance. `surplus` is what is gained at no change, by default all.
         """
+        gained = absorbed if surplus is None else surplus
         balanced = _inverse(self.offset, loss, base + absorbed) - start
         return (
-            np.where(absorbed < 0, balanced, 0.0).min(axis=1, keepdims=True),
-            np.where(absorbed > 0, balanced, 0.0).max(axis=1, keepdims=True),
+            np.where(gained < 0, balanced, 0.0).min(axis=1, keepdims=True),
+            np.where(gained > 0, balanced, 0.0).max(axis=1, keepdims=True),
         )
 
 
@@ -150,6 +196,8 @@ class StoredResponse:
     lag, offset : ndarray
         As in `ColumnResponse`.
     kernel, reference, loss_slope, excess, melt : ndarray, shape (M, A, S, H, ...)
+    film : StoredFilm or None
+        None: surfaces are dry.
     """
 
     altitude: AxisRule
@@ -161,6 +209,7 @@ class StoredResponse:
     loss_slope: npt.NDArray[Any]
     excess: npt.NDArray[Any]
     melt: npt.NDArray[Any]
+    film: StoredFilm | None = None
 
     @classmethod
     def of(cls, root: Group) -> StoredResponse:
@@ -173,13 +222,19 @@ class StoredResponse:
         """
         if KERNEL not in root.variables:
             raise InputError("holds no response to shade; build it again, without needs.shade: false")
-        need_parts(root, (KERNEL, REFERENCE, LOSS_SLOPE, LOSS_EXCESS, MELT, HIGHEST))
+        film = FILM if FILM[0] in root.variables else ()
+        need_parts(root, (KERNEL, REFERENCE, LOSS_SLOPE, LOSS_EXCESS, MELT, HIGHEST, *film))
         return cls(
             AxisRule.of(ALTITUDE, root.axes[ALTITUDE]),
             AxisRule.of(SLOPE, root.axes[SLOPE]),
             np.asarray(root.axes[LAG].values, float),
             np.asarray(root.axes[OFFSET].values, float),
-            *(root.variables[name].data for name in (KERNEL, REFERENCE, LOSS_SLOPE, LOSS_EXCESS, MELT)),
+            root.variables[KERNEL].data,
+            root.variables[REFERENCE].data,
+            root.variables[LOSS_SLOPE].data,
+            root.variables[LOSS_EXCESS].data,
+            root.variables[MELT].data,
+            StoredFilm.of(root),
         )
 
     def columns(self, material: Integers, altitude: Floats, slope: Floats) -> ColumnResponse:
@@ -201,7 +256,12 @@ class StoredResponse:
         return ColumnResponse(
             self.lag,
             self.offset,
-            *(mixed(v) for v in (self.kernel, self.reference, self.loss_slope, self.excess, self.melt)),
+            mixed(self.kernel),
+            mixed(self.reference),
+            mixed(self.loss_slope),
+            mixed(self.excess),
+            mixed(self.melt),
+            None if self.film is None else self.film.columns(material, slope, mixed),
         )
 
 
@@ -257,6 +317,14 @@ def _read(nodes: Floats, values: Floats, at: Floats) -> Floats:
     left, right = (np.take_along_axis(values, (lower + side)[..., None], axis=2)[..., 0] for side in (0, 1))
     result: Floats = left + (at - nodes[lower]) * (right - left) / (nodes[lower + 1] - nodes[lower])
     return result
+
+
+def _rise(nodes: Floats, values: Floats, at: Floats) -> Floats:
+    """Slope of what `_read` reads (P, T)."""
+    lower = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, nodes.size - 2)
+    left, right = (np.take_along_axis(values, (lower + side)[..., None], axis=2)[..., 0] for side in (0, 1))
+    rise: Floats = (right - left) / (nodes[lower + 1] - nodes[lower])
+    return rise
 
 
 def _inverse(nodes: Floats, values: Floats, wanted: Floats) -> Floats:

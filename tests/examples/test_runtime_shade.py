@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import skyshine.tmm
-from skyshine.schemas.hdf5 import Header, read_file, write_file
+from skyshine.schemas.hdf5 import Header, Variable, read_file, write_file
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
 import good_databases
@@ -101,6 +101,39 @@ def test_the_ground_that_a_file_names_is_before_the_walls(runtime, textured, tmp
         file.attrs["ground_material"] = "no_such_material"
     status, shown, complaint = runtime(scene)
     assert (status, shown) == (1, "") and "no_such_material" in complaint and len(complaint.strip().splitlines()) == 1
+
+
+def film_of(root):
+    """A shower at noon on all materials of a file but the first."""
+    excess, slope = root.variables["heat_loss_excess"], root.variables["heat_loss_slope"]
+    offsets, table = np.asarray(root.axes["temperature_offset"].values), np.ones(excess.data.shape)
+    codes = root.axes["material"].values.size
+    rain = np.where(np.abs(np.arange(288) / 12 - 12) < 0.5, 4e-4, 0.0)
+    arrays = {
+        "film_heat_loss": ("W m^-2", excess.dims, table * (40 + 8 * offsets + 0.02 * offsets * np.abs(offsets))),
+        "film_evaporation": ("kg m^-2 s^-1", excess.dims, 1e-5 * table * (1 + offsets / 4)),
+        "film_sunlight": ("W m^-2", slope.dims, np.full(slope.data.shape, 30.0)),
+        "absorbed_sunlight": ("W m^-2", slope.dims, np.full(slope.data.shape, 200.0)),
+        "film_capacity": ("kg m^-2", ("material",), np.where(np.arange(codes) == 0, 0.0, 0.5)),
+        "rain": ("kg m^-2 s^-1", ("forcing_time",), rain),
+    }
+    return {name: Variable(dims, data.astype(np.float32), units, name) for name, (units, dims, data) in arrays.items()}
+
+
+def test_a_film_of_water_lasts_in_the_shade_as_in_the_library(runtime, textured, tmp_path):
+    """A film that returns after the day, one that lies there before it, and none, as in older files."""
+    scene, found = textured[1] | {"shaded_sky": 0.2}, {}
+    root, _ = read_file(scene["surface"])
+    column = root.variables["heat_loss_slope"].dims[:3]
+    water = np.full([root.axes[name].values.size for name in column], 0.3, np.float32)
+    before = {"film_before": Variable(column, water, "kg m^-2", "water on the surface")}
+    wet = root.variables | film_of(root)
+    for name, variables in (("returns", wet), ("lies", wet | before), ("none", root.variables)):
+        path = tmp_path / f"{name}.htt.h5"
+        write_file(path, replace(root, variables=variables), Header("htt", "1.7.0", "data", "job"))
+        found[name] = agrees(runtime, scene | {"surface": str(path)})["temperature"]
+    assert np.abs(found["returns"] - found["none"]).max() > 0.5
+    assert np.abs(found["returns"] - found["lies"]).max() > 0.05
 
 
 def test_a_texture_without_shade_reads_as_one_in_the_sun(runtime, textured, texture, tmp_path):

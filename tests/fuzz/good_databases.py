@@ -163,6 +163,7 @@ def _shade(materials) -> tuple:
         thermal_emissivity=np.array([0.95, 0.97], np.float32),
         melt=5 * column,
         highest=np.full(count, 350.0, np.float32),
+        film=_film(column),
     )
     hours = np.arange(288) / 12
     up = np.maximum(np.sin((hours - 6) / 12 * np.pi), 0.0)
@@ -172,6 +173,20 @@ def _shade(materials) -> tuple:
     sun = SimpleNamespace(solar_elevation=60 * np.cos(np.radians(turn - 180)), solar_azimuth=turn)
     scene = SimpleNamespace(open_air=lambda steps: (*light, *air), sun=sun)
     return shade_fields(response, scene, 1361.0)
+
+
+def _film(column) -> SimpleNamespace:
+    """A shower at noon, after which the first material dries in the afternoon; none stays on the second."""
+    rain = np.where(np.abs(np.arange(288) / 12 - 12) < 0.5, 4e-4, 0.0)
+    return SimpleNamespace(
+        heat_loss=(column[..., None] * (40 + 8 * OFFSETS + 0.02 * OFFSETS * np.abs(OFFSETS))).astype(np.float32),
+        evaporation=(1e-5 * column[..., None] * (1 + OFFSETS / 4)).astype(np.float32),
+        sunlight=30 * column,
+        dry_sunlight=200 * column,
+        before=None,
+        capacity=np.array([0.5, 0.0], np.float32),
+        rain=rain.astype(np.float32),
+    )
 
 
 def _tracks() -> dict:

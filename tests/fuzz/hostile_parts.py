@@ -27,6 +27,12 @@ OUTSIDE: dict[str, dict[str, tuple[float, ...]]] = {
         "solar_absorptance": (-0.5, 1.5),
         "thermal_emissivity": (-0.5, 1.5),
         "melting_heat": (-1.0,),
+        "film_heat_loss": (),
+        "film_evaporation": (),
+        "film_sunlight": (),
+        "absorbed_sunlight": (-1.0,),
+        "film_capacity": (-0.1,),
+        "rain": (-1e-4,),
         "highest_temperature": (-1.0, 0.0),
         "direct_normal_irradiance": (-1.0,),
         "diffuse_irradiance": (-1.0,),
@@ -57,8 +63,8 @@ SHAPED = {
     "surface": ("response_kernel", "moon_distance"),
     "atmosphere": ("ambient_radiance_harmonics", "thermal_radiance_harmonics"),
 }
-# A file without this one is a sound file of an older version, which gives other answers.
-MAY_BE_ABSENT = ("ambient_radiance_harmonics",)
+# A file without one of these is a sound file of an older version, which gives other answers.
+MAY_BE_ABSENT = ("ambient_radiance_harmonics", "film_heat_loss")
 RULED = {"surface": ("lag", "response_hour", "track_time"), "atmosphere": ("harmonic", "ground_temperature")}
 
 

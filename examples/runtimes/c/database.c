@@ -135,6 +135,8 @@ static void read_channels(const struct source *from, struct database *database, 
 static void read_optional(const struct source *from, struct database *database, const struct layout *layout, const char *const *clamped)
 {
     if (layout == SURFACE && H5Lexists(from->file, SHADE[0].name, H5P_DEFAULT) > 0) read_more(from, database, SHADE, clamped);
+    if (layout == SURFACE && H5Lexists(from->file, FILM[0].name, H5P_DEFAULT) > 0) read_more(from, database, FILM, clamped);
+    if (layout == SURFACE && H5Lexists(from->file, FILM_BEFORE[0].name, H5P_DEFAULT) > 0) read_more(from, database, FILM_BEFORE, clamped);
     if (layout == SURFACE && H5Lexists(from->file, TRACKS[0].name, H5P_DEFAULT) > 0) {
         read_more(from, database, TRACKS, clamped);
         database->tracked = 1;

@@ -9,7 +9,7 @@
 
 /* Deflate packs at most 1032 bytes into one: a file that claims more does not hold it. */
 enum { PACKING = 1100, SMALL = 1 << 20 };
-enum { AXES = 5, ARRAYS = 32, NAME = 64 };
+enum { AXES = 5, ARRAYS = 40, NAME = 64 };
 #define LIGHT "ambient_radiance_harmonics"
 #define GLOW "ground_radiance_harmonics"
 

@@ -29,6 +29,21 @@ static const struct layout SHADE[] = {
     {"extraterrestrial_irradiance", {"forcing_time"}, 1e-6, HUGE_VALF},
     {NULL, {NULL}, 0, 0},
 };
+/* Of an .htt that holds the first of them: films of water on surfaces, which last longer in the shade. */
+static const struct layout FILM[] = {
+    {"film_heat_loss", {"material", "response_altitude", "response_slope", "response_hour", "temperature_offset"}, -HUGE_VALF, HUGE_VALF},
+    {"film_evaporation", {"material", "response_altitude", "response_slope", "response_hour", "temperature_offset"}, -HUGE_VALF, HUGE_VALF},
+    {"film_sunlight", {"material", "response_altitude", "response_slope", "response_hour"}, -HUGE_VALF, HUGE_VALF},
+    {"absorbed_sunlight", {"material", "response_altitude", "response_slope", "response_hour"}, 0.0, HUGE_VALF},
+    {"film_capacity", {"material"}, 0.0, HUGE_VALF},
+    {"rain", {"forcing_time"}, 0.0, HUGE_VALF},
+    {NULL, {NULL}, 0, 0},
+};
+/* Of an .htt whose day does not repeat. */
+static const struct layout FILM_BEFORE[] = {
+    {"film_before", {"material", "response_altitude", "response_slope"}, 0.0, HUGE_VALF},
+    {NULL, {NULL}, 0, 0},
+};
 /* Of an .htt that holds the first of them: where Sun and Moon stand. */
 static const struct layout TRACKS[] = {
     {"sun_elevation", {"track_time"}, -90.0, 90.0},

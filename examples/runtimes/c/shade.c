@@ -1,5 +1,6 @@
 /* The formulas of schemas/formats/htt-1.md. */
 #include "shade.h"
+#include "film.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -47,12 +48,26 @@ static void step_means(const double *values, size_t count, double *means)
     sky_release(sums.totals);
 }
 
-/* Value at a point, linear between nodes and beyond their ends. */
-static double read_at(const struct axis *axis, const double *values, double at)
+/* Cell of an axis in which a point lies, or that next to it. */
+static size_t cell(const struct axis *axis, double at)
 {
     size_t lower = 0;
     while (lower + 2 < axis->count && axis->nodes[lower + 1] <= at) ++lower;
+    return lower;
+}
+
+/* Value at a point, linear between nodes and beyond their ends. */
+static double read_at(const struct axis *axis, const double *values, double at)
+{
+    const size_t lower = cell(axis, at);
     return values[lower] + (at - axis->nodes[lower]) * (values[lower + 1] - values[lower]) / (axis->nodes[lower + 1] - axis->nodes[lower]);
+}
+
+/* Slope of what `read_at` reads. */
+static double rise(const struct axis *axis, const double *values, double at)
+{
+    const size_t lower = cell(axis, at);
+    return (values[lower + 1] - values[lower]) / (axis->nodes[lower + 1] - axis->nodes[lower]);
 }
 
 /* Point at which ascending values are a wanted one. */
@@ -78,9 +93,10 @@ static int is_held(const struct axis *time, double hour)
     return !strcmp(time->rule, "linear_periodic") || since - DAY * floor(since / DAY) <= time->nodes[time->count - 1] - time->nodes[0];
 }
 
-/* What the response of a face is at one step of the day. */
+/* What the response of a face is at one step of the day; with a film its heat loss above that of the dry face, the water that it loses, and the
+   heat loss under the share of it that covers the face. */
 struct response {
-    double slope, start, base, *loss, *kernel;
+    double slope, start, base, *loss, *kernel, *film_loss, *evaporation, *whole;
 };
 
 /* The kernel applied to a history of heat. */
@@ -96,6 +112,72 @@ static void linear(const struct response *steps, const struct axis *lags, const 
             const double hour = (double)k * STEP;
             moved[k] += steps[k].kernel[l] * (integral(&sums, hour - near) - integral(&sums, hour - far)) / (far - near);
         }
+    }
+}
+
+/* Read the film on a face; 0 where no water stays. */
+static int read_film(const struct database *surface, const double *face, const struct axis *axes, const struct axis *offsets, struct response *steps,
+                     struct film *film)
+{
+    if (!sky_holds(surface, "film_heat_loss") || !(sky_value_at(surface, "film_capacity", face) > 0)) return 0;
+    const double upward = fmax(cos(face[SLOPE] * acos(-1.0) / 180.0), 0);
+    double place[] = {face[MATERIAL], within(&axes[1], face[ALTITUDE]), within(&axes[2], face[SLOPE]), 0, 0};
+    double *tables = sky_allocate(STEPS * 3 * offsets->count, sizeof *tables);
+    film->capacity = sky_value_at(surface, "film_capacity", face);
+    film->before = sky_holds(surface, "film_before") ? sky_value_at(surface, "film_before", place) : NAN;
+    for (size_t k = 0; k < STEPS; ++k) {
+        struct response *step = &steps[k];
+        step->film_loss = &tables[3 * k * offsets->count];
+        step->evaporation = step->film_loss + offsets->count;
+        step->whole = step->evaporation + offsets->count;
+        place[3] = (double)k * STEP;
+        film->rain[k] = upward * sky_value_at(surface, "rain", &place[3]);
+        film->sunlight[k] = sky_value_at(surface, "film_sunlight", place);
+        film->dry_sunlight[k] = sky_value_at(surface, "absorbed_sunlight", place);
+        for (size_t i = 0; i < offsets->count; ++i) {
+            place[4] = offsets->nodes[i];
+            step->film_loss[i] = sky_value_at(surface, "film_heat_loss", place);
+            step->evaporation[i] = sky_value_at(surface, "film_evaporation", place);
+        }
+    }
+    return 1;
+}
+
+static void evaporation_of(const struct response *steps, const struct axis *offsets, const double *moved, double *evaporation)
+{
+    for (size_t k = 0; k < STEPS; ++k) evaporation[k] = read_at(offsets, steps[k].evaporation, steps[k].start + moved[k]);
+}
+
+/* `change` of a face with a film. */
+static void wet_change(const struct film *film, struct response *steps, const struct axis *offsets, const struct axis *lags, const double *absorbed, double *moved)
+{
+    struct wet_day open, day;
+    double evaporation[STEPS], heat[STEPS], rest[STEPS], target[STEPS];
+    for (size_t k = 0; k < STEPS; ++k) moved[k] = 0;
+    evaporation_of(steps, offsets, moved, evaporation);
+    sky_open_film(film, evaporation, &open);
+    for (size_t k = 0; k < STEPS; ++k) steps[k].base += open.covered[k] * (read_at(offsets, steps[k].film_loss, steps[k].start) - film->sunlight[k]);
+    day = open;
+    for (int pass = 0; pass <= CORRECTIONS; ++pass) {
+        double lowest = 0, highest = 0;
+        for (size_t k = 0; k < STEPS; ++k) {
+            struct response *step = &steps[k];
+            for (size_t i = 0; i < offsets->count; ++i) step->whole[i] = step->loss[i] + day.covered[k] * step->film_loss[i];
+            heat[k] = absorbed[k] + day.covered[k] * sky_film_light(film, k, absorbed[k]);
+            const double surplus = heat[k] - (read_at(offsets, step->whole, step->start) - step->base);
+            const double balanced = inverse(offsets, step->whole, step->base + heat[k]) - step->start;
+            if (surplus < 0) lowest = fmin(lowest, balanced);
+            if (surplus > 0) highest = fmax(highest, balanced);
+            rest[k] = heat[k] - (read_at(offsets, step->whole, step->start + moved[k]) - step->base - step->slope * moved[k]);
+        }
+        linear(steps, lags, pass ? rest : absorbed, target);
+        for (size_t k = 0; k < STEPS; ++k) {
+            const double steeper = pass ? fmax(rise(offsets, steps[k].whole, steps[k].start + moved[k]) / steps[k].slope, 1) : 1;
+            moved[k] = fmin(fmax(moved[k] + (target[k] - moved[k]) / steeper, lowest), highest);
+        }
+        day.start = pass && isnan(film->before) ? fmin(fmax(open.start + (day.end - open.end), 0), 1) : open.start;
+        evaporation_of(steps, offsets, moved, evaporation);
+        sky_march_film(film, evaporation, &day);
     }
 }
 
@@ -136,6 +218,11 @@ static void change(const struct database *surface, const double *face, double *a
         if (absorbed[k] < 0) lowest = fmin(lowest, balanced);
         if (absorbed[k] > 0) highest = fmax(highest, balanced);
     }
+    struct film film;
+    if (read_film(surface, face, axes, offsets, steps, &film)) {
+        wet_change(&film, steps, offsets, lags, absorbed, moved);
+        return;
+    }
     linear(steps, lags, absorbed, moved);
     for (size_t k = 0; k < STEPS; ++k) moved[k] = fmin(fmax(moved[k], lowest), highest);
     for (int pass = 0; pass < CORRECTIONS; ++pass) {
@@ -153,9 +240,7 @@ static void change(const struct database *surface, const double *face, double *a
 
 static void need_response(const struct database *surface)
 {
-    for (size_t i = 0; i < ARRAYS && surface->arrays[i].name; ++i)
-        if (!strcmp(surface->arrays[i].name, "response_kernel")) return;
-    sky_fail("the surface file holds no response to shade");
+    if (!sky_holds(surface, "response_kernel")) sky_fail("the surface file holds no response to shade");
 }
 
 /* Altitude at which the air over a surface is read. */

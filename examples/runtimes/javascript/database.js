@@ -3,8 +3,8 @@ import h5wasm, { FS } from "h5wasm";
 import { attribute, Axis, SkyshineError } from "./axis.js";
 import { Channels, STORED } from "./channels.js";
 import {
-  ARRAYS, CHANNEL_BENDING, CHANNEL_HARMONICS, CHANNEL_SHARES, CHANNELS, CIVIL_TWILIGHT, FORMATS, GLOW, GROUND, HARMONICS, LIGHT, NIGHT, NIGHT_HARMONICS, RULES, SHADE,
-  SHARES, SPECTRA, STATED, TRACKS, WAVELENGTH_ROUNDING, WEIGHT_ROUNDING, WITHOUT_SOURCE,
+  ARRAYS, CHANNEL_BENDING, CHANNEL_HARMONICS, CHANNEL_SHARES, CHANNELS, CIVIL_TWILIGHT, FILM, FILM_BEFORE, FORMATS, GLOW, GROUND, HARMONICS, LIGHT, NIGHT, NIGHT_HARMONICS, RULES,
+  SHADE, SHARES, SPECTRA, STATED, TRACKS, WAVELENGTH_ROUNDING, WEIGHT_ROUNDING, WITHOUT_SOURCE,
 } from "./layouts.js";
 
 // Deflate packs at most 1032 bytes into one: a file that claims more does not hold it.
@@ -75,7 +75,7 @@ export class Database {
   // What the file must hold, by the first array of each part that may be absent.
   layouts(kind) {
     const has = (part) => this.stored.has(Object.keys(part)[0]);
-    if (kind === "htt") return { ...ARRAYS.htt, ...(has(SHADE) ? SHADE : {}), ...(has(TRACKS) ? TRACKS : {}) };
+    if (kind === "htt") return Object.assign({ ...ARRAYS.htt }, ...[SHADE, FILM, FILM_BEFORE, TRACKS].filter(has));
     if (kind === "band") return { ...ARRAYS.band, ...this.whole(SPECTRA) };
     const lit = this.stored.has(LIGHT);
     const night = has(NIGHT) ? { ...NIGHT, ...(lit ? NIGHT_HARMONICS : {}) } : {};

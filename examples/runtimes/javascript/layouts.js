@@ -38,6 +38,17 @@ export const SHADE = {
   solar_azimuth: [["forcing_time"], -360, 360],
   extraterrestrial_irradiance: [["forcing_time"], 1e-6, Infinity],
 };
+// Of an .htt that holds the first of them: films of water on surfaces, which last longer in the shade.
+export const FILM = {
+  film_heat_loss: [[...RESPONSE, "temperature_offset"], -Infinity, Infinity],
+  film_evaporation: [[...RESPONSE, "temperature_offset"], -Infinity, Infinity],
+  film_sunlight: [RESPONSE, -Infinity, Infinity],
+  absorbed_sunlight: [RESPONSE, 0, Infinity],
+  film_capacity: [["material"], 0, Infinity],
+  rain: [["forcing_time"], 0, Infinity],
+};
+// Of an .htt whose day does not repeat.
+export const FILM_BEFORE = { film_before: [RESPONSE.slice(0, 3), 0, Infinity] };
 // Of an .htt that holds the first of them: where Sun and Moon stand.
 export const TRACKS = {
   sun_elevation: [["track_time"], -90, 90],

@@ -1,5 +1,6 @@
 // Temperatures in the shade, beside a wall or under other heat: the formulas of schemas/formats/htt-1.md.
 import { SkyshineError } from "./axis.js";
+import { Film } from "./film.js";
 
 const [STEPS, CORRECTIONS, DAY] = [288, 8, 24];
 const STEFAN_BOLTZMANN = 5.670374419e-8;
@@ -30,11 +31,23 @@ function stepMeans(values) {
   return HOURS.map((hour) => ((integral(hour + DAY / STEPS / 2) - integral(hour - DAY / STEPS / 2)) * STEPS) / DAY);
 }
 
-// Value at a point, linear between nodes and beyond their ends.
-function read(nodes, values, at) {
+// Cell of the nodes in which a point lies, or that next to it.
+function cell(nodes, at) {
   let lower = 0;
   while (lower < nodes.length - 2 && nodes[lower + 1] <= at) lower++;
+  return lower;
+}
+
+// Value at a point, linear between nodes and beyond their ends.
+function read(nodes, values, at) {
+  const lower = cell(nodes, at);
   return values[lower] + ((at - nodes[lower]) * (values[lower + 1] - values[lower])) / (nodes[lower + 1] - nodes[lower]);
+}
+
+// Slope of what `read` reads.
+function rise(nodes, values, at) {
+  const lower = cell(nodes, at);
+  return (values[lower + 1] - values[lower]) / (nodes[lower + 1] - nodes[lower]);
 }
 
 // Point at which ascending values are a wanted one.
@@ -84,6 +97,8 @@ function change(surface, face, given) {
       return kernel.reduce((total, share, l) => total + (share * (ends[l] - ends[l + 1])) / (edges[l + 1] - edges[l]), 0);
     });
   };
+  const film = filmOf(surface, face, column, offsets);
+  if (film) return wetChange(film, linear, offsets, steps, absorbed);
   let [lowest, highest] = [0, 0];
   steps.forEach(({ loss, base, start }, k) => {
     const balanced = inverse(offsets, loss, base + absorbed[k]) - start;
@@ -99,6 +114,51 @@ function change(surface, face, given) {
       const steeper = old !== 0 ? beyond[k] / (steps[k].slope * old) : 0;
       return bounded(old + (target[k] - old) / (1 + Math.max(steeper, 0)));
     });
+  }
+  return moved;
+}
+
+// The film on a face at its column of the response; none where no water stays.
+function filmOf(surface, face, column, offsets) {
+  if (!surface.arrays.film_heat_loss || !(surface.value("film_capacity", face) > 0)) return undefined;
+  const upward = Math.max(Math.cos(radians(face.slope)), 0);
+  const steps = HOURS.map((hour) => {
+    const place = { ...column, response_hour: hour };
+    const table = (name) => offsets.map((offset) => surface.value(name, { ...place, temperature_offset: offset }));
+    const [sunlight, drySunlight] = ["film_sunlight", "absorbed_sunlight"].map((name) => surface.value(name, place));
+    return { loss: table("film_heat_loss"), evaporation: table("film_evaporation"), sunlight, drySunlight, rain: surface.value("rain", { forcing_time: hour }) * upward };
+  });
+  return new Film(steps, surface.value("film_capacity", face), surface.arrays.film_before ? surface.value("film_before", column) : undefined);
+}
+
+// `change` of a face with a film.
+function wetChange(film, linear, offsets, steps, absorbed) {
+  const evaporation = (moved) => steps.map(({ start }, k) => read(offsets, film.steps[k].evaporation, start + moved[k]));
+  let moved = absorbed.map(() => 0);
+  const { covered: open, start: water, end } = film.inTheOpen(evaporation(moved));
+  const base = steps.map((step, k) => step.base + open[k] * (read(offsets, film.steps[k].loss, step.start) - film.steps[k].sunlight));
+  const light = film.light(absorbed);
+  let [covered, before] = [open, water];
+  for (let pass = 0; pass <= CORRECTIONS; pass++) {
+    const whole = steps.map(({ loss }, k) => loss.map((value, i) => value + covered[k] * film.steps[k].loss[i]));
+    const heat = absorbed.map((change, k) => change + covered[k] * light[k]);
+    let [lowest, highest] = [0, 0];
+    steps.forEach(({ start }, k) => {
+      const surplus = heat[k] - (read(offsets, whole[k], start) - base[k]);
+      const balanced = inverse(offsets, whole[k], base[k] + heat[k]) - start;
+      if (surplus < 0) lowest = Math.min(lowest, balanced);
+      if (surplus > 0) highest = Math.max(highest, balanced);
+    });
+    const bounded = (value) => Math.min(Math.max(value, lowest), highest);
+    if (pass === 0) moved = linear(absorbed).map(bounded);
+    else {
+      const at = steps.map(({ start }, k) => start + moved[k]);
+      const target = linear(heat.map((change, k) => change - (read(offsets, whole[k], at[k]) - base[k] - steps[k].slope * moved[k])));
+      moved = moved.map((old, k) => bounded(old + (target[k] - old) / Math.max(rise(offsets, whole[k], at[k]) / steps[k].slope, 1)));
+    }
+    const day = film.shares(evaporation(moved), before);
+    covered = day.covered;
+    if (film.returns) before = Math.min(Math.max(water + (day.end - end), 0), 1);
   }
   return moved;
 }

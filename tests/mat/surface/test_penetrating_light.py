@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.products.shade_error import stored_response
+from skyshine.mat.surface.column import from_scene
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.forcing import Scene
@@ -13,6 +14,7 @@ from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.penetrating_light import (
     absorbed_sunlight,
     delayed_light,
+    light_at_depth,
     light_response,
     penetrating_light_matrix,
 )
@@ -58,6 +60,43 @@ def test_steady_light_in_a_slab_over_water_arrives_by_its_distance_from_it():
 def test_all_steady_light_leaves_ice_on_a_closed_back_at_its_surface():
     closed = stack(PenetratingLight(0.7, 3.0), back=Back("adiabatic"))
     assert abs(light_response(closed, np.zeros(1, complex))[0]) < 1e-9
+
+
+@pytest.mark.parametrize("extinction", [0.1, 6.4, 300.0])
+@pytest.mark.parametrize("depth", [0.01, 0.1, 1.0])
+def test_light_warms_endless_ice_at_a_depth_as_its_closed_form(extinction, depth):
+    """k T'' - c s T = -a exp(-a z), T = 0 at the surface: T = a (exp(-a z) - exp(-g z)) / (k (g^2 - a^2))."""
+    s = 2j * np.pi * np.array([1.0, 8.0, 96.0]) / DAY
+    deep = stack(PenetratingLight(0.4, extinction), depths=(0.3, np.inf))
+    g = np.sqrt(s * ICE["density"] * ICE["heat_capacity"] / ICE["conductivity"])
+    shape = (np.exp(-extinction * depth) - np.exp(-g * depth)) / (g**2 - extinction**2)
+    expected = 0.4 * extinction / ICE["conductivity"] * shape
+    assert light_at_depth(deep, s, depth) == pytest.approx(expected, rel=2e-3, abs=1e-6)
+
+
+@pytest.mark.parametrize("depth", [0.0, 0.05, 0.1, 0.25, 0.3])
+def test_steady_light_warms_a_slab_over_water_by_its_parabola_and_one_on_a_closed_back_by_what_is_below(depth):
+    """k T'' = -1 / d within d = .3 m: T = z (d - z) / (2 k d) over water, z (d - z / 2) / (k d) on a closed back."""
+    k, d, even = ICE["conductivity"], 0.3, 1e-6
+    for back, expected in (
+        (Back("fixed", 271.35), depth * (d - depth) / (2 * k * d)),
+        (Back("adiabatic"), depth * (d - depth / 2) / (k * d)),
+    ):
+        found = light_at_depth(stack(PenetratingLight(1.0, even), back=back), np.zeros(1, complex), depth)
+        assert found.real == pytest.approx([expected], abs=1e-7)
+
+
+def test_the_temperature_at_a_depth_of_ice_leads_to_that_of_its_surface(cold):
+    """Close to the surface it is that of the surface; in the light it is warmer than without."""
+    lit = ice(stack(PenetratingLight(0.47, 6.4), PenetratingLight(0.26, 69.0)))
+    sun, weather, sky = cold.sun, cold.weather, cold.sky
+    found = {depth: from_scene(lit, sun, weather, sky, 0.0, 0.0, 0.0, depth) for depth in (0.0, 1e-4, 0.05)}
+    surface = found[0.0].temperature
+    assert np.abs(found[0.0].depth_temperature - surface).max() < 1e-9
+    assert np.abs(found[1e-4].depth_temperature - surface).max() < 0.05
+    dark = from_scene(replace(lit, thermal=replace(lit.thermal, light=())), sun, weather, sky, 0.0, 0.0, 0.0, 0.05)
+    lift = (found[0.05].depth_temperature - surface) - (dark.depth_temperature - dark.temperature)
+    assert lift.max() > 0.5
 
 
 def marched(thermal, light, air, coefficient, cells=300, days=6, steps=576):

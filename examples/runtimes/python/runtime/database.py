@@ -22,6 +22,8 @@ from .layouts import (
     CHANNELS,
     CIVIL_TWILIGHT,
     CLAMPED,
+    FILM,
+    FILM_BEFORE,
     FORMATS,
     GLOW,
     GROUND,
@@ -105,7 +107,7 @@ class Database:
         if filetype == "band":
             return ARRAYS["band"] | (SPECTRA if SPECTRA.keys() & file.keys() else {})
         if filetype == "htt":
-            parts = (SHADE, TRACKS)
+            parts = (SHADE, FILM, FILM_BEFORE, TRACKS)
             return ARRAYS["htt"] | {k: v for part in parts if next(iter(part)) in file for k, v in part.items()}
         layouts = ARRAYS["atmq"] | (HARMONICS if LIGHT in file else {})
         if next(iter(NIGHT)) in file:

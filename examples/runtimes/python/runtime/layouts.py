@@ -47,6 +47,17 @@ SHADE: Layouts = {
     "solar_azimuth": (("forcing_time",), -360.0, 360.0),
     "extraterrestrial_irradiance": (("forcing_time",), 1e-6, math.inf),
 }
+# Of an .htt that holds the first of them: films of water on surfaces, which last longer in the shade.
+FILM: Layouts = {
+    "film_heat_loss": ((*RESPONSE, "temperature_offset"), -math.inf, math.inf),
+    "film_evaporation": ((*RESPONSE, "temperature_offset"), -math.inf, math.inf),
+    "film_sunlight": (RESPONSE, -math.inf, math.inf),
+    "absorbed_sunlight": (RESPONSE, 0.0, math.inf),
+    "film_capacity": (MATERIAL, 0.0, math.inf),
+    "rain": (("forcing_time",), 0.0, math.inf),
+}
+# Of an .htt whose day does not repeat.
+FILM_BEFORE: Layouts = {"film_before": (RESPONSE[:3], 0.0, math.inf)}
 # Of an .htt that holds the first of them: where Sun and Moon stand.
 TRACKS: Layouts = {
     "sun_elevation": (("track_time",), -90.0, 90.0),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from .axis import Axis, Floats, SceneError
 from .database import Database
+from .film import Film
 
 STEPS, CORRECTIONS, DAY = 288, 8, 24.0
 STEFAN_BOLTZMANN = 5.670374419e-8
@@ -45,6 +46,14 @@ def read(nodes: Floats, values: Floats, at: Floats) -> Floats:
     lower = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, nodes.size - 2)
     left, right = values[rows, lower], values[rows, lower + 1]
     result: Floats = left + (at - nodes[lower]) * (right - left) / (nodes[lower + 1] - nodes[lower])
+    return result
+
+
+def rise(nodes: Floats, values: Floats, at: Floats) -> Floats:
+    """Slope of what `read` reads."""
+    rows = np.arange(STEPS)
+    lower = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, nodes.size - 2)
+    result: Floats = (values[rows, lower + 1] - values[rows, lower]) / (nodes[lower + 1] - nodes[lower])
     return result
 
 
@@ -110,7 +119,6 @@ def change(surface: Database, face: Mapping[str, float], absorbed: Floats) -> Fl
     start = sunlit - reference
     start[np.isnan(start)] = 0.0
     loss = slope[:, None] * offsets + excess
-    base = read(offsets, loss, start)
     edges = np.append(lags, lags[0] + DAY)
 
     def linear(heat: Floats) -> Floats:
@@ -118,6 +126,10 @@ def change(surface: Database, face: Mapping[str, float], absorbed: Floats) -> Fl
         total: Floats = np.sum(kernel * (ends[:, :-1] - ends[:, 1:]) / np.diff(edges), axis=1)
         return total
 
+    film = film_of(surface, face, place)
+    if film is not None:
+        return wet_change(film, linear, offsets, slope, loss, start, absorbed)
+    base = read(offsets, loss, start)
     balanced = inverse(offsets, loss, base + absorbed) - start
     lowest, highest = np.where(absorbed < 0, balanced, 0).min(), np.where(absorbed > 0, balanced, 0).max()
     moved = np.clip(linear(absorbed), lowest, highest)
@@ -126,6 +138,48 @@ def change(surface: Database, face: Mapping[str, float], absorbed: Floats) -> Fl
         target = linear(absorbed - beyond)
         steeper = np.divide(beyond, slope * moved, out=np.zeros(STEPS), where=moved != 0)
         moved = np.clip(moved + (target - moved) / (1 + np.maximum(steeper, 0)), lowest, highest)
+    return moved
+
+
+def film_of(surface: Database, face: Mapping[str, float], place: Mapping[str, float]) -> Film | None:
+    """The film on a face at its place in the response; None where no water stays."""
+    if "film_heat_loss" not in surface.arrays or surface.value("film_capacity", face) <= 0:
+        return None
+    names = ("film_heat_loss", "film_evaporation", "film_sunlight", "absorbed_sunlight")
+    upward = max(math.cos(math.radians(face["slope"])), 0.0)
+    rain = np.array([surface.value("rain", {"forcing_time": hour}) for hour in HOURS]) * upward
+    before = surface.value("film_before", place) if "film_before" in surface.arrays else None
+    tables = (through_the_day(surface, name, place) for name in names)
+    return Film(*tables, rain, surface.value("film_capacity", face), before)
+
+
+def wet_change(
+    film: Film,
+    linear: Callable[[Floats], Floats],
+    offsets: Floats,
+    slope: Floats,
+    loss: Floats,
+    start: Floats,
+    absorbed: Floats,
+) -> Floats:
+    """`change` of a face with a film; `loss` is that of the dry face."""
+    covered, water, end = film.in_the_open(read(offsets, film.evaporation, start))
+    base = read(offsets, loss, start) + covered * (read(offsets, film.loss, start) - film.sunlight)
+    light, before, moved = film.light(absorbed), water, np.zeros(STEPS)
+    for number in range(CORRECTIONS + 1):
+        whole, heat = loss + covered[:, None] * film.loss, absorbed + covered * light
+        surplus = heat - (read(offsets, whole, start) - base)
+        balanced = inverse(offsets, whole, base + heat) - start
+        lowest, highest = np.where(surplus < 0, balanced, 0).min(), np.where(surplus > 0, balanced, 0).max()
+        if number == 0:
+            moved = np.clip(linear(absorbed), lowest, highest)
+        else:
+            beyond = read(offsets, whole, start + moved) - base - slope * moved
+            steeper = np.maximum(rise(offsets, whole, start + moved) / slope, 1)
+            moved = np.clip(moved + (linear(heat - beyond) - moved) / steeper, lowest, highest)
+        covered, after = film.shares(read(offsets, film.evaporation, start + moved), before)
+        if film.returns:
+            before = min(max(water + (after - end), 0.0), 1.0)
     return moved
 
 

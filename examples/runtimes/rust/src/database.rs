@@ -102,9 +102,9 @@ impl Database {
         let tilted = if air { has(TILTED) } else { &[] };
         let night = if air { has(NIGHT) } else { &[] };
         let night = if tilted.is_empty() && !night.is_empty() { night.split_at(2).0 } else { night };
-        let (shade, tracks) = if surface { (has(SHADE), has(TRACKS)) } else { (&[] as &[Layout], &[] as &[Layout]) };
+        let parts = if surface { [has(SHADE), has(FILM), has(FILM_BEFORE), has(TRACKS)] } else { [&[] as &[Layout]; 4] };
         let spectra = if filetype == "band" { whole(&source, SPECTRA) } else { &[] };
-        for layout in [layouts, shade, tracks, tilted, night, spectra].into_iter().flatten() {
+        for layout in [layouts, tilted, night, spectra].into_iter().chain(parts).flatten() {
             arrays.insert(layout.0, source.array(layout)?);
         }
         check_shares(&arrays)?;

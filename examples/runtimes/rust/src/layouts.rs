@@ -25,6 +25,17 @@ pub const SHADE: &[Layout] = &[
     ("solar_azimuth", &["forcing_time"], -360.0, 360.0),
     ("extraterrestrial_irradiance", &["forcing_time"], 1e-6, f32::MAX),
 ];
+/// Of an .htt that holds the first of them: films of water on surfaces, which last longer in the shade.
+pub const FILM: &[Layout] = &[
+    ("film_heat_loss", EXCESS, f32::MIN, f32::MAX),
+    ("film_evaporation", EXCESS, f32::MIN, f32::MAX),
+    ("film_sunlight", RESPONSE.split_at(4).0, f32::MIN, f32::MAX),
+    ("absorbed_sunlight", RESPONSE.split_at(4).0, 0.0, f32::MAX),
+    ("film_capacity", &["material"], 0.0, f32::MAX),
+    ("rain", &["forcing_time"], 0.0, f32::MAX),
+];
+/// Of an .htt whose day does not repeat.
+pub const FILM_BEFORE: &[Layout] = &[("film_before", RESPONSE.split_at(3).0, 0.0, f32::MAX)];
 /// Of an .htt that holds the first of them: where Sun and Moon stand.
 pub const TRACKS: &[Layout] = &[
     ("sun_elevation", &["track_time"], -90.0, 90.0),

@@ -2,6 +2,7 @@
 
 use crate::axis::Result;
 use crate::database::Database;
+use crate::film::{Film, FilmStep};
 
 const STEPS: usize = 288;
 const CORRECTIONS: usize = 8;
@@ -81,13 +82,25 @@ fn step_means(values: &[f64]) -> Vec<f64> {
     (0..STEPS).map(|k| (sums.integral(hour(k) + half) - sums.integral(hour(k) - half)) / STEP).collect()
 }
 
-/// Value at a point, linear between nodes and beyond their ends.
-fn read(nodes: &[f64], values: &[f64], at: f64) -> f64 {
+/// Cell of the nodes in which a point lies, or that next to it.
+fn cell(nodes: &[f64], at: f64) -> usize {
     let mut lower = 0;
     while lower + 2 < nodes.len() && nodes[lower + 1] <= at {
         lower += 1;
     }
+    lower
+}
+
+/// Value at a point, linear between nodes and beyond their ends.
+fn read(nodes: &[f64], values: &[f64], at: f64) -> f64 {
+    let lower = cell(nodes, at);
     values[lower] + (at - nodes[lower]) * (values[lower + 1] - values[lower]) / (nodes[lower + 1] - nodes[lower])
+}
+
+/// Slope of what `read` reads.
+fn rise(nodes: &[f64], values: &[f64], at: f64) -> f64 {
+    let lower = cell(nodes, at);
+    (values[lower + 1] - values[lower]) / (nodes[lower + 1] - nodes[lower])
 }
 
 /// Point at which ascending values are a wanted one.
@@ -160,6 +173,9 @@ fn change(surface: &Database, face: &Face, given: &[f64]) -> Result<Vec<f64>> {
         }
         steps.push(Step { slope: tangent, start, base, loss, kernel });
     }
+    if let Some(film) = film_of(surface, face, &[material, altitude, slope], offsets)? {
+        return Ok(wet_change(&film, &steps, &edges, offsets, &absorbed));
+    }
     let bounded = |value: f64| value.max(lowest).min(highest);
     let mut moved: Vec<f64> = linear(&steps, &edges, &absorbed).into_iter().map(bounded).collect();
     for _ in 0..CORRECTIONS {
@@ -173,6 +189,72 @@ fn change(surface: &Database, face: &Face, given: &[f64]) -> Result<Vec<f64>> {
         }
     }
     Ok(moved)
+}
+
+/// The film on a face at its column of the response; none where no water stays.
+fn film_of(surface: &Database, face: &Face, column: &[(&str, f64); 3], offsets: &[f64]) -> Result<Option<Film>> {
+    if !surface.holds("film_heat_loss") {
+        return Ok(None);
+    }
+    let capacity = surface.value("film_capacity", face)?;
+    if capacity.is_nan() || capacity <= 0.0 {
+        return Ok(None);
+    }
+    let upward = of(face, "slope").to_radians().cos().max(0.0);
+    let one = |k: usize| -> Result<FilmStep> {
+        let place = [column[0], column[1], column[2], ("response_hour", hour(k))];
+        let at = |name, offset: &f64| surface.value(name, &[place[0], place[1], place[2], place[3], ("temperature_offset", *offset)]);
+        let table = |name| offsets.iter().map(|offset| at(name, offset)).collect::<Result<Vec<f64>>>();
+        Ok(FilmStep {
+            loss: table("film_heat_loss")?,
+            evaporation: table("film_evaporation")?,
+            sunlight: surface.value("film_sunlight", &place)?,
+            dry_sunlight: surface.value("absorbed_sunlight", &place)?,
+            rain: upward * surface.value("rain", &[("forcing_time", hour(k))])?,
+        })
+    };
+    let before = if surface.holds("film_before") { Some(surface.value("film_before", column)?) } else { None };
+    Ok(Some(Film { steps: (0..STEPS).map(one).collect::<Result<Vec<FilmStep>>>()?, capacity, before }))
+}
+
+/// `change` of a face with a film.
+fn wet_change(film: &Film, steps: &[Step], edges: &[f64], offsets: &[f64], absorbed: &[f64]) -> Vec<f64> {
+    let evaporation = |moved: &[f64]| -> Vec<f64> {
+        (0..STEPS).map(|k| read(offsets, &film.steps[k].evaporation, steps[k].start + moved[k])).collect()
+    };
+    let mut moved = vec![0.0; STEPS];
+    let open = film.in_the_open(&evaporation(&moved));
+    let wet = |k: usize| open.covered[k] * (read(offsets, &film.steps[k].loss, steps[k].start) - film.steps[k].sunlight);
+    let base: Vec<f64> = (0..STEPS).map(|k| steps[k].base + wet(k)).collect();
+    let (mut covered, mut start) = (open.covered.clone(), open.start);
+    for pass in 0..=CORRECTIONS {
+        let (mut lowest, mut highest) = (0f64, 0f64);
+        let (mut wholes, mut heat) = (Vec::new(), Vec::new());
+        for (k, step) in steps.iter().enumerate() {
+            let share = covered[k];
+            let whole: Vec<f64> = step.loss.iter().zip(&film.steps[k].loss).map(|(dry, more)| dry + share * more).collect();
+            let given = absorbed[k] + share * film.light(k, absorbed[k]);
+            let surplus = given - (read(offsets, &whole, step.start) - base[k]);
+            let balanced = inverse(offsets, &whole, base[k] + given) - step.start;
+            if surplus < 0.0 {
+                lowest = lowest.min(balanced);
+            }
+            if surplus > 0.0 {
+                highest = highest.max(balanced);
+            }
+            heat.push(given - (read(offsets, &whole, step.start + moved[k]) - base[k] - step.slope * moved[k]));
+            wholes.push(whole);
+        }
+        let target = linear(steps, edges, if pass == 0 { absorbed } else { &heat });
+        for (k, step) in steps.iter().enumerate() {
+            let steeper = if pass == 0 { 1.0 } else { (rise(offsets, &wholes[k], step.start + moved[k]) / step.slope).max(1.0) };
+            moved[k] = (moved[k] + (target[k] - moved[k]) / steeper).max(lowest).min(highest);
+        }
+        let day = film.march(&evaporation(&moved), start);
+        start = film.next_start(&open, &day);
+        covered = day.covered;
+    }
+    moved
 }
 
 /// Temperature of a face that absorbs other heat than the table's: means over equal steps of the day, W m^-2.

@@ -1,0 +1,48 @@
+"""Rain of a typical or measured year, EPW or TMY3: depths that fell in the hours before a reading, as rates by hour."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from skyshine.mat.job.typical_years import RAIN_DEPTH, RAIN_HOURS, YearFile
+from skyshine.schemas.arrays import Floats
+
+_LONGEST = 24  # hours over which a depth may have been gathered
+
+
+def hourly_rain(year: YearFile, hours: Sequence[int]) -> Floats:
+    """Rain in the hour that ends at each reading [mm h^-1]; NaN where the file tells none.
+
+    Parameters
+    ----------
+    year : YearFile
+    hours : sequence of int
+        Numbers of readings.
+
+    Notes
+    -----
+    A depth stands with the hours over which it was gathered, which end at its reading (EnergyPlus, Auxiliary Programs,
+    "Liquid Precipitation Depth" and "Quantity"; Wilcox and Marion 2008, table 1-3), one where they are missing. What a
+    depth of several hours has beyond those that readings among them tell falls evenly in the others.
+
+    Raises
+    ------
+    InputError
+        With file:line:column of what is no depth.
+    """
+    first, last = min(hours), min(max(hours) + _LONGEST, len(year.readings))
+    first = max(first - _LONGEST, 0)
+    around = range(first, last)
+    depth, gathered = (year.values(name, around) for name in (RAIN_DEPTH, RAIN_HOURS))
+    spans = np.clip(np.where(np.isfinite(gathered), gathered, 1.0), 1.0, _LONGEST).round().astype(int)
+    rain = np.where(spans == 1, depth, np.nan)
+    for end in np.flatnonzero((spans > 1) & np.isfinite(depth)):
+        part = np.arange(max(end - spans[end] + 1, 0), end + 1)
+        told = np.nan_to_num(rain[part])
+        silent = part[told <= 0]
+        if silent.size:
+            rain[silent] = max(depth[end] - told.sum(), 0.0) / silent.size
+    chosen: Floats = rain[np.asarray(hours) - first]
+    return chosen

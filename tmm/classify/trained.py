@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.classify.box import POSTERIOR_ONE, pairs_of, strongest
+from skyshine.tmm.classify.box import POSTERIOR_ONE, means, pairs_of, strongest
 from skyshine.tmm.classify.calibration import IDENTITY, Calibration
 from skyshine.tmm.classify.gaussian import GaussianModel
 from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper, with_margin, without_data
@@ -138,12 +138,7 @@ class TexturedMapper:
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify a window; see `Mapper`."""
-        margin = self._radius + MARGIN
-        rows, columns, inner = with_margin(self._texture, top, bottom, left, right, margin)
-        lab, linear, valid = self._light.window(rows, columns)
-        stack = features(lab, linear, valid)
-        posterior = self._network.posterior(stack.reshape(len(stack), -1))
-        planes = np.rint(posterior * np.float32(POSTERIOR_ONE)).astype(np.uint16).reshape(-1, *valid.shape)
+        stack, planes, valid, inner = self._planes(top, bottom, left, right)
         if self._radius:
             pairs = pairs_of(planes)
             material, confidence = strongest(pairs, len(pairs), valid, self._radius, inner)
@@ -152,6 +147,26 @@ class TexturedMapper:
             confidence = planes[(slice(None), *inner)].max(axis=0) / np.float32(POSTERIOR_ONE)
         typical = self._typicality(stack[(TYPICAL, *inner)], material)
         return without_data(Classified(material, confidence, typical), valid[inner])
+
+    def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
+        """Posterior of each material; see `Mapper`."""
+        _, planes, valid, inner = self._planes(top, bottom, left, right)
+        if self._radius:
+            return means(pairs_of(planes), len(planes), valid, self._radius, inner)
+        own: npt.NDArray[np.float32] = planes[(slice(None), *inner)].astype(np.float32) / np.float32(POSTERIOR_ONE)
+        return own
+
+    def _planes(self, top: int, bottom: int, left: int, right: int) -> tuple[Any, ...]:
+        """Features and posteriors, in units of 1 / POSTERIOR_ONE, of a window with its margin, validity, and where the
+        window lies in it.
+        """
+        margin = self._radius + MARGIN
+        rows, columns, inner = with_margin(self._texture, top, bottom, left, right, margin)
+        lab, linear, valid = self._light.window(rows, columns)
+        stack = features(lab, linear, valid)
+        posterior = self._network.posterior(stack.reshape(len(stack), -1))
+        planes = np.rint(posterior * np.float32(POSTERIOR_ONE)).astype(np.uint16).reshape(-1, *valid.shape)
+        return stack, planes, valid, inner
 
     def _typicality(self, coordinates: npt.NDArray[Any], material: npt.NDArray[Any]) -> npt.NDArray[Any]:
         from scipy.special import chdtrc

@@ -41,7 +41,7 @@ def errors(path, truth, scored, codes):
 
 @pytest.mark.parametrize("kind", ["orthophoto", "drone"])
 def test_shares_of_texels_are_nearer_to_the_truth(shared_data, tmp_path, record_property, kind):
-    """Of single texels. Errors of neighbours go together, so that blocks and sheets gain less or lose, as is printed."""
+    """Of single texels. Errors of neighbours go together, so that blocks and sheets gain less or lose (printed)."""
     library, names = load_library(None), list(PALETTES[kind].values())
     codes = [library[name].code for name in names]
     found, sizes = {False: [], True: []}, {False: 0, True: 0}

@@ -16,6 +16,7 @@ from skyshine.tmm.classify.gaussian import GaussianModel
 from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper, with_margin, without_data
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.features.textured import MARGIN, LightPlanes, features
+from skyshine.tmm.features.tokens import TokenFeatures
 from skyshine.tmm.images.texture import Windowed
 
 TYPICAL = slice(3, 6)  # the features that typicality is measured in: L*a*b* averaged over the smallest box
@@ -94,8 +95,16 @@ class TrainedModel:
         ).astype(np.float32)
         return posterior
 
-    def mapper(self, texture: Windowed, colours: DistinctColours, radius: int, tabulate: bool = True) -> Mapper:
-        """The classifier applied to a texture, with posteriors averaged over a box of `radius`.
+    def mapper(
+        self,
+        texture: Windowed,
+        colours: DistinctColours,
+        radius: int,
+        tabulate: bool = True,
+        tokens: TokenFeatures | None = None,
+    ) -> Mapper:
+        """The classifier applied to a texture, with posteriors averaged over a box of `radius`; `tokens` are the
+        features of an image encoder that it was trained with.
 
         Raises
         ------
@@ -104,7 +113,7 @@ class TrainedModel:
         """
         self.require_channels(texture)
         if self.network is not None:
-            return TexturedMapper(texture, colours, self.names, self.colour, self.network, radius)
+            return TexturedMapper(texture, colours, self.names, self.colour, self.network, radius, tokens)
         return ColourMapper(texture, colours, self.colour, radius, tabulate)
 
     def require_channels(self, texture: Windowed) -> None:
@@ -132,7 +141,9 @@ class TexturedMapper:
         colour: GaussianModel,
         network: Network,
         radius: int,
+        tokens: TokenFeatures | None = None,
     ) -> None:
+        self._tokens = tokens
         self.names, self._texture, self._radius = names, texture, radius
         self._colour, self._network, self._light = colour, network, LightPlanes(texture, colours)
 
@@ -164,6 +175,8 @@ class TexturedMapper:
         rows, columns, inner = with_margin(self._texture, top, bottom, left, right, margin)
         lab, linear, valid = self._light.window(rows, columns)
         stack = features(lab, linear, valid)
+        if self._tokens is not None:
+            stack = np.concatenate([stack, self._tokens.window(rows, columns)])
         posterior = self._network.posterior(stack.reshape(len(stack), -1))
         planes = np.rint(posterior * np.float32(POSTERIOR_ONE)).astype(np.uint16).reshape(-1, *valid.shape)
         return stack, planes, valid, inner

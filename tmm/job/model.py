@@ -127,6 +127,11 @@ class Classifier(StrictModel):
         description="colour: Gaussian maximum likelihood in CIELAB; textured: a small perceptron on colour and texture "
         "at several scales, trained with shadows (needs the extra 'train' where it is trained on seeds).",
     )
+    features: JobPath | None = Field(
+        default=None,
+        description="textured, with seeds alone: ONNX file of an image encoder of one's own (image in, map of tokens "
+        "out), whose tokens join the features (needs the extra 'onnx').",
+    )
     radius: int = Field(
         default=8, ge=0, le=MAX_RADIUS, description="Radius of the box over which posteriors are averaged, in texels."
     )
@@ -329,6 +334,11 @@ class TextureJob(StrictModel):
             ways = " and ".join(given) if given else "none"
             raise ValueError(
                 f"found {ways} of the ways to assign materials; allowed: one of {', '.join(WAYS)}, or seeds and model"
+            )
+        if self.classifier.features is not None and (given != ["seeds"] or self.classifier.method != "textured"):
+            raise ValueError(
+                f"found classifier.features beside {' and '.join(given)} and method {self.classifier.method}; allowed:"
+                " with seeds alone and method: textured"
             )
         if self.scene_materials and given != ["model"]:
             raise ValueError(

@@ -16,10 +16,11 @@ from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.classify.trained import TrainedModel
 from skyshine.tmm.database.levels import Level
 from skyshine.tmm.features.colour import DistinctColours
+from skyshine.tmm.features.tokens import TokenFeatures
 from skyshine.tmm.images.georeference import GeoReference, read_georeference
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.images.texture import TextureFile
-from skyshine.tmm.inputs.load import job_files, load_texture, narrowed
+from skyshine.tmm.inputs.load import job_files, load_texture, narrowed, token_features
 from skyshine.tmm.inputs.seeds import SeedTexels
 from skyshine.tmm.job.model import TextureJob
 from skyshine.tmm.mapping.mixtures import ClassMixtures
@@ -124,7 +125,7 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
     if seeds is not None and job.model is not None:
         mapper, quality = _combined(job, texture, colours, seeds, base_folder, library)
     elif seeds is not None:
-        mapper, quality = _trained(job, texture, colours, seeds)
+        mapper, quality = _trained(job, texture, colours, seeds, token_features(job, texture, base_folder))
     else:
         mapper, quality = _untrained(job, texture, colours, names, base_folder, library)
     if job.overrides is not None:
@@ -145,15 +146,19 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
 
 
 def _trained(
-    job: TextureJob, texture: TextureFile, colours: DistinctColours, seeds: SeedTexels
+    job: TextureJob,
+    texture: TextureFile,
+    colours: DistinctColours,
+    seeds: SeedTexels,
+    tokens: TokenFeatures | None,
 ) -> tuple[Mapper, HeldOut]:
     """What is trained on all seeds, and its quality on seeds held out."""
     settings, random_seed = job.classifier, job.held_out.random_seed
-    known = examples(texture, seeds, random_seed) if settings.method == "textured" else None
+    known = examples(texture, seeds, random_seed, tokens=tokens) if settings.method == "textured" else None
 
     def mapper_of(chosen: npt.NDArray[np.bool_] | None) -> Mapper:
         model = train_on_seeds(texture, seeds, settings, known, random_seed, chosen)
-        return model.mapper(texture, colours, settings.radius, tabulate=chosen is None)
+        return model.mapper(texture, colours, settings.radius, tabulate=chosen is None, tokens=tokens)
 
     quality = measure(job, texture.encoding, seeds, mapper_of)
     return mapper_of(None), quality

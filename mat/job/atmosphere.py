@@ -31,7 +31,7 @@ from skyshine.mat.job.surface import Weather
 from skyshine.mat.job.surroundings import StateSurroundings
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import nearest
-from skyshine.tmm.job.model import MaterialName
+from skyshine.tmm.job.materials import MaterialName
 
 Edges = tuple[float, float]
 AUTO = "auto"  # a profile blended by the site's latitude and the date

@@ -32,7 +32,8 @@ from skyshine.mat.job.textures import FinishedTexture, JobTexture
 from skyshine.mat.radiometry.spherical_harmonics import COUNTS
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.job.model import MaterialName, TextureJob, check_distinct_names, folder_by_name
+from skyshine.tmm.job.materials import MaterialName
+from skyshine.tmm.job.model import TextureJob, check_distinct_names, folder_by_name
 
 SIX_HOLD_K = 0.15  # tests/validation/test_tilted_faces.py
 WaterContinuum = Literal["mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]

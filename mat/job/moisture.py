@@ -11,7 +11,7 @@ from pydantic import Field
 from skyshine.mat.surface.weather_readings import MOST_MOISTURE
 from skyshine.materials.records import Soil
 from skyshine.schemas.errors import nearest
-from skyshine.tmm.job.model import MaterialName
+from skyshine.tmm.job.materials import MaterialName
 
 # Share of the pores that is water. Dry and wet are those of Oke (1987), table 2.1; moist is chosen: ground some days
 # after rain, half as dark as wet.

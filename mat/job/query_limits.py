@@ -14,7 +14,7 @@ from pydantic import Field
 
 from skyshine.mat.job.fields import Span, TimeOfDay, span
 from skyshine.schemas.documents import StrictModel
-from skyshine.tmm.job.model import MaterialName
+from skyshine.tmm.job.materials import MaterialName
 
 # Of a face: slope, and azimuth from north over east, degree.
 Face = tuple[Annotated[float, Field(ge=0, le=180)], Annotated[float, Field(ge=0, le=360)]]

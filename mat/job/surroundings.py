@@ -11,7 +11,7 @@ from pydantic import Field
 from skyshine.mat.job.fields import Fraction, by_hour
 from skyshine.mat.job.surface import OperatedCelsius
 from skyshine.schemas.documents import StrictModel
-from skyshine.tmm.job.model import MaterialName
+from skyshine.tmm.job.materials import MaterialName
 
 WALL_EMISSIVITY, WALL_ALBEDO = 0.95, 0.2  # of masonry and foliage; Oke (1987), Boundary Layer Climates, table 8.1
 _OF_MATERIAL = ("temperature_c", "emissivity", "albedo")

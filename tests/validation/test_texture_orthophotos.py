@@ -125,9 +125,9 @@ def test_seeds_of_the_photograph(shared_data, tmp_path, record_property, kind, m
     for photograph in _photographs(shared_data, kind, tmp_path, method=method):
         mapped = map_texture(photograph.job, photograph.image.parent, library)
         number = {int(code): names.index(name) for code, name in zip(mapped.codes, mapped.names, strict=True)} | {0: -1}
-        for rows, columns, code, found in mapped.windows():
+        for rows, columns, level, found in mapped.windows():
             scored = photograph.scored[rows, columns]
-            index = np.vectorize(number.get)(code[scored]) if scored.any() else np.empty(0, int)
+            index = np.vectorize(number.get)(level.code[scored]) if scored.any() else np.empty(0, int)
             tally.add(photograph.truth[rows, columns][scored], index, found.confidence[scored])
     quality = tally.quality()
     _report(f"{kind}, {method}, own seeds", quality, record_property)

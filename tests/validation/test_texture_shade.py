@@ -36,8 +36,8 @@ def correct(photograph, job, library, names):
     mapped = map_texture(job, photograph.image.parent, library)
     number = {int(code): names.index(name) for code, name in zip(mapped.codes, mapped.names, strict=True)} | {0: -1}
     right = np.zeros(photograph.truth.shape, bool)
-    for rows, columns, code, _ in mapped.windows():
-        found = np.vectorize(number.get)(code)
+    for rows, columns, level, _ in mapped.windows():
+        found = np.vectorize(number.get)(level.code)
         right[rows, columns] = found == photograph.truth[rows, columns]
     return right
 

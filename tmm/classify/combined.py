@@ -209,6 +209,20 @@ class CombinedMapper:
         typical = typicality[material, index]
         return without_data(Classified(material, best / total, typical), valid)
 
+    def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
+        """Posterior of each material; see `Mapper`."""
+        pixels, valid = self._texture.window(slice(top, bottom), slice(left, right))
+        guide = np.zeros(valid.shape, np.float32)
+        guide[valid] = to_lab(pixels[valid][:, :3], self._texture.encoding)[:, 0]
+        across = _between(left, right, self._step, self._slope.shape[2])
+        down = _between(top, bottom, self._step, self._slope.shape[1])
+        planes = [
+            np.clip(_finer(slope, down, across) * guide + _finer(offset, down, across), LEAST, 1)
+            for slope, offset in zip(self._slope, self._offset, strict=True)
+        ]
+        share: npt.NDArray[np.float32] = np.stack(planes) / np.sum(planes, axis=0)
+        return share
+
     def _tables(self, colours: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """L* (U,) of colours and their typicality (K, U)."""
         lightness = to_lab(colours[:, :3], self._texture.encoding)[:, 0].astype(np.float32)

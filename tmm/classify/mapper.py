@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.tmm.classify.box import POSTERIOR_ONE, pairs_of, strongest
+from skyshine.tmm.classify.box import POSTERIOR_ONE, means, pairs_of, strongest
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.texture import Windowed
 
@@ -45,6 +45,9 @@ class Mapper(Protocol):
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify the texels of rows `top` to `bottom` and columns `left` to `right` (the ends excluded)."""
 
+    def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
+        """Posterior (K, h, w) of each material in a window, from which `Classified.material` is the largest."""
+
 
 class ColourModel(Protocol):
     """What tells materials by colour alone."""
@@ -79,15 +82,7 @@ class ColourMapper:
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify a window; see `Mapper`."""
-        rows, columns, inner = with_margin(self.texture, top, bottom, left, right, self.radius)
-        pixels, valid = self.texture.window(rows, columns)
-        colours, index = self._colours.of(pixels, valid)
-        if self._shared is None:
-            if colours is None:
-                colours, index = self._colours.in_use(index)
-            posterior, typicality = self._prepared(colours)
-        else:
-            posterior, typicality = self._shared
+        posterior, typicality, index, valid, inner = self._looked_up(top, bottom, left, right)
         index = index.astype(np.intp, copy=False)  # numpy gathers faster by its own index type
         if self.radius == 0:
             material, confidence = _strongest_colour(posterior, index)
@@ -97,6 +92,36 @@ class ColourMapper:
         number = np.multiply(material, typicality.shape[1], dtype=np.intp)
         number += index[inner]
         return without_data(Classified(material, confidence, np.take(typicality.ravel(), number)), valid[inner])
+
+    def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
+        """Posterior of each material; see `Mapper`."""
+        tables, _, index, valid, inner = self._looked_up(top, bottom, left, right)
+        if self.radius == 0:
+            own: npt.NDArray[np.float32] = tables[:, index].astype(np.float32) / np.float32(POSTERIOR_ONE)
+            return own
+        return means((np.take(pair, index) for pair in tables), len(self.names), valid, self.radius, inner)
+
+    def _looked_up(self, top: int, bottom: int, left: int, right: int) -> tuple[Any, ...]:
+        """Tables of posterior and typicality, and of a window with its margin the colours' numbers in them, validity,
+        and where the window lies in it.
+        """
+        rows, columns, inner = with_margin(self.texture, top, bottom, left, right, self.radius)
+        pixels, valid = self.texture.window(rows, columns)
+        colours, index = self._colours.of(pixels, valid)
+        if self._shared is None:
+            if colours is None:
+                colours, index = self._colours.in_use(index)
+            posterior, typicality = self._prepared(colours)
+        else:
+            posterior, typicality = self._shared
+        return posterior, typicality, index, valid, inner
+
+
+def one_hot(classified: Classified, count: int) -> npt.NDArray[np.float32]:
+    """Posterior (count, h, w) of what is in no doubt."""
+    planes: npt.NDArray[np.float32] = np.zeros((count, *classified.material.shape), np.float32)
+    np.equal(np.arange(count)[:, np.newaxis, np.newaxis], classified.material, out=planes)
+    return planes
 
 
 def with_margin(

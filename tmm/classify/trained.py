@@ -10,12 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.classify.box import POSTERIOR_ONE, pairs_of, strongest
+from skyshine.tmm.classify.box import POSTERIOR_ONE, means, pairs_of, strongest
 from skyshine.tmm.classify.calibration import IDENTITY, Calibration
 from skyshine.tmm.classify.gaussian import GaussianModel
 from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper, with_margin, without_data
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.features.textured import MARGIN, LightPlanes, features
+from skyshine.tmm.features.tokens import TokenFeatures
 from skyshine.tmm.images.texture import Windowed
 
 TYPICAL = slice(3, 6)  # the features that typicality is measured in: L*a*b* averaged over the smallest box
@@ -94,8 +95,16 @@ class TrainedModel:
         ).astype(np.float32)
         return posterior
 
-    def mapper(self, texture: Windowed, colours: DistinctColours, radius: int, tabulate: bool = True) -> Mapper:
-        """The classifier applied to a texture, with posteriors averaged over a box of `radius`.
+    def mapper(
+        self,
+        texture: Windowed,
+        colours: DistinctColours,
+        radius: int,
+        tabulate: bool = True,
+        tokens: TokenFeatures | None = None,
+    ) -> Mapper:
+        """The classifier applied to a texture, with posteriors averaged over a box of `radius`; `tokens` are the
+        features of an image encoder that it was trained with.
 
         Raises
         ------
@@ -104,7 +113,7 @@ class TrainedModel:
         """
         self.require_channels(texture)
         if self.network is not None:
-            return TexturedMapper(texture, colours, self.names, self.colour, self.network, radius)
+            return TexturedMapper(texture, colours, self.names, self.colour, self.network, radius, tokens)
         return ColourMapper(texture, colours, self.colour, radius, tabulate)
 
     def require_channels(self, texture: Windowed) -> None:
@@ -132,18 +141,15 @@ class TexturedMapper:
         colour: GaussianModel,
         network: Network,
         radius: int,
+        tokens: TokenFeatures | None = None,
     ) -> None:
+        self._tokens = tokens
         self.names, self._texture, self._radius = names, texture, radius
         self._colour, self._network, self._light = colour, network, LightPlanes(texture, colours)
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify a window; see `Mapper`."""
-        margin = self._radius + MARGIN
-        rows, columns, inner = with_margin(self._texture, top, bottom, left, right, margin)
-        lab, linear, valid = self._light.window(rows, columns)
-        stack = features(lab, linear, valid)
-        posterior = self._network.posterior(stack.reshape(len(stack), -1))
-        planes = np.rint(posterior * np.float32(POSTERIOR_ONE)).astype(np.uint16).reshape(-1, *valid.shape)
+        stack, planes, valid, inner = self._planes(top, bottom, left, right)
         if self._radius:
             pairs = pairs_of(planes)
             material, confidence = strongest(pairs, len(pairs), valid, self._radius, inner)
@@ -152,6 +158,28 @@ class TexturedMapper:
             confidence = planes[(slice(None), *inner)].max(axis=0) / np.float32(POSTERIOR_ONE)
         typical = self._typicality(stack[(TYPICAL, *inner)], material)
         return without_data(Classified(material, confidence, typical), valid[inner])
+
+    def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
+        """Posterior of each material; see `Mapper`."""
+        _, planes, valid, inner = self._planes(top, bottom, left, right)
+        if self._radius:
+            return means(pairs_of(planes), len(planes), valid, self._radius, inner)
+        own: npt.NDArray[np.float32] = planes[(slice(None), *inner)].astype(np.float32) / np.float32(POSTERIOR_ONE)
+        return own
+
+    def _planes(self, top: int, bottom: int, left: int, right: int) -> tuple[Any, ...]:
+        """Features and posteriors, in units of 1 / POSTERIOR_ONE, of a window with its margin, validity, and where the
+        window lies in it.
+        """
+        margin = self._radius + MARGIN
+        rows, columns, inner = with_margin(self._texture, top, bottom, left, right, margin)
+        lab, linear, valid = self._light.window(rows, columns)
+        stack = features(lab, linear, valid)
+        if self._tokens is not None:
+            stack = np.concatenate([stack, self._tokens.window(rows, columns)])
+        posterior = self._network.posterior(stack.reshape(len(stack), -1))
+        planes = np.rint(posterior * np.float32(POSTERIOR_ONE)).astype(np.uint16).reshape(-1, *valid.shape)
+        return stack, planes, valid, inner
 
     def _typicality(self, coordinates: npt.NDArray[Any], material: npt.NDArray[Any]) -> npt.NDArray[Any]:
         from scipy.special import chdtrc

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from skyshine.schemas.commands import emit_json, json_option
+from skyshine.schemas.commands import emit_json, json_option, progress
 
 if TYPE_CHECKING:
     from skyshine.tmm.exchange.export import Form
@@ -27,9 +27,14 @@ if TYPE_CHECKING:
     type=click.IntRange(min=0),
     help="Mip level to write; by default the first, or the one that fits the tile.",
 )
-@click.option("--tile", help="CDB: the tile that the texture covers, such as N12E044_L00_U0_R0.")
+@click.option(
+    "--tile",
+    help="CDB: the tile that the texture covers, such as N12E044_L00_U0_R0; else its place on the map cuts tiles.",
+)
 @click.option("--model", help="CDB: the name of a geotypical model's texture; all mip levels are written.")
-@click.option("--lod", type=int, help="CDB: level of detail of the model texture's finest level, -10 to 23.")
+@click.option(
+    "--lod", type=int, help="CDB: finest level of detail, -10 to 23, of the model texture or of the tiles that are cut."
+)
 @click.option(
     "--map",
     "map_file",
@@ -61,8 +66,8 @@ def command(
     png: indexed PNG with a legend. masks: a grey PNG for each material (Unreal, Blender). splat: RGBA PNG of four
     materials each (Unity). geotiff: codes, confidence and shade on the map. relit: the photograph without its cast
     shade. gltf: a quad, or a mesh of your own (--mesh), with a feature ID texture and a property table. dirsig:
-    material map and mixture map. cdb: raster materials with their composite material table, of a tile (005, 006) or
-    of a model (504, 505).
+    material map and mixture map. cdb: raster materials with their composite material tables: tiles of all levels of
+    detail cut by the place on the map, or one tile that the texture covers (005, 006), or a model's texture (504, 505).
     """
     from skyshine.materials.library import load_library
     from skyshine.tmm.exchange.export import CdbTarget, MeshTarget, export
@@ -71,7 +76,7 @@ def command(
     if photograph is not None and mesh is None:
         raise click.UsageError("--photograph names an image of a mesh; give --mesh")
     into = None if mesh is None else MeshTarget(mesh, photograph)
-    written = export(file, form, out, load_library(), level, target, not separate, into)
+    written = export(file, form, out, load_library(), level, target, not separate, into, progress)
     if as_json:
         emit_json({"file": file, "format": form, "written": [str(path) for path in written]})
     else:

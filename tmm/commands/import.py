@@ -17,18 +17,24 @@ from skyshine.schemas.quantity import quantity
 @click.option(
     "--map", "map_file", type=click.Path(), help="CDB: a map of base materials to ours in place of the packaged one."
 )
+@click.option(
+    "--table",
+    type=click.Path(),
+    help="CDB: the Composite Material Table of an image of indices that stands outside a CDB.",
+)
 @json_option
-def command(file: str, out: str, legend: str | None, map_file: str | None, as_json: bool) -> None:
+def command(file: str, out: str, legend: str | None, map_file: str | None, table: str | None, as_json: bool) -> None:
     """Write the materials of FILE as a texture database (.tmm.h5) with all mip levels.
 
     FILE is the first layer of raster materials in a CDB (datasets 005 and 504), in its place there, or an indexed PNG
-    with a legend.
+    with a legend, or (--table) any image of indices into a Composite Material Table. Composites become mixtures of up
+    to three materials.
     """
     from skyshine.materials.library import load_library
     from skyshine.tmm.database.usage import read_usage
     from skyshine.tmm.exchange.imported import import_texture
 
-    path = import_texture(file, out, load_library(), legend, map_file)
+    path = import_texture(file, out, load_library(), legend, map_file, table)
     usage = read_usage(path)
     if as_json:
         emit_json({"file": str(path), "usage": {name: quantity(share, "1") for name, share in usage.items()}})

@@ -6,7 +6,7 @@ may cut texels of level 0 where the size is no power of two; the shares are stil
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import reduce
 from typing import Any
@@ -17,6 +17,7 @@ import numpy.typing as npt
 WEIGHT_TOTAL = 65535  # the weights of a texel sum to this: three shares right to 1e-5
 PERCENT = 100
 COMPONENTS = 3
+_MOST_BITS = 44  # of a count: three of them times WEIGHT_TOTAL stay below 2^63
 PIECE_TEXELS = 1 << 17  # texels of a level worked out at a time
 
 
@@ -46,7 +47,9 @@ def level_sizes(height: int, width: int) -> list[tuple[int, int]]:
 
 
 class LevelStream:
-    """Makes all levels of an image of material codes that comes in bands of rows, from the top to the bottom."""
+    """Makes all levels of an image that comes in bands of rows, from the top to the bottom: of material codes, or of
+    mixtures.
+    """
 
     def __init__(self, height: int, width: int, codes: npt.NDArray[np.uint16]) -> None:
         """`codes` (K,) are the material codes that occur, in ascending order."""
@@ -64,21 +67,49 @@ class LevelStream:
         part : Level
             Rows of that level, from `row` on, that these rows of codes have completed.
         """
-        counted = [counter.add(code == number) for number, counter in zip(self._codes, self._counters, strict=True)]
+        return self._complete((code == number).view(np.uint8) for number in self._codes)
+
+    def add_mixed(self, rows: Level) -> Iterator[tuple[int, int, Level]]:
+        """Take the next rows of mixtures of level 0, as `add` takes codes; all rows come in one of these ways."""
+        return self._complete(shares_of(rows, number) for number in self._codes)
+
+    def _complete(self, planes: Iterable[npt.NDArray[Any]]) -> Iterator[tuple[int, int, Level]]:
+        """Count planes (n, W), one for each material, and yield what they complete."""
+        counted = [counter.add(plane) for plane, counter in zip(planes, self._counters, strict=True)]
         for level, parts in enumerate(zip(*counted, strict=True), start=1):
             height, width = parts[0].shape
             step = max(PIECE_TEXELS // width, 1)
             for top in range(0, height, step):
-                yield level, self._done[level], self._part([counts[top : top + step] for counts in parts])
+                yield level, self._done[level], ranked(self._codes, [counts[top : top + step] for counts in parts])
                 self._done[level] += min(step, height - top)
 
-    def _part(self, counts: list[npt.NDArray[Any]]) -> Level:
-        """The mixtures that the counts (n, w) of each material make."""
-        size = counts[0].shape
-        codes, ranks = (np.zeros((COMPONENTS, counts[0].size), kind) for kind in (np.uint16, np.int64))
-        for number, count in zip(self._codes, counts, strict=True):
-            _insert(codes, ranks, number, count.ravel())
-        return _level(codes, ranks, size)
+
+def shares_of(level: Level, code: int) -> npt.NDArray[np.uint32]:
+    """Share (h, w) of a material in each texel, of `WEIGHT_TOTAL`."""
+    share: npt.NDArray[np.uint32] = np.where(level.mix_code == code, level.mix_weight, 0).sum(axis=-1, dtype=np.uint32)
+    return share
+
+
+def ranked(codes: npt.NDArray[np.uint16], counts: Iterable[npt.NDArray[Any]], total: int = WEIGHT_TOTAL) -> Level:
+    """The mixtures of the three largest counts in each texel; where all are 0 there is no material.
+
+    Parameters
+    ----------
+    codes : (K,) uint16
+        Ascending: the lower code comes first among equals.
+    counts : iterable of (h, w) integer
+        For each material, not negative.
+    total : int
+        Shares are rounded to parts of it, by largest remainders; `WEIGHT_TOTAL` or a smaller number.
+    """
+    size: tuple[int, ...] = ()
+    for number, count in zip(codes, counts, strict=True):
+        if not size:
+            size = count.shape
+            ranks = np.zeros((COMPONENTS, count.size), np.int64)
+            found = np.zeros(ranks.shape, np.uint16)
+        _insert(found, ranks, number, count.ravel())
+    return _level(found, ranks, size, total)
 
 
 class _Counter:
@@ -100,16 +131,18 @@ class _Counter:
             else:
                 self._steps.append(_Cut(height, width, size))
 
-    def add(self, mask: npt.NDArray[np.bool_]) -> list[npt.NDArray[Any]]:
-        """Counts of the completed rows of each level from 1, (n, w), in a unit that depends on the sizes alone."""
-        counts: npt.NDArray[Any] = mask.view(np.uint8)
-        running, levels = None, []
+    def add(self, plane: npt.NDArray[Any]) -> list[npt.NDArray[Any]]:
+        """Counts of the completed rows of each level from 1, (n, w), in a unit that depends on the sizes alone.
+
+        `plane` (n, W) holds uint8 that are 0 or 1, or uint32 shares.
+        """
+        counts, running, levels = plane, None, []
         for step in self._steps:
             if isinstance(step, _Whole):
                 counts = step.add(counts)
                 levels.append(counts)
             else:
-                running = _running_sum(mask) if running is None else running
+                running = _running_sum(plane) if running is None else running
                 levels.append(step.add(running))
         return levels
 
@@ -119,7 +152,7 @@ class _Whole:
 
     def __init__(self, blocks: tuple[int, int], width: int) -> None:
         self._blocks = blocks
-        self._pending: npt.NDArray[Any] = np.empty((0, width), np.uint8)
+        self._pending: npt.NDArray[Any] = np.empty((0, width), np.uint8)  # takes the type of what follows
 
     def add(self, counts: npt.NDArray[Any]) -> npt.NDArray[Any]:
         high, wide = self._blocks
@@ -157,11 +190,11 @@ class _Cut:
         return _column_parts(rows, self._size[1])
 
 
-def _running_sum(mask: npt.NDArray[np.bool_]) -> npt.NDArray[Any]:
-    """Sums down the columns before each row and after the last, (n + 1, W) int32."""
-    total = np.zeros((len(mask) + 1, mask.shape[1]), np.int32)
-    for row in range(len(mask)):  # many times faster than numpy's own cumsum down the columns
-        np.add(total[row], mask[row], out=total[row + 1])
+def _running_sum(plane: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Sums down the columns before each row and after the last, (n + 1, W)."""
+    total = np.zeros((len(plane) + 1, plane.shape[1]), np.int32 if plane.dtype == np.uint8 else np.int64)
+    for row in range(len(plane)):  # many times faster than numpy's own cumsum down the columns
+        np.add(total[row], plane[row], out=total[row + 1])
     return total
 
 
@@ -205,8 +238,13 @@ def pure_level(code: npt.NDArray[np.uint16]) -> Level:
     return Level(code, mix_code, mix_weight)
 
 
-def _level(codes: npt.NDArray[np.uint16], ranks: npt.NDArray[np.int64], size: tuple[int, int]) -> Level:
-    weights = integer_weights(ranks, WEIGHT_TOTAL).astype(np.uint16)
+def _level(codes: npt.NDArray[np.uint16], ranks: npt.NDArray[np.int64], size: tuple[int, ...], total: int) -> Level:
+    # Shares of a level that cuts texels of a very large image are counted in units that times `total` pass 64 bits.
+    ranks >>= max(int(ranks[0].max(initial=0)).bit_length() - _MOST_BITS, 0)
+    weights = integer_weights(ranks, total)
+    if total != WEIGHT_TOTAL:
+        weights = integer_weights(weights, WEIGHT_TOTAL)
+    weights = weights.astype(np.uint16)
     codes[weights == 0] = 0
     mix_code, mix_weight = (np.ascontiguousarray(part.T).reshape(*size, COMPONENTS) for part in (codes, weights))
     return Level(mix_code[..., 0].copy(), mix_code, mix_weight)

@@ -18,7 +18,7 @@ from skyshine.schemas.hdf5 import open_database, sound
 from skyshine.schemas.hdf5_gate import refuse_large
 from skyshine.tmm.database.checks import check_parts, check_values
 from skyshine.tmm.database.layout import CHUNK, FILETYPE, FORMAT_VERSION, SHADE_TOTAL
-from skyshine.tmm.database.levels import WEIGHT_TOTAL
+from skyshine.tmm.database.levels import WEIGHT_TOTAL, Level
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.job.model import TextureJob, stored_job
 
@@ -102,6 +102,16 @@ class TmmFile:
             values: npt.NDArray[Any] = stored[rows]
             check_values(self._file.filename, name, values, self._known)
             return values
+
+    def window(self, level: int, rows: slice, columns: slice) -> Level:
+        """Materials of a window of a level."""
+        with sound(self._file.filename):
+            parts = []
+            for plane in ("code", "mix_code", "mix_weight"):
+                name = f"levels/{level}/{plane}"
+                parts.append(self._file[name][rows, columns])
+                check_values(self._file.filename, name, parts[-1], self._known)
+            return Level(*parts)
 
     def has(self, name: str) -> bool:
         """Whether the file holds an array of this path."""

@@ -10,6 +10,7 @@ from typing import Literal
 
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.progress import Progress, silent
 from skyshine.tmm.database.levels import level_sizes
 from skyshine.tmm.database.reader import open_tmm
 from skyshine.tmm.exchange.cdb_materials import CdbMaterials, load_map
@@ -22,7 +23,8 @@ Form = Literal["png", "masks", "splat", "geotiff", "relit", "gltf", "dirsig", "c
 class CdbTarget:
     """Where materials go in a CDB: a tile, or a model texture whose finest level of detail is `lod`.
 
-    Without either, what was imported from a CDB goes to where it came from, with its own indices and table.
+    Without either, what was imported from a CDB goes to where it came from, with its own indices and table; all else is
+    cut into tiles by its place on the ground, the finest of level of detail `lod`.
     """
 
     tile: str | None = None
@@ -48,6 +50,7 @@ def export(
     target: CdbTarget = CdbTarget(),
     binary: bool = True,
     mesh: MeshTarget | None = None,
+    progress: Progress = silent,
 ) -> list[Path]:
     """Write a texture's materials in another format.
 
@@ -61,7 +64,8 @@ def export(
     library : MaterialLibrary
         For the composite materials of a CDB.
     level : int, optional
-        The mip level: by default the first; for a CDB tile the one of the tile's size; a model texture has all.
+        The mip level: by default the first; for a CDB tile that is named the one of the tile's size; a model texture
+        and tiles that are cut have all.
     binary : bool
         Of glTF: one .glb, rather than .gltf, .bin and .png.
     mesh : MeshTarget, optional
@@ -80,7 +84,7 @@ def export(
     if mesh is not None and (form != "gltf" or not binary):
         raise InputError("--mesh goes with --to gltf alone, and its result is one .glb; leave the rest out")
     if form == "cdb":
-        return _export_cdb(path, Path(out), library, level, target)
+        return _export_cdb(path, Path(out), library, level, target, progress)
     if form == "relit":
         from skyshine.tmm.exchange.relit import write_relit
 
@@ -113,9 +117,16 @@ def export(
 
 
 def _export_cdb(
-    path: str | os.PathLike[str], root: Path, library: MaterialLibrary, level: int | None, target: CdbTarget
+    path: str | os.PathLike[str],
+    root: Path,
+    library: MaterialLibrary,
+    level: int | None,
+    target: CdbTarget,
+    progress: Progress,
 ) -> list[Path]:
-    from skyshine.tmm.exchange.cdb import from_image, parse_tile, write_cdb
+    from skyshine.tmm.exchange.cdb import from_image, write_cdb
+    from skyshine.tmm.exchange.cdb_places import parse_tile
+    from skyshine.tmm.exchange.cdb_tiles import cut_tiles
     from skyshine.tmm.exchange.imported import kept_raster
 
     if target == CdbTarget() and level is None and (kept := kept_raster(path)) is not None:
@@ -123,8 +134,12 @@ def _export_cdb(
     materials = load_map(library, target.map_file)
     if target.model is not None and target.tile is None:
         return _export_model(path, root, materials, level, target.model, target.lod)
-    if target.tile is None or target.model is not None:
-        raise InputError("a CDB needs --tile, such as N12E044_L00_U0_R0, or --model with --lod; give one of them")
+    if target.tile is None:
+        if level is not None:
+            raise InputError("--level goes with --tile; tiles that are cut have all levels of detail; leave it out")
+        return cut_tiles(Path(path), root, materials, target.lod, progress)
+    if target.model is not None or target.lod is not None:
+        raise InputError("--tile stands alone: it names the level of detail, and no model; leave --model and --lod out")
     tile = parse_tile(target.tile)
     if level is None:
         sizes = _level_sizes(path)
@@ -135,7 +150,8 @@ def _export_cdb(
 def _export_model(
     path: str | os.PathLike[str], root: Path, materials: CdbMaterials, level: int | None, name: str, lod: int | None
 ) -> list[Path]:
-    from skyshine.tmm.exchange.cdb import MIN_LOD, from_image, model_texture, used_codes, write_cdb
+    from skyshine.tmm.exchange.cdb import from_image, used_codes, write_cdb
+    from skyshine.tmm.exchange.cdb_places import MIN_LOD, model_texture
 
     if lod is None:
         raise InputError("--model needs --lod, the level of detail of its finest texture; give it")

@@ -9,16 +9,17 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import sparse
 
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Variable, write_file
 from skyshine.tmm.database.layout import CHUNK, composite_layout, level_layout, texture_header
-from skyshine.tmm.database.levels import WEIGHT_TOTAL, Composites, Level, level_sizes
+from skyshine.tmm.database.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, level_sizes
 from skyshine.tmm.database.reader import open_tmm
-from skyshine.tmm.exchange.cdb import INDEX, CdbRaster, place_of, ranked_level
-from skyshine.tmm.exchange.cdb_table import parse_table, table_text
+from skyshine.tmm.exchange.cdb import CdbRaster
+from skyshine.tmm.exchange.cdb_materials import CdbMaterials
+from skyshine.tmm.exchange.cdb_places import INDEX, place_of
+from skyshine.tmm.exchange.cdb_table import Composite, parse_table, table_text
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.job.model import Palette, TextureJob
@@ -73,24 +74,16 @@ def coarser_levels(image: MaterialImage) -> list[Level]:
     """The mip levels above a level of mixtures: in each texel, the mean share of every material over its part of the
     image.
     """
-    level = image.level
-    codes = np.array(list(image.materials), np.uint16)
-    weight = np.where(level.mix_code > 0, level.mix_weight, 0)
-    shares = [np.where(level.mix_code == code, weight, 0).sum(axis=-1, dtype=np.int64) / WEIGHT_TOTAL for code in codes]
-    levels = []
-    for height, width in level_sizes(image.height, image.width)[1:]:
-        down, across = _parts(image.height, height), _parts(image.width, width)
-        levels.append(ranked_level(codes, np.stack([down @ share @ across.T for share in shares])))
-    return levels
-
-
-def _parts(length: int, parts: int) -> sparse.csr_matrix:
-    """Means over equal parts of an axis whose borders may cut texels (parts, length)."""
-    borders = np.arange(parts + 1) * (length / parts)
-    overlap = np.minimum(borders[1:, np.newaxis], np.arange(1, length + 1)) - np.maximum(
-        borders[:-1, np.newaxis], np.arange(length)
-    )
-    return sparse.csr_matrix(np.maximum(overlap, 0) * (parts / length))
+    stream = LevelStream(image.height, image.width, np.array(list(image.materials), np.uint16))
+    levels: list[list[Level]] = [[] for _ in level_sizes(image.height, image.width)[1:]]
+    for top in range(0, image.height, CHUNK):
+        band = Level(*(part[top : top + CHUNK] for part in vars(image.level).values()))
+        for number, _, part in stream.add_mixed(band):
+            levels[number - 1].append(part)
+    return [
+        Level(*(np.concatenate(parts) for parts in zip(*(vars(part).values() for part in level), strict=True)))
+        for level in levels
+    ]
 
 
 def _codes(image: MaterialImage) -> Axis:
@@ -183,6 +176,7 @@ def import_texture(
     library: MaterialLibrary,
     legend: str | os.PathLike[str] | None = None,
     map_file: str | os.PathLike[str] | None = None,
+    table: str | os.PathLike[str] | None = None,
 ) -> Path:
     """Read raster materials of a CDB (``.tif``) or an indexed PNG and write a database into a folder.
 
@@ -192,6 +186,8 @@ def import_texture(
         Of a PNG; by default ``NAME.legend.json`` beside it.
     map_file : path, optional
         Of a CDB; by default the packaged map.
+    table : path, optional
+        Composite Material Table that an image of indices goes with, which then may stand anywhere.
 
     Raises
     ------
@@ -204,11 +200,12 @@ def import_texture(
     from skyshine.tmm.exchange.legend import read_legend
 
     path, raster = Path(path), None
-    if path.suffix.lower() in (".tif", ".tiff"):
+    if table is not None:
+        image, colours = _with_table(path, Path(table), load_map(library, map_file))
+    elif path.suffix.lower() in (".tif", ".tiff"):
         raster, materials = read_cdb(path), load_map(library, map_file)
-        image = to_image(raster, materials)
-        first = {index: next(iter(materials.mixture(raster.table[index]))) for index in _present(raster)}
-        colours = {str(index): library.by_code(code).name for index, code in first.items()}
+        image, present = to_image(raster, materials), np.unique(raster.index).tolist()
+        colours = _first_materials([k for k in present if k in raster.table], raster.table, materials)
     elif path.suffix.lower() == ".png":
         legend = legend or path.with_suffix(".legend.json")
         image, names = read_png(path, legend, library), read_legend(legend, library)
@@ -221,5 +218,22 @@ def import_texture(
     return target
 
 
-def _present(raster: CdbRaster) -> list[int]:
-    return [index for index in np.unique(raster.index).tolist() if index in raster.table]
+def _with_table(path: Path, table_path: Path, materials: CdbMaterials) -> tuple[MaterialImage, dict[str, str]]:
+    """An image of indices into a table, and the palette for its provenance."""
+    from skyshine.tmm.exchange.cdb import indexed_image, indices_in
+    from skyshine.tmm.exchange.cdb_table import read_table
+    from skyshine.tmm.exchange.rasters import read_plane
+
+    table, index = read_table(table_path), read_plane(path)
+    if index.dtype.kind != "u":
+        raise InputError("holds floats; allowed: unsigned integers, indices into the table", file=path)
+    used = indices_in(index, table, path, table_path.name)
+    layers, shares = index[np.newaxis], np.ones((1, *index.shape), np.float32)
+    image = indexed_image(path.name.partition(".")[0], layers, shares, table, materials)
+    return image, _first_materials(used, table, materials)
+
+
+def _first_materials(used: list[int], table: dict[int, Composite], materials: CdbMaterials) -> dict[str, str]:
+    """The material with the largest share in each composite, by index as a palette names it."""
+    first = {index: next(iter(materials.mixture(table[index]))) for index in used}
+    return {str(index): materials.library.by_code(code).name for index, code in first.items()}

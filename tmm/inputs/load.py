@@ -16,6 +16,7 @@ from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.classify.trained import TrainedModel
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.features.shade import RelitTexture
+from skyshine.tmm.features.tokens import Encoder, TokenFeatures
 from skyshine.tmm.images.no_data import SIDECAR
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.answers import read_answers
@@ -79,11 +80,26 @@ def narrowed(
     return kept, shares[kept].argmax(axis=1)
 
 
+def token_features(job: TextureJob, texture: TextureFile, base_folder: Path) -> TokenFeatures | None:
+    """Features of the image encoder that a job names; None where it names none.
+
+    Raises
+    ------
+    InputError
+        The encoder cannot be opened, or fails on the texture.
+    """
+    if job.classifier.features is None:
+        return None
+    return TokenFeatures(texture, Encoder(Path(base_folder) / job.classifier.features))
+
+
 def job_files(job: TextureJob, base_folder: Path) -> dict[str, Path]:
     """Files besides the image that a map depends on, by their names in the job."""
     layers = tuple(job.rules.layers.values()) if job.rules else ()
     named = (*seed_files(job.seeds), *layers, *seed_files(job.overrides), *mask_files(job, base_folder))
     files = {name: base_folder / name for name in named}
+    if job.classifier.features is not None:
+        files[job.classifier.features] = base_folder / job.classifier.features
     return files if job.model is None else {**files, job.model: model_path(job.model, base_folder)}
 
 

@@ -9,26 +9,19 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import pydantic
 import yaml
 from pydantic import Field
 
-from skyshine.materials.library import unknown_material
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import nearest
 from skyshine.schemas.paths import job_path
 from skyshine.tmm.job.images import find_images, texture_name
+from skyshine.tmm.job.materials import MaterialName, MaterialOrMixture, is_mixture, parts_of
 
 MAX_RADIUS = 127
-
-
-def _known_material(name: str, info: pydantic.ValidationInfo) -> str:
-    names = (info.context or {}).get("materials")
-    if names is not None and name not in names:
-        raise ValueError(unknown_material(name, names))
-    return name
 
 
 def _palette_key(key: object) -> str:
@@ -58,7 +51,6 @@ def _within_folder(name: str, info: pydantic.ValidationInfo) -> str:
 
 
 JobPath = Annotated[str, Field(min_length=1), pydantic.AfterValidator(_within_folder)]
-MaterialName = Annotated[str, pydantic.AfterValidator(_known_material)]
 PaletteKey = Annotated[str, pydantic.BeforeValidator(_palette_key)]
 Polygon = Annotated[tuple[tuple[float, float], ...], Field(min_length=1)]
 Polygons = Annotated[tuple[Polygon, ...], pydantic.AfterValidator(_some_polygons)]
@@ -73,6 +65,16 @@ class LabelImage(StrictModel):
     )
     palette: dict[PaletteKey, MaterialName] = Field(
         min_length=1, description='Material of each label colour ("#RRGGBB") or grey level (0 to 65535).'
+    )
+
+
+class MixedLabelImage(LabelImage):
+    """A label image whose colours may name mixtures."""
+
+    palette: dict[PaletteKey, MaterialOrMixture] = Field(
+        min_length=1,
+        description='Material of each label colour ("#RRGGBB") or grey level (0 to 65535), or a mixture of up to three '
+        "by ratio, such as {asphalt_road: 60, grass_dry: 40}.",
     )
 
 
@@ -109,6 +111,14 @@ class Seeds(StrictModel):
         return {"file": self.file, "suggested": self.suggested}
 
 
+class OverrideTexels(Seeds):
+    """Texels whose material or mixture is given, whatever is found there."""
+
+    labels: MixedLabelImage | None = Field(
+        None, description="Image of the texture's size whose colours name materials or mixtures."
+    )
+
+
 class Classifier(StrictModel):
     """Settings of the classifiers that give a posterior probability of each material."""
 
@@ -116,6 +126,11 @@ class Classifier(StrictModel):
         default="colour",
         description="colour: Gaussian maximum likelihood in CIELAB; textured: a small perceptron on colour and texture "
         "at several scales, trained with shadows (needs the extra 'train' where it is trained on seeds).",
+    )
+    features: JobPath | None = Field(
+        default=None,
+        description="textured, with seeds alone: ONNX file of an image encoder of one's own (image in, map of tokens "
+        "out), whose tokens join the features (needs the extra 'onnx').",
     )
     radius: int = Field(
         default=8, ge=0, le=MAX_RADIUS, description="Radius of the box over which posteriors are averaged, in texels."
@@ -129,6 +144,11 @@ class Classifier(StrictModel):
     )
     typicality_threshold: Probability = Field(
         default=0.0, description="Texels less typical of their material than this become unknown (code 0)."
+    )
+    mixtures: bool = Field(
+        default=False,
+        description="Whether texels of the first level are mixtures of the three likeliest materials, with shares by "
+        "their posterior in whole percent, rather than the likeliest alone; mip levels follow from these shares.",
     )
 
 
@@ -146,8 +166,10 @@ class Shade(StrictModel):
 class Palette(StrictModel):
     """Materials by the colours of the texture itself."""
 
-    colours: dict[PaletteKey, MaterialName] = Field(
-        min_length=1, description='Material of each colour ("#RRGGBB") or grey level (0 to 65535) of the texture.'
+    colours: dict[PaletteKey, MaterialOrMixture] = Field(
+        min_length=1,
+        description='Material of each colour ("#RRGGBB") or grey level (0 to 65535) of the texture, or a mixture of up '
+        "to three by ratio, such as {asphalt_road: 60, grass_dry: 40}.",
     )
     match: Literal["exact", "nearest"] = Field(
         default="exact", description="exact: other colours are unknown; nearest: the nearest colour in CIELAB."
@@ -190,7 +212,7 @@ class Range(StrictModel):
 class Rule(StrictModel):
     """A material for the texels whose quantities all lie in the ranges; without ranges, for all texels."""
 
-    material: MaterialName = Field(description="Of the texels for which the rule holds.")
+    material: MaterialOrMixture = Field(description="Material or mixture of the texels for which the rule holds.")
     when: dict[str, Range] = Field(default={}, description=f"Ranges of: {', '.join(QUANTITIES)}, or names of layers.")
 
 
@@ -219,7 +241,9 @@ class Clusters(StrictModel):
     """Clusters of colours, found without seeds; those that are named become materials, the others stay unknown."""
 
     count: int = Field(ge=1, le=64, description="Number of clusters; they are numbered from 1, the darkest.")
-    names: dict[int, MaterialName] = Field(default={}, description="Material of a cluster by its number.")
+    names: dict[int, MaterialOrMixture] = Field(
+        default={}, description="Material or mixture of a cluster by its number."
+    )
     random_seed: int = Field(default=0, ge=0, description="Seed of the sample of texels and of the first centres.")
 
     @pydantic.model_validator(mode="after")
@@ -272,7 +296,9 @@ class TextureJob(StrictModel):
         Classifier(), description="How texels are classified from seeds, clusters or a model."
     )
     held_out: HeldOut = Field(HeldOut(), description="How the quality is measured.")
-    material: MaterialName | None = Field(default=None, description="One material for the whole texture.")
+    material: MaterialOrMixture | None = Field(
+        default=None, description="One material, or one mixture, for the whole texture."
+    )
     palette: Palette | None = Field(None, description="Materials by the colours of the image itself.")
     rules: Rules | None = Field(None, description="Materials by thresholds of colour and of further layers.")
     seeds: Seeds | None = Field(None, description="Texels whose material is known, from which the others follow.")
@@ -290,7 +316,7 @@ class TextureJob(StrictModel):
     clusters: Clusters | None = Field(
         None, description="Clusters of colours, found without seeds and named afterwards."
     )
-    overrides: Seeds | None = Field(
+    overrides: OverrideTexels | None = Field(
         default=None, description="Polygons and label images whose texels have their material whatever is found there."
     )
 
@@ -309,6 +335,11 @@ class TextureJob(StrictModel):
             raise ValueError(
                 f"found {ways} of the ways to assign materials; allowed: one of {', '.join(WAYS)}, or seeds and model"
             )
+        if self.classifier.features is not None and (given != ["seeds"] or self.classifier.method != "textured"):
+            raise ValueError(
+                f"found classifier.features beside {' and '.join(given)} and method {self.classifier.method}; allowed:"
+                " with seeds alone and method: textured"
+            )
         if self.scene_materials and given != ["model"]:
             raise ValueError(
                 f"found scene_materials beside {' and '.join(given)}; allowed: beside a model alone; leave it out, for"
@@ -322,8 +353,8 @@ class TextureJob(StrictModel):
         return next(way for way in WAYS if getattr(self, way) is not None)
 
     @property
-    def materials(self) -> tuple[str, ...]:
-        """Names of the materials that the job itself names; those of a GeoJSON or model file are in that file."""
+    def classes(self) -> tuple[str, ...]:
+        """Materials and mixtures that the job itself names; see `is_mixture`."""
         names = {*self.scene_materials, *([self.material] if self.material else [])}
         names |= set(self.palette.colours.values()) if self.palette else set()
         names |= {rule.material for rule in self.rules.rules} if self.rules else set()
@@ -332,6 +363,18 @@ class TextureJob(StrictModel):
             if seeds is not None:
                 names |= {*seeds.polygons, *(seeds.labels.palette.values() if seeds.labels else ())}
         return tuple(sorted(names))
+
+    @property
+    def mixtures(self) -> tuple[str, ...]:
+        """Those of the classes that are mixtures."""
+        return tuple(filter(is_mixture, self.classes))
+
+    @property
+    def materials(self) -> tuple[str, ...]:
+        """Names of the materials that the job itself names, those in mixtures included; those of a GeoJSON or model
+        file are in that file.
+        """
+        return tuple(sorted({name for entry in self.classes for name in parts_of(entry)}))
 
 
 def _single_images(texture: TextureJob, folder: Path) -> list[TextureJob]:
@@ -357,7 +400,10 @@ def _single_images(texture: TextureJob, folder: Path) -> list[TextureJob]:
     ]
 
 
-def _own_files(seeds: Seeds | None, name: str, folder: Path) -> Seeds | None:
+AnySeeds = TypeVar("AnySeeds", bound=Seeds)
+
+
+def _own_files(seeds: AnySeeds | None, name: str, folder: Path) -> AnySeeds | None:
     """Seeds whose files are those of one texture: {name} in their paths is its name."""
     if seeds is None:
         return None

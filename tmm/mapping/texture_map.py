@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,13 +14,16 @@ from skyshine.tmm.classify.combined import CombinedMapper, library_classes, surv
 from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper
 from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.classify.trained import TrainedModel
+from skyshine.tmm.database.levels import Level
 from skyshine.tmm.features.colour import DistinctColours
+from skyshine.tmm.features.tokens import TokenFeatures
 from skyshine.tmm.images.georeference import GeoReference, read_georeference
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.images.texture import TextureFile
-from skyshine.tmm.inputs.load import job_files, load_texture, narrowed
+from skyshine.tmm.inputs.load import job_files, load_texture, narrowed, token_features
 from skyshine.tmm.inputs.seeds import SeedTexels
 from skyshine.tmm.job.model import TextureJob
+from skyshine.tmm.mapping.mixtures import ClassMixtures
 from skyshine.tmm.mapping.ways import (
     ExactPalette,
     Overrides,
@@ -72,25 +74,34 @@ class TextureMap:
     files: dict[str, str]
     mapper: Mapper
 
-    def windows(self) -> Iterator[tuple[slice, slice, npt.NDArray[Any], Classified]]:
+    @property
+    def mixed(self) -> bool:
+        """Whether texels of the first level may have several materials."""
+        return self.job.classifier.mixtures or bool(self.job.mixtures)
+
+    def windows(self) -> Iterator[tuple[slice, slice, Level, Classified]]:
         """Classify the texture from the top to the bottom.
 
         Yields
         ------
         rows, columns : slice
-        code : (h, w) uint16
-            Material codes; 0 for unknown and no data.
+        level : Level
+            Materials of the window (h, w); code 0 for unknown and no data.
         classified : Classified
             With calibrated confidence.
         """
-        code_of = np.append([self.codes[self.names.index(name)] for name in self.mapper.names], 0).astype(np.uint16)
+        classes = ClassMixtures(self.mapper.names, dict(zip(self.names, self.codes.tolist(), strict=True)))
         for top in range(0, self.texture.height, BAND):
             for left in range(0, self.texture.width, STRIP):
                 bottom, right = min(top + BAND, self.texture.height), min(left + STRIP, self.texture.width)
                 raw = self.mapper.window(top, bottom, left, right)
                 classified = Classified(raw.material, self.quality.calibration(raw.confidence), raw.typicality)
-                code = code_of[with_unknown(classified, self.job.classifier)]
-                yield slice(top, bottom), slice(left, right), code, classified
+                known = with_unknown(classified, self.job.classifier)
+                if self.job.classifier.mixtures:
+                    level = classes.likeliest(self.mapper.posterior(top, bottom, left, right), known)
+                else:
+                    level = classes.of(known)
+                yield slice(top, bottom), slice(left, right), level, classified
 
 
 def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) -> TextureMap:
@@ -114,7 +125,7 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
     if seeds is not None and job.model is not None:
         mapper, quality = _combined(job, texture, colours, seeds, base_folder, library)
     elif seeds is not None:
-        mapper, quality = _trained(job, texture, colours, seeds)
+        mapper, quality = _trained(job, texture, colours, seeds, token_features(job, texture, base_folder))
     else:
         mapper, quality = _untrained(job, texture, colours, names, base_folder, library)
     if job.overrides is not None:
@@ -135,15 +146,19 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
 
 
 def _trained(
-    job: TextureJob, texture: TextureFile, colours: DistinctColours, seeds: SeedTexels
+    job: TextureJob,
+    texture: TextureFile,
+    colours: DistinctColours,
+    seeds: SeedTexels,
+    tokens: TokenFeatures | None,
 ) -> tuple[Mapper, HeldOut]:
     """What is trained on all seeds, and its quality on seeds held out."""
     settings, random_seed = job.classifier, job.held_out.random_seed
-    known = examples(texture, seeds, random_seed) if settings.method == "textured" else None
+    known = examples(texture, seeds, random_seed, tokens=tokens) if settings.method == "textured" else None
 
     def mapper_of(chosen: npt.NDArray[np.bool_] | None) -> Mapper:
         model = train_on_seeds(texture, seeds, settings, known, random_seed, chosen)
-        return model.mapper(texture, colours, settings.radius, tabulate=chosen is None)
+        return model.mapper(texture, colours, settings.radius, tabulate=chosen is None, tokens=tokens)
 
     quality = measure(job, texture.encoding, seeds, mapper_of)
     return mapper_of(None), quality
@@ -212,21 +227,22 @@ def _untrained(
     base_folder: Path,
     library: MaterialLibrary,
 ) -> tuple[Mapper, HeldOut]:
-    quality = untested(len(names))
+    quality, classes = untested(len(names)), (*names, *job.mixtures)
     if job.material is not None:
         return WholeTexture(texture, job.material), quality
     if job.rules is not None:
-        return RuleMapper(texture, job.rules, names, base_folder, texture.path), quality
+        return RuleMapper(texture, job.rules, classes, base_folder, texture.path), quality
     if job.palette is not None and job.palette.match == "exact":
-        return ColourMapper(texture, colours, ExactPalette(job.palette, names, texture.dtype, texture.path), 0), quality
+        exact = ExactPalette(job.palette, classes, texture.dtype, texture.path)
+        return ColourMapper(texture, colours, exact, 0), quality
     if job.palette is not None:
-        model, material = nearest_palette(job.palette, names, texture, texture.path)
-        return Renamed(ColourMapper(texture, colours, model, 0), names, material), quality
+        model, material = nearest_palette(job.palette, classes, texture, texture.path)
+        return Renamed(ColourMapper(texture, colours, model, 0), classes, material), quality
     if job.clusters is not None:
         model = find_clusters(texture, job.clusters)
         named = [job.clusters.names.get(int(number)) for number in model.names]
-        material = np.array([-1 if name is None else names.index(name) for name in named])
-        return Renamed(ColourMapper(texture, colours, model, job.classifier.radius), names, material), quality
+        material = np.array([-1 if name is None else classes.index(name) for name in named])
+        return Renamed(ColourMapper(texture, colours, model, job.classifier.radius), classes, material), quality
     if job.model is None:
         raise ValueError(f"'{job.name}' assigns no materials")
     trained = read_model(model_path(job.model, base_folder))

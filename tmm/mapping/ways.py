@@ -11,7 +11,7 @@ import numpy.typing as npt
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.classify.box import POSTERIOR_ONE
 from skyshine.tmm.classify.gaussian import GaussianModel, fit
-from skyshine.tmm.classify.mapper import Classified, Mapper, without_data
+from skyshine.tmm.classify.mapper import Classified, Mapper, one_hot, without_data
 from skyshine.tmm.features.colour import ndvi, to_coordinates, to_lab
 from skyshine.tmm.images.labels import NONE, Labels
 from skyshine.tmm.images.raster import Raster
@@ -34,6 +34,10 @@ class WholeTexture:
         valid = self._texture.window(slice(top, bottom), slice(left, right))[1]
         ones = np.ones(valid.shape, np.float32)
         return without_data(Classified(np.zeros(valid.shape, np.int16), ones, ones.copy()), valid)
+
+    def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
+        """Certain; see `Mapper`."""
+        return one_hot(self.window(top, bottom, left, right), 1)
 
 
 class ExactPalette:
@@ -95,6 +99,15 @@ class Renamed:
         classified = self._mapper.window(top, bottom, left, right)
         return Classified(self._material[classified.material], classified.confidence, classified.typicality)
 
+    def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
+        """Sums of the posteriors of the classes of each material; see `Mapper`."""
+        own = self._mapper.posterior(top, bottom, left, right)
+        sums = np.zeros((len(self.names), *own.shape[1:]), np.float32)
+        for plane, material in zip(own, self._material, strict=False):  # the last entry is that of no class
+            if material >= 0:
+                sums[material] += plane
+        return sums
+
 
 class RuleMapper:
     """Rules on colours and further layers; the first that holds gives the material."""
@@ -137,6 +150,10 @@ class RuleMapper:
         material[valid] = matched
         confidence = (material >= 0).astype(np.float32)
         return Classified(material, confidence, confidence.copy())
+
+    def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
+        """Certain; see `Mapper`."""
+        return one_hot(self.window(top, bottom, left, right), len(self.names))
 
 
 def _quantities(name: str, colours: npt.NDArray[Any], encoding: str) -> dict[str, npt.NDArray[Any]]:
@@ -203,7 +220,29 @@ class Overrides:
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify a window; see `Mapper`."""
         classified = self._mapper.window(top, bottom, left, right)
-        given: npt.NDArray[np.int16] = np.full(classified.material.shape, NONE, np.int16)
+        given, known = self._given(top, bottom, left, right)
+        for array, value in (
+            (classified.material, given[known]),
+            (classified.confidence, 1),
+            (classified.typicality, 1),
+        ):
+            array[known] = value
+        return classified
+
+    def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
+        """Certain where something is given; see `Mapper`."""
+        own = self._mapper.posterior(top, bottom, left, right)
+        given, known = self._given(top, bottom, left, right)
+        planes = np.zeros((len(self.names), *own.shape[1:]), np.float32)
+        planes[: len(own)] = own
+        planes[:, known] = np.arange(len(self.names))[:, np.newaxis] == given[known]
+        return planes
+
+    def _given(
+        self, top: int, bottom: int, left: int, right: int
+    ) -> tuple[npt.NDArray[np.int16], npt.NDArray[np.bool_]]:
+        """The material (h, w) that is given in a window, and the texels with data where one is."""
+        given: npt.NDArray[np.int16] = np.full((bottom - top, right - left), NONE, np.int16)
         if self._labels is not None:
             given = self._labels.rows(top, bottom)[:, left:right].copy()
         for material, rings, low, high in self._polygons:
@@ -213,10 +252,4 @@ class Overrides:
         known = given != NONE
         if known.any():
             known &= self._texture.window(slice(top, bottom), slice(left, right))[1]
-            for array, value in (
-                (classified.material, given[known]),
-                (classified.confidence, 1),
-                (classified.typicality, 1),
-            ):
-                array[known] = value
-        return classified
+        return given, known

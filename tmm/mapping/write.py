@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -41,10 +42,12 @@ class Written:
 
     Attributes
     ----------
-    texels : (K,) int64
-        Number of texels of each material.
+    texels : (K,) float64
+        Number of texels of each material; a mixture counts by its shares.
     with_data : int
-        Texels with data; those beyond the sum of `texels` are unknown.
+        Texels with data.
+    with_material : int
+        Those that have a material; the others are unknown.
     confidence : float
         Mean over the texels with data.
     shade : float or None
@@ -53,8 +56,9 @@ class Written:
         Hash of the content.
     """
 
-    texels: npt.NDArray[np.int64]
+    texels: npt.NDArray[np.float64]
     with_data: int
+    with_material: int
     confidence: float
     shade: float | None = None
     digest: str = ""
@@ -104,31 +108,59 @@ def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[np
     mixtures = Composites()
     writers = [_RowWriter(file[f"levels/{k}"], mapped.codes) for k in range(1, len(file["levels"]))]
     level0 = file["levels/0"]
-    texels, total, shaded = np.zeros(1 << 16, np.int64), 0.0, 0.0
+    texels, known, total, shaded = np.zeros(1 << 16), 0, 0.0, 0.0
     for band, windows in itertools.groupby(mapped.windows(), key=lambda window: window[0]):
-        rows = np.empty((band.stop - band.start, mapped.texture.width), np.uint16)
-        for _, columns, code, classified in windows:
-            rows[:, columns] = code
-            texels += np.bincount(code.ravel(), minlength=1 << 16)
+        rows = _Rows(band.stop - band.start, mapped.texture.width, mapped.mixed)
+        for _, columns, level, classified in windows:
+            rows.put(columns, level)
+            if mapped.mixed:
+                texels += np.bincount(level.mix_code.ravel(), level.mix_weight.ravel(), 1 << 16) / WEIGHT_TOTAL
+                mixtures.add(level)
+            else:
+                texels += np.bincount(level.code.ravel(), minlength=1 << 16)
+            known += int(np.count_nonzero(level.code))
             total += float(classified.confidence.sum(dtype=np.float64))
             doubt = {"confidence": in_steps(classified.confidence), "typicality": in_ratios(classified.typicality)}
             if isinstance(mapped.texture, RelitTexture):
                 shade = mapped.texture.shade(band, columns)
                 shaded += float(shade.sum(dtype=np.float64))
                 doubt["shade"] = np.rint(shade * SHADE_TOTAL).astype(np.uint8)
-            for name, values in (vars(pure_level(code)) | doubt).items():
+            for name, values in (vars(level) | doubt).items():
                 level0[name][band, columns] = values
-        step = max(LEVEL_TEXELS // rows.shape[1], 1)
-        for top in range(0, len(rows), step):
-            for level, _, part in stream.add(rows[top : top + step]):
-                writers[level - 1].add(part)
-                mixtures.add(part)
+        for number, _, part in rows.coarser(stream):
+            writers[number - 1].add(part)
+            mixtures.add(part)
     if "shade" in level0:
         _fill_shade(file)
-    mixtures.add(pure_level(np.flatnonzero(texels)[np.newaxis].astype(np.uint16)))
+    if not mapped.mixed:
+        mixtures.add(pure_level(np.flatnonzero(texels)[np.newaxis].astype(np.uint16)))
     with_data = mapped.colours.valid_texels
     in_shade = shaded / with_data if "shade" in level0 else None
-    return Written(texels[mapped.codes], with_data, total / with_data, in_shade), mixtures.mixtures()
+    return Written(texels[mapped.codes], with_data, known, total / with_data, in_shade), mixtures.mixtures()
+
+
+class _Rows:
+    """Rows of level 0 that are put together of windows: codes alone where no texel is mixed."""
+
+    def __init__(self, height: int, width: int, mixed: bool) -> None:
+        self._code = np.empty((height, width), np.uint16)
+        self._mixture = [np.empty((height, width, 3), np.uint16) for _ in range(2)] if mixed else []
+
+    def put(self, columns: slice, level: Level) -> None:
+        """Take a window of these rows."""
+        self._code[:, columns] = level.code
+        for whole, part in zip(self._mixture, (level.mix_code, level.mix_weight), strict=False):
+            whole[:, columns] = part
+
+    def coarser(self, stream: LevelStream) -> Iterator[tuple[int, int, Level]]:
+        """What these rows complete of the coarser levels; see `LevelStream.add`."""
+        step = max(LEVEL_TEXELS // self._code.shape[1], 1)
+        for top in range(0, len(self._code), step):
+            rows = slice(top, top + step)
+            if self._mixture:
+                yield from stream.add_mixed(Level(self._code[rows], *(part[rows] for part in self._mixture)))
+            else:
+                yield from stream.add(self._code[rows])
 
 
 def _fill_shade(file: h5py.File) -> None:
@@ -228,7 +260,7 @@ def _usage(mapped: TextureMap, written: Written) -> Group:
     counts = {
         "texels": mapped.texture.height * mapped.texture.width,
         "texels_with_data": written.with_data,
-        "texels_with_material": int(written.texels.sum()),
+        "texels_with_material": written.with_material,
     }
     return Group({"material": _code_axis(mapped)}, {"share": share}, attributes=counts)
 

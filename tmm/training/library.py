@@ -89,6 +89,10 @@ def _require_seeds(job: TmmJob) -> None:
     for texture_job in job.textures:
         if texture_job.seeds is None:
             raise _without_seeds(texture_job)
+        if texture_job.classifier.features is not None:
+            raise InputError(
+                f"'{texture_job.name}' has classifier.features, which a model's file does not keep; leave it out"
+            )
 
 
 def _without_seeds(job: TextureJob) -> InputError:

@@ -17,6 +17,7 @@ from skyshine.tmm.database.levels import (
     integer_weights,
     level_sizes,
     pure_level,
+    ranked,
 )
 
 
@@ -68,6 +69,43 @@ def test_shares_are_exact(shape, materials, step):
             whole = sum(share for _, share in top)
             for rank, (_, share) in enumerate(top):
                 assert abs(level.mix_weight[row, column, rank] - share / whole * WEIGHT_TOTAL) < 1
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (8, 8), (5, 7), (12, 20), (17, 3)])
+@pytest.mark.parametrize("step", [1, 3, 100])
+def test_shares_of_mixtures_are_exact(shape, step):
+    """Levels of mixed texels, rows of them at a time, against exact fractions."""
+    random = np.random.default_rng(sum(shape))
+    counts = np.where(random.random((5, *shape)) < 0.5, random.integers(1, 1000, (5, *shape)), 0)
+    first = ranked(np.arange(1, 6, dtype=np.uint16), counts)
+    stream, parts = LevelStream(*shape, np.arange(1, 6)), [[] for _ in level_sizes(*shape)]
+    for top in range(0, shape[0], step):
+        rows = slice(top, top + step)
+        for level, _, part in stream.add_mixed(Level(first.code[rows], first.mix_code[rows], first.mix_weight[rows])):
+            parts[level].append(part)
+    planes = {code: np.where(first.mix_code == code, first.mix_weight, 0).sum(axis=-1) for code in range(1, 6)}
+    for size, level in zip(level_sizes(*shape)[1:], parts[1:], strict=True):
+        mix_code, mix_weight = (np.concatenate([getattr(p, n) for p in level]) for n in ("mix_code", "mix_weight"))
+        assert mix_code.shape[:2] == size
+        for row, column in np.ndindex(size):
+            area = [
+                (y, x, part_y * part_x)
+                for y, part_y in _overlaps(row, size[0], shape[0])
+                for x, part_x in _overlaps(column, size[1], shape[1])
+            ]
+            total = {code: sum(int(plane[y, x]) * part for y, x, part in area) for code, plane in planes.items()}
+            top = sorted(((s, -code) for code, s in total.items() if s), reverse=True)[:3]
+            assert mix_code[row, column].tolist() == [-code for _, code in top] + [0] * (3 - len(top))
+            whole = sum(share for share, _ in top)
+            for rank, (share, _) in enumerate(top):
+                assert abs(mix_weight[row, column, rank] - share / whole * WEIGHT_TOTAL) < 1
+
+
+def test_shares_of_a_huge_image_do_not_overflow():
+    """Counts as of 2^18 x 2^18 texels in units of 1 / 65535, far beyond 64 bits once multiplied by 65535."""
+    counts = np.array([2**52, 2**51, 2**50], np.int64).reshape(3, 1, 1)
+    level = ranked(np.array([1, 2, 3], np.uint16), counts)
+    assert np.abs(level.mix_weight[0, 0] / WEIGHT_TOTAL - np.array([4, 2, 1]) / 7).max() < 1 / WEIGHT_TOTAL
 
 
 def test_levels_in_small_pieces_are_those_in_one(monkeypatch):

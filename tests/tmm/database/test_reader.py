@@ -25,8 +25,8 @@ def built(job, two_halves, tmp_path, library):
 
 def _windows(mapped):
     """Codes and confidence of the whole texture."""
-    ((_, _, code, found),) = mapped.windows()
-    return code, found.confidence
+    ((_, _, level, found),) = mapped.windows()
+    return level.code, found.confidence
 
 
 def test_round_trip(built, library):

@@ -11,8 +11,9 @@ from click.testing import CliRunner
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.cli import main
 from skyshine.tmm.database.levels import WEIGHT_TOTAL, Level
-from skyshine.tmm.exchange.cdb import from_image, model_texture, parse_tile, read_cdb, to_image, write_cdb
+from skyshine.tmm.exchange.cdb import from_image, read_cdb, to_image, write_cdb
 from skyshine.tmm.exchange.cdb_materials import load_map
+from skyshine.tmm.exchange.cdb_places import model_texture, parse_tile
 from skyshine.tmm.exchange.cdb_table import Composite, Substrate, largest_remainders, read_table, write_table
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.rasters import read_plane, write_tiff
@@ -280,7 +281,9 @@ def test_command(tmp_path, demo_folder):
     assert result.exit_code == 0, result.output
     export = ["export", str(tmp_path / "yellowstone_road.tmm.h5"), "--to", "cdb", "--out", str(tmp_path / "cdb")]
     for options, message in (
-        ([], "a CDB needs --tile"),
+        ([], "has no place on a map, which the tiles of a CDB are cut by"),
+        (["--level", "2"], "--level goes with --tile"),
+        (["--tile", "N44W111_L00_U0_R0", "--lod", "3"], "--tile stands alone"),
         (["--tile", "N44W111_L00_U0_R0"], "is 960 x 540; allowed for a tile of L00: 1024 x 1024"),
         (["--model", "road"], "--model needs --lod"),
         (["--model", "road", "--lod", "3"], "powers of two"),

@@ -12,7 +12,7 @@ from skyshine.tmm.database.levels import WEIGHT_TOTAL, Level, pure_level
 from skyshine.tmm.database.reader import open_tmm
 from skyshine.tmm.database.usage import read_usage
 from skyshine.tmm.exchange.image import MaterialImage
-from skyshine.tmm.exchange.imported import coarser_levels, write_imported
+from skyshine.tmm.exchange.imported import coarser_levels, import_texture, write_imported
 from skyshine.tmm.exchange.indexed_png import write_png
 
 NAMES = {22: "asphalt_road", 68: "grass_green", 81: "water_sea"}
@@ -159,3 +159,59 @@ def test_too_large_for_an_exchange(library, tmp_path, monkeypatch):
         )
         assert result.output.count("\n") == 1
     assert run(*arguments, "--level", 1).exit_code == 0
+
+
+TABLE = """<Composite_Material_Table>
+ <Composite_Material index="4"><Name>Verge</Name><Primary_Substrate>
+  <Material><Name>BM_ASPHALT</Name><Weight>60</Weight></Material>
+  <Material><Name>BM_SAND</Name><Weight>40</Weight></Material></Primary_Substrate></Composite_Material>
+ <Composite_Material index="9"><Name>Sand</Name><Primary_Substrate>
+  <Material><Name>BM_SAND</Name><Weight>100</Weight></Material></Primary_Substrate></Composite_Material>
+</Composite_Material_Table>
+"""
+
+
+@pytest.fixture
+def indexed(tmp_path):
+    """An image of the indices 4, 9 and 0, and its table, in no CDB."""
+    from PIL import Image
+
+    (tmp_path / "verge.xml").write_text(TABLE)
+    Image.fromarray(np.repeat(np.uint8([[4, 9, 0, 4]]), 4, axis=0)).save(tmp_path / "index.png")
+    return tmp_path
+
+
+def test_composites_of_a_table_outside_a_cdb(indexed, library):
+    from skyshine.tmm.exchange.cdb_materials import load_map
+
+    bases = load_map(library).recipes.bases
+    path = import_texture(indexed / "index.png", indexed, library, table=indexed / "verge.xml")
+    with open_tmm(path) as file:
+        codes, shares = file.mixture(0.5, 0.5)
+        assert [file.materials[int(code)] for code in codes[:2]] == [bases["BM_ASPHALT"], bases["BM_SAND"]]
+        assert shares == pytest.approx([0.6, 0.4, 0], abs=1e-5)
+        assert file.code(2.5, 0.5) == 0
+        # Over the columns 4, 9, 0, 4: asphalt .6 + .6 of 3 texels with a material.
+        codes, shares = file.mixture(0.5, 0.5, level=2)
+        assert shares == pytest.approx([1.8 / 3, 1.2 / 3, 0] if bases["BM_ASPHALT"] else [], abs=2e-5)
+
+
+def test_wrong_images_and_tables(indexed, library):
+    from click.testing import CliRunner
+    from PIL import Image
+
+    from skyshine.tmm.cli import main
+
+    def fails(image, table, message):
+        arguments = ["import", str(indexed / image), "--table", str(indexed / table), "--out", str(indexed / "out")]
+        result = CliRunner().invoke(main, arguments)
+        (line,) = result.stderr.strip().splitlines()
+        assert result.exit_code == 2 and message in line, line
+
+    fails("index.png", "absent.xml", "cannot be read")
+    Image.fromarray(np.full((2, 2), 5, np.uint8)).save(indexed / "five.png")
+    fails("five.png", "verge.xml", "has the index 5, which verge.xml has not; allowed: 4, 9")
+    Image.fromarray(np.full((2, 2), np.nan, np.float32)).save(indexed / "floats.tif")
+    fails("floats.tif", "verge.xml", "holds floats; allowed: unsigned integers")
+    (indexed / "unknown.xml").write_text(TABLE.replace("BM_ASPHALT", "BM_ASPHALD"))
+    fails("index.png", "unknown.xml", "has no material for the base material 'BM_ASPHALD' of the composite 'Verge'")

@@ -79,7 +79,7 @@ def test_overrides(job, georeferenced, tmp_path, library):
     _write(tmp_path / "seeds.geojson", [(GREY, "Polygon", [_ground([[-10, -5], [3, -5], [3, 4], [-10, 4]])])])
     overrides = {"file": "seeds.geojson", "coordinates": "map"}
     mapped = map_texture(job(georeferenced, overrides=overrides), tmp_path, library)
-    code = next(mapped.windows())[2]
+    code = next(mapped.windows())[2].code
     assert (code[:4, :3] == library[GREY].code).all() and (code[5:, :15] == library[GREEN].code).all()
 
 

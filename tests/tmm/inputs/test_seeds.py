@@ -122,7 +122,7 @@ def test_the_materials_left_keep_their_texels(job, two_halves, write_image, tmp_
     assert unlabelled(mapped, seeds) == ("concrete",) and {*seeds.names} == {GREEN, GREY}
     assert (seeds.columns[seeds.material == seeds.names.index(GREY)] >= 20).all()
     found = map_texture(mapped, tmp_path, library)
-    code = next(found.windows())[2]
+    code = next(found.windows())[2].code
     assert code[0, 0] == library[GREEN].code and code[0, -1] == library[GREY].code
 
 

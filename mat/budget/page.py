@@ -38,7 +38,7 @@ def render(report: dict[str, Any], budgets: Sequence[Budget]) -> str:
     str
         HTML with style and plots inside.
     """
-    filters = {
+    filters: dict[str, Callable[..., object]] = {
         "short": _short,
         "thousandth": lambda value: _short(value if value is None else value / 1e3),
         "by_size": by_size,

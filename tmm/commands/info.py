@@ -77,6 +77,7 @@ def _print(result: dict[str, Any]) -> None:
     if not result["confusion"]:
         return
     click.echo(
-        f"held-out seeds: accuracy {quality['overall_accuracy']:.3f}, mean IoU {quality['mean_iou']:.3f}, "
+        "held-out seeds (where seeds were drawn, often the clear places; elsewhere it may be less): "
+        f"accuracy {quality['overall_accuracy']:.3f}, mean IoU {quality['mean_iou']:.3f}, "
         f"{quality['tested_texels']} of {quality['seed_texels']} texels in {quality['folds']} parts"
     )

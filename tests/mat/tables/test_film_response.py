@@ -10,14 +10,14 @@ from skyshine.mat.scene.surface import surface_inputs, surface_materials
 from skyshine.mat.surface.balance import Balance
 from skyshine.mat.surface.film import LATENT_HEAT
 from skyshine.mat.surface.forcing import Scene
-from skyshine.mat.surface.response import OFFSETS, response_table
+from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, response_table
 from skyshine.mat.surface.solver import FINE_STEPS, solve_columns
 from skyshine.mat.surface.sun_path import SOLAR_CONSTANT
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import Wetting
 from skyshine.mat.tables.film_response import FILM, ColumnFilm
 from skyshine.mat.tables.htt import shade_fields
-from skyshine.mat.tables.response import StoredResponse
+from skyshine.mat.tables.response import ColumnResponse, StoredResponse
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group
@@ -174,3 +174,27 @@ def test_a_file_that_holds_a_part_of_the_film_is_refused(rain):
         part = {key: value for key, value in variables.items() if key != name}
         with pytest.raises(InputError, match=f"lacks '{name}'"):
             StoredResponse.of(replace(root, variables=part))
+
+
+@pytest.mark.parametrize("before", [None, 0.0])
+def test_water_that_lasts_over_midnight_in_the_shade_wets_the_morning_of_a_day_that_repeats(before):
+    """Of a sheet without memory, rain at noon: it is dry at 20 h in the open and wet for more than a day in shade."""
+    hours = np.ones((1, 24))
+    tables = {"heat_loss": 100 + 2 * OFFSETS, "evaporation": 2e-5 * (1 + OFFSETS / 20)}
+    water = ColumnFilm(
+        **{name: hours[..., None] * values for name, values in tables.items()},
+        sunlight=0 * hours,
+        dry_sunlight=0 * hours,
+        capacity=np.array([0.5]),
+        rain=np.where(np.abs(np.arange(288) - 144) < 4, 1e-3, 0.0)[None],
+        before=None if before is None else np.array([before]),
+    )
+    kernel = np.zeros((1, 24, LAG_STARTS.size))
+    kernel[..., 0] = 0.1  # K m^2 W^-1: a loss of 10 W m^-2 K^-1, at once
+    excess = np.zeros((1, 24, OFFSETS.size))
+    sheet = ColumnResponse(LAG_STARTS, OFFSETS, kernel, 290 * hours, 10 * hours, excess, 0 * hours, water)
+    change = sheet.change(np.full((1, 288), -80.0), np.full((1, 288), 290.0), np.array([1e4]))[0]
+    if before is None:
+        assert abs(change[0] - change[-1]) < 0.1 and change[0] < -9
+    else:
+        assert change[0] == pytest.approx(-8.0, abs=1e-6) and change[-1] < -9

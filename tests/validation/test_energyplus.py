@@ -9,7 +9,8 @@ the outdoor side and of conduction. Root mean squares over all places and days [
 - our coefficients of convection in EnergyPlus: roof .29, tilt .35, walls .71 (bias -.53), each face of each place below
   1. On walls EnergyPlus takes three tenths of what the sky sends as that of air (Walton's split), ours an even sky; it
   has more light of the sky there by Perez than ours by Hay and Davies.
-- its DOE-2 law, measured on walls as ours is: roof .59, tilt .90, walls 1.02, all .94.
+- its DOE-2 law, measured on walls as ours is: roof .59, tilt .90, walls 1.02, all .94 (south and east of Tampa 1.5
+  and 1.4: it takes the wind of the wall's height, ours that of 10 m, and ours is the mean of windward and leeward).
 - its adaptive law, as it comes: roof 1.11, tilt 1.35, walls 2.78. On walls it takes the flat plates of a wind tunnel
   (Sparrow), 5 to 7 W/m2K where the walls of the MoWiTT facility have 12 to 19; on roofs it adds all of the free
   convection to the law of Clear et al., which has a share of it, and ours next to none.
@@ -141,7 +142,10 @@ def tables():
 @pytest.mark.parametrize("place", house.PLACES)
 def test_all_but_the_law_of_convection_is_within_a_kelvin(tables, place):
     errors, _ = tables
-    assert {face: rms(values) for face, values in errors["ours", place].items() if rms(values) > 1.0} == {}
+    found = {face: rms(values) for face, values in errors["ours", place].items()}
+    # Roofs lie in the light of both skies alike: a tenth of their absorptance is .85 K and more, and would be seen.
+    limits = {face: 0.5 if house.FACES[face][2] == "roof" else 1.0 for face in found}
+    assert {face: value for face, value in found.items() if value > limits[face]} == {}
 
 
 def test_with_its_law_of_measured_walls_all_faces_together_are_within_a_kelvin(tables):

@@ -18,7 +18,7 @@ from skyshine.tmm.classify.mapper import TABLE_ENTRIES, Classified, without_data
 from skyshine.tmm.classify.superpixels import HOLD, Superpixels, find_superpixels
 from skyshine.tmm.classify.trained import TYPICAL, TrainedModel
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates, to_lab
-from skyshine.tmm.features.textured import MARGIN, LightPlanes, box_means, features, names
+from skyshine.tmm.features.textured import MARGIN, LightPlanes, features, names
 from skyshine.tmm.images.texture import Windowed
 
 GRID_TEXELS = 1 << 20  # of the grid that superpixels are found on
@@ -31,6 +31,7 @@ DOUBT = 0.1
 # sheets that it was chosen on (mean IoU .68 against .67 with one click) and worse on others (.58 against .59).
 FEW, MORE = 0.3, 0.5
 FILTER_RADIUS, FILTER_SPREAD = 4, 4.0  # of the guided filter: texels of the grid; CIELAB units below which L* is flat
+REACH = 2 * FILTER_RADIUS  # of that filter: coefficients are means over means
 
 
 @dataclass(frozen=True)
@@ -180,8 +181,8 @@ class CombinedMapper:
         if tabulate and shared is not None and len(shared) * len(model.names) <= TABLE_ENTRIES:
             self._shared = self._tables(shared)
         shares = seed_shares(surveyed, model, classes, seeds)
-        planes = np.ascontiguousarray(shares.T, np.float32)[:, surveyed.superpixels.label]
-        self._slope, self._offset = _guided(planes, surveyed.stack[0])
+        self._shares, self._label = np.ascontiguousarray(shares.T, np.float32), surveyed.superpixels.label
+        self._guide = surveyed.stack[0].copy()  # so that the survey need not stay in memory
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify a window; see `Mapper`."""
@@ -196,9 +197,13 @@ class CombinedMapper:
         guide = np.take(lightness, index)
         best, total = np.full(valid.shape, -1, np.float32), np.zeros(valid.shape, np.float32)
         material = np.zeros(valid.shape, np.int16)
-        across = _between(left, right, self._step, self._slope.shape[2])
-        down = _between(top, bottom, self._step, self._slope.shape[1])
-        for k, (slope, offset) in enumerate(zip(self._slope, self._offset, strict=True)):
+        down = _between(top, bottom, self._step, self._guide.shape[0])
+        across = _between(left, right, self._step, self._guide.shape[1])
+        # The filter reaches two radii: the share of a texel depends on nothing beyond, whatever the window.
+        rows, columns = (slice(max(line[0] - REACH, 0), line[-1] + 2 + REACH) for line, _ in (down, across))
+        slopes, offsets = _guided(self._shares[:, self._label[rows, columns]], self._guide[rows, columns])
+        down, across = (down[0] - rows.start, down[1]), (across[0] - columns.start, across[1])
+        for k, (slope, offset) in enumerate(zip(slopes, offsets, strict=True)):
             share = _finer(slope, down, across)
             share *= guide
             share += _finer(offset, down, across)
@@ -259,18 +264,16 @@ def _guided(
     planes: npt.NDArray[np.float32], guide: npt.NDArray[np.float32]
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
     """Slopes and offsets (K, h, w) by which planes follow the guide (h, w)."""
+    from scipy.ndimage import uniform_filter
 
-    def mean(plane: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        return box_means(plane, (FILTER_RADIUS,))[0]
+    def mean(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        averaged: npt.NDArray[Any] = uniform_filter(values, 2 * FILTER_RADIUS + 1, mode="reflect", axes=(-2, -1))
+        return averaged
 
-    average = mean(guide)
+    average, level = mean(guide), mean(planes)
     variance = np.maximum(mean(guide * guide) - average**2, 0) + np.float32(FILTER_SPREAD**2)
-    slopes, offsets = np.empty_like(planes), np.empty_like(planes)
-    for k, plane in enumerate(planes):
-        level = mean(plane)
-        slope = (mean(guide * plane) - average * level) / variance
-        slopes[k], offsets[k] = mean(slope), mean(level - slope * average)
-    return slopes, offsets
+    slope = (mean(guide * planes) - average * level) / variance
+    return mean(slope), mean(level - slope * average)
 
 
 def _between(start: int, stop: int, step: int, size: int) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:

@@ -20,6 +20,7 @@ LEAST_TEXELS = 16  # of a superpixel, about
 COMPACTNESS = 1000.0
 ROUNDS = 5  # of SLIC: borders hardly move after
 ALIKE = 8  # edges from each superpixel to those most alike
+SETTLED = 1e-10  # relative residual of a solve
 HOLD = 50.0  # weight of seeds, where 1 is that of what is thought of a superpixel at first
 
 
@@ -62,15 +63,21 @@ class Superpixels:
             Weight of its seeds; that of `first` is 1.
         """
         from scipy.sparse import coo_array, diags_array
-        from scipy.sparse.linalg import spsolve
+        from scipy.sparse.linalg import LinearOperator, cg
 
         number = len(self.size)
         both, other = np.concatenate([self.pairs, self.pairs[::-1]], axis=1)
         joined = coo_array((np.tile(self.weight, 2), (both, other)), (number, number)).tocsc()
         degree = joined.sum(axis=0)
-        system = diags_array(1 + hold + degree) - joined
-        shares = spsolve(system.tocsc(), first + hold[:, np.newaxis] * known).reshape(first.shape)
-        shares = np.maximum(shares, 0)
+        # Each row's own weight is the larger by 1 than those of its edges together, so that conjugate gradients scaled
+        # by it settle in some dozens of steps, where a factorisation fills in most of the matrix.
+        own = 1 + hold + degree
+        system, scale = (diags_array(own) - joined).tocsr(), LinearOperator((number, number), lambda v: v / own)
+        wanted = first + hold[:, np.newaxis] * known
+        columns = [cg(system, column, rtol=SETTLED, M=scale) for column in wanted.T]
+        if any(problem for _, problem in columns):
+            raise ValueError("the shares of superpixels do not settle: a weight is not finite or below 0")
+        shares = np.maximum(np.stack([solved for solved, _ in columns], axis=1), 0)
         solved: npt.NDArray[np.float64] = shares / shares.sum(axis=1, keepdims=True)
         return solved
 

@@ -35,7 +35,7 @@ from skyshine.tmm.quality.held_out import HeldOut, measure, untested, with_unkno
 from skyshine.tmm.training.examples import examples
 from skyshine.tmm.training.train import train_on_seeds
 
-BAND, STRIP = 256, 512  # texels of a window: the rows of a chunk of the file; what stays in a processor's cache
+BAND, STRIP = 256, 512  # texels of a window, whole chunks of the file: what stays in a processor's cache
 
 
 @dataclass(frozen=True)

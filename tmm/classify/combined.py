@@ -7,6 +7,7 @@ Tang 2013, IEEE TPAMI 35:1397-1409), whose coefficients are found on a coarse gr
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +15,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.tmm.classify.mapper import TABLE_ENTRIES, Classified, without_data
+from skyshine.tmm.classify.box import averaged
+from skyshine.tmm.classify.mapper import TABLE_ENTRIES, Classified, with_margin, without_data
 from skyshine.tmm.classify.superpixels import HOLD, Superpixels, find_superpixels
 from skyshine.tmm.classify.trained import TYPICAL, TrainedModel
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates, to_lab
@@ -22,7 +24,8 @@ from skyshine.tmm.features.textured import MARGIN, LightPlanes, features, names
 from skyshine.tmm.images.texture import Windowed
 
 GRID_TEXELS = 1 << 20  # of the grid that superpixels are found on
-BAND_TEXELS = 1 << 20  # of the texture that features are computed of at a time
+# Of the texture that features are computed of at a time; a strip as wide as a large texture would be mostly margin.
+BAND_TEXELS, BAND_COLUMNS = 1 << 20, 1 << 12
 LEAST = 1e-4  # share that no material goes below, so that a library alone rules none out
 # What seeds may say least of a material: a normal distribution of one click is far surer than right. With one click a
 # material on aerial sheets, .1 instead of LEAST took the mean IoU of superpixels from .56 to .59; with six it is alike.
@@ -31,6 +34,7 @@ DOUBT = 0.1
 # sheets that it was chosen on (mean IoU .68 against .67 with one click) and worse on others (.58 against .59).
 FEW, MORE = 0.3, 0.5
 FILTER_RADIUS, FILTER_SPREAD = 4, 4.0  # of the guided filter: texels of the grid; CIELAB units below which L* is flat
+TYPICAL_RADIUS = 8  # texels of the box that typicality is averaged over, as the classifier's radius by default
 REACH = 2 * FILTER_RADIUS  # of that filter: coefficients are means over means
 
 
@@ -90,12 +94,12 @@ def survey(texture: Windowed, colours: DistinctColours, library: TrainedModel | 
     shape, light = (-(-texture.height // step), -(-texture.width // step)), LightPlanes(texture, colours)
     stack, valid = np.empty((len(names()), *shape), np.float32), np.empty(shape, bool)
     coordinates = np.empty((*shape, texture.channels), np.float32)
-    rows = max(BAND_TEXELS // texture.width // step, 1) * step
-    for top in range(0, texture.height, rows):
-        part = slice(top // step, (top + rows) // step)
-        stack[:, part], coordinates[part], valid[part] = _surveyed(
-            texture, light, top, min(top + rows, texture.height), step
-        )
+    across = min(texture.width, BAND_COLUMNS // step * step)
+    down = max(BAND_TEXELS // across // step, 1) * step
+    for top, left in itertools.product(range(0, texture.height, down), range(0, texture.width, across)):
+        rows, columns = slice(top, min(top + down, texture.height)), slice(left, min(left + across, texture.width))
+        part = slice(top // step, (top + down) // step), slice(left // step, (left + across - 1) // step + 1)
+        stack[(slice(None), *part)], coordinates[part], valid[part] = _surveyed(texture, light, rows, columns, step)
     superpixels = find_superpixels(stack[TYPICAL], stack)
     known = np.empty((len(superpixels.size), 0))
     if library is not None:
@@ -104,17 +108,19 @@ def survey(texture: Windowed, colours: DistinctColours, library: TrainedModel | 
 
 
 def _surveyed(
-    texture: Windowed, light: LightPlanes, top: int, bottom: int, step: int
+    texture: Windowed, light: LightPlanes, rows: slice, columns: slice, step: int
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]:
-    """Features, coordinates and validity on the grid between two rows."""
-    above = min(-(-MARGIN // step) * step, top)  # whole steps, so that the grid goes on
-    lab, linear, valid = light.window(slice(top - above, min(bottom + MARGIN, texture.height)), slice(0, texture.width))
-    stack = features(lab, linear, valid, step)
-    inner = slice(above // step, above // step + -(-(bottom - top) // step))
-    own, inside = (part[::step, ::step] for part in texture.window(slice(top, bottom), slice(0, texture.width)))
+    """Features, coordinates and validity on the grid in a window, which begins on the grid."""
+    wide, inner = [], []
+    for part, size in ((rows, texture.height), (columns, texture.width)):
+        before = min(-(-MARGIN // step) * step, part.start)  # whole steps, so that the grid goes on
+        wide.append(slice(part.start - before, min(part.stop + MARGIN, size)))
+        inner.append(slice(before // step, before // step + -(-(part.stop - part.start) // step)))
+    stack = features(*light.window(wide[0], wide[1]), step)[(slice(None), *inner)]
+    own, inside = (part[::step, ::step] for part in texture.window(rows, columns))
     own = np.where(inside[..., np.newaxis], own, own.dtype.type(0))
     coordinates = to_coordinates(own.reshape(-1, own.shape[2]), texture.encoding).astype(np.float32)
-    return stack[:, inner], coordinates.reshape(*own.shape[:2], -1), inside
+    return stack, coordinates.reshape(*own.shape[:2], -1), inside
 
 
 def library_classes(
@@ -186,7 +192,8 @@ class CombinedMapper:
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify a window; see `Mapper`."""
-        pixels, valid = self._texture.window(slice(top, bottom), slice(left, right))
+        rows, columns, inner = with_margin(self._texture, top, bottom, left, right, TYPICAL_RADIUS)
+        pixels, valid = self._texture.window(rows, columns)
         colours, index = self._colours.of(pixels, valid)
         if colours is None and self._shared is not None:
             lightness, typicality = self._shared
@@ -194,7 +201,8 @@ class CombinedMapper:
             if colours is None:
                 colours, index = self._colours.in_use(index)
             lightness, typicality = self._tables(colours)
-        guide = np.take(lightness, index)
+        typical = averaged(np.take(typicality, index), valid, TYPICAL_RADIUS, inner)
+        guide, valid = np.take(lightness, index[inner]), valid[inner]
         best, total = np.full(valid.shape, -1, np.float32), np.zeros(valid.shape, np.float32)
         material = np.zeros(valid.shape, np.int16)
         down = _between(top, bottom, self._step, self._guide.shape[0])
@@ -211,11 +219,10 @@ class CombinedMapper:
             total += share
             np.copyto(material, np.int16(k), where=share > best)
             np.maximum(best, share, out=best)
-        typical = typicality[material, index]
         return without_data(Classified(material, best / total, typical), valid)
 
     def _tables(self, colours: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-        """L* (U,) of colours and their typicality (K, U)."""
+        """L* (U,) of colours and their typicality (U,)."""
         lightness = to_lab(colours[:, :3], self._texture.encoding)[:, 0].astype(np.float32)
         return lightness, self._model.tables(colours, self._texture.encoding)[1]
 

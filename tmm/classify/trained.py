@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.classify.box import POSTERIOR_ONE, pairs_of, strongest
+from skyshine.tmm.classify.box import POSTERIOR_ONE, averaged, pairs_of, strongest
 from skyshine.tmm.classify.calibration import IDENTITY, Calibration
 from skyshine.tmm.classify.gaussian import GaussianModel
 from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper, with_margin, without_data
@@ -138,6 +138,8 @@ class TexturedMapper:
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify a window; see `Mapper`."""
+        from scipy.special import chdtrc
+
         margin = self._radius + MARGIN
         rows, columns, inner = with_margin(self._texture, top, bottom, left, right, margin)
         lab, linear, valid = self._light.window(rows, columns)
@@ -150,15 +152,7 @@ class TexturedMapper:
         else:
             material = planes[(slice(None), *inner)].argmax(axis=0).astype(np.int16)
             confidence = planes[(slice(None), *inner)].max(axis=0) / np.float32(POSTERIOR_ONE)
-        typical = self._typicality(stack[(TYPICAL, *inner)], material)
+        distance = self._colour.squared_distance(stack[TYPICAL].reshape(3, -1).T.astype(np.float64)).min(axis=0)
+        typicality = chdtrc(3, distance).astype(np.float32).reshape(valid.shape)
+        typical = averaged(typicality, valid, self._radius, inner)
         return without_data(Classified(material, confidence, typical), valid[inner])
-
-    def _typicality(self, coordinates: npt.NDArray[Any], material: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        from scipy.special import chdtrc
-
-        typicality = np.empty(material.shape, np.float32)
-        for k in range(len(self.names)):
-            mine = material == k
-            distance = self._colour.only([k]).squared_distance(coordinates[:, mine].T.astype(np.float64))
-            typicality[mine] = chdtrc(len(coordinates), distance[0])
-        return typicality

@@ -89,7 +89,7 @@ class TextureMap:
                 bottom, right = min(top + BAND, self.texture.height), min(left + STRIP, self.texture.width)
                 raw = self.mapper.window(top, bottom, left, right)
                 classified = Classified(raw.material, self.quality.calibration(raw.confidence), raw.typicality)
-                code = code_of[with_unknown(classified, self.job.classifier)]
+                code = code_of[with_unknown(classified, self.job.thresholds)]
                 yield slice(top, bottom), slice(left, right), code, classified
 
 

@@ -81,8 +81,9 @@ def test_features_of_every_few_texels_are_those_of_all(step):
     np.testing.assert_allclose(features(*planes, valid, step), whole[:, ::step, ::step], rtol=1e-4, atol=1e-3)
 
 
+@pytest.mark.parametrize("columns", [17, 70, 1000])
 @pytest.mark.parametrize("step", [1, 3])
-def test_survey_in_bands_is_that_of_the_whole(monkeypatch, step):
+def test_survey_in_bands_is_that_of_the_whole(monkeypatch, step, columns):
     """With bands far lower than the texture, and a grid whose steps do not divide it."""
     pixels = np.random.default_rng(3).integers(0, 255, (100, 70, 3), dtype=np.uint8)
     texture = Texture(pixels, np.ones((100, 70), bool), "srgb")
@@ -90,6 +91,7 @@ def test_survey_in_bands_is_that_of_the_whole(monkeypatch, step):
     monkeypatch.setattr(combined, "GRID_TEXELS", 7000 / step**2)
     whole = survey(texture, DistinctColours(texture), model)
     monkeypatch.setattr(combined, "BAND_TEXELS", 70 * 20)
+    monkeypatch.setattr(combined, "BAND_COLUMNS", columns)
     parts = survey(texture, DistinctColours(texture), model)
     assert whole.step == parts.step == step
     np.testing.assert_allclose(parts.stack, whole.stack, rtol=1e-3, atol=2e-2)

@@ -17,7 +17,7 @@ pytestmark = [pytest.mark.shared_data, pytest.mark.validation]
 SAMPLE = 7  # every so many texels count in the area under the curve
 EVERY = {"orthophoto": 2, "drone": 1}  # of the photographs
 # Asked for are .40 found and .02 falsely found. The sheets by which the threshold was chosen just miss the first with
-# half of the second, the others reach it at .0201; of the drone's small chips, with classes of many colours, few are found.
+# half of the second, the others reach it at .0201; of the drone's small chips, whose colours vary, few are found.
 LEAST_FOUND, MOST_FALSE = {"orthophoto": 0.39, "drone": 0.05}, 0.021
 
 

@@ -25,7 +25,8 @@ from skyshine.tmm.images.texture import Windowed
 
 GRID_TEXELS = 1 << 20  # of the grid that superpixels are found on
 # Of the texture that features are computed of at a time; a strip as wide as a large texture would be mostly margin.
-BAND_TEXELS, BAND_COLUMNS = 1 << 20, 1 << 12
+BAND_TEXELS, BAND_COLUMNS = 1 << 19, 1 << 11
+BLOCK_TEXELS = 1 << 16  # of the grid that a posterior is found of at a time
 LEAST = 1e-4  # share that no material goes below, so that a library alone rules none out
 # What seeds may say least of a material: a normal distribution of one click is far surer than right. With one click a
 # material on aerial sheets, .1 instead of LEAST took the mean IoU of superpixels from .56 to .59; with six it is alike.
@@ -71,12 +72,16 @@ class Survey:
 def _posterior(
     model: TrainedModel, stack: npt.NDArray[np.float32], coordinates: npt.NDArray[np.float32]
 ) -> npt.NDArray[Any]:
-    """Posterior (K, h, w) float32 on a grid, row by row so that memory stays small."""
-    rows = (
-        model.posterior(stack[:, top : top + 64].reshape(len(stack), -1), _flat(coordinates[top : top + 64]))
-        for top in range(0, stack.shape[1], 64)
-    )
-    return np.concatenate(list(rows), axis=1).reshape(-1, *stack.shape[1:])
+    """Posterior (K, h, w) float32 on a grid, in blocks so that memory stays small."""
+    planes = np.empty((len(model.names), *stack.shape[1:]), np.float32)
+    step = max(BLOCK_TEXELS // stack.shape[2], 1)
+    for top in range(0, stack.shape[1], step):
+        rows = slice(top, top + step)
+        part = planes[:, rows]
+        part[...] = model.posterior(stack[:, rows].reshape(len(stack), -1), _flat(coordinates[rows])).reshape(
+            part.shape
+        )
+    return planes
 
 
 def _flat(coordinates: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:

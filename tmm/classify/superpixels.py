@@ -21,6 +21,9 @@ COMPACTNESS = 1000.0
 ROUNDS = 5  # of SLIC: borders hardly move after
 ALIKE = 8  # edges from each superpixel to those most alike
 SETTLED = 1e-10  # relative residual of a solve
+# Weight of an edge between two alike. On aerial sheets by which it was not chosen 10 for 1 is worth .007 to .020
+# of a sheet's mean IoU with one to six clicks a class, and .004 to .006 of accuracy; 100 takes small things away.
+STIFFNESS = 10.0
 HOLD = 50.0  # weight of seeds, where 1 is that of what is thought of a superpixel at first
 
 
@@ -37,7 +40,7 @@ class Superpixels:
     pairs : (2, E) int
         Superpixels that an edge joins, each pair once.
     weight : (E,) float64
-        Of each edge, 0 to 1.
+        Of each edge, where 1 is that of what is thought of a superpixel at first.
     """
 
     label: npt.NDArray[Any]
@@ -106,16 +109,16 @@ def find_superpixels(
         start_label=0,
         channel_axis=-1,
     )
-    label = np.unique(label, return_inverse=True)[1].reshape(label.shape)
+    label = (np.cumsum(np.bincount(label.ravel()) > 0) - 1)[label]
     size = np.bincount(label.ravel()).astype(np.float64)
     bare = Superpixels(label, size, np.empty((2, 0), int), np.empty(0))
     place = bare.mean(features)
     place = (place - place.mean(axis=0)) / np.maximum(place.std(axis=0), 1e-6)
-    beside = [np.stack([a.ravel(), b.ravel()]) for a, b in ((label[1:], label[:-1]), (label[:, 1:], label[:, :-1]))]
+    beside = [np.stack([a[a != b], b[a != b]]) for a, b in ((label[1:], label[:-1]), (label[:, 1:], label[:, :-1]))]
     near = KDTree(place).query(place, min(ALIKE + 1, len(size)))[1].reshape(len(size), -1)
     alike = np.stack([np.repeat(np.arange(len(size)), near.shape[1]), near.ravel()])
     pairs = np.concatenate([*beside, alike], axis=1)
     pairs = np.unique(np.sort(pairs[:, pairs[0] != pairs[1]], axis=0), axis=1)
     distance = ((place[pairs[0]] - place[pairs[1]]) ** 2).sum(axis=1)
     median = np.median(distance) if len(distance) else 1.0
-    return Superpixels(label, size, pairs, np.exp(-distance / max(median, 1e-12)))
+    return Superpixels(label, size, pairs, STIFFNESS * np.exp(-distance / max(median, 1e-12)))

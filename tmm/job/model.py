@@ -109,8 +109,8 @@ class Seeds(StrictModel):
         return {"file": self.file, "suggested": self.suggested}
 
 
-# Of aerial sheets by which it was not chosen 2 % of the texels of materials with seeds are below, and 52 % of those of a
-# material left out; of those by which it was, 1 and 40 %. It is a mean over a box: of fewer texels it scatters more.
+# Of aerial sheets by which it was not chosen 2 % of the texels of materials with seeds are below, and 52 % of those of
+# a material left out; of those by which it was, 1 and 40 %. A mean over a box of fewer texels scatters more.
 UNTYPICAL, UNTYPICAL_RADIUS = 0.03, 4
 
 

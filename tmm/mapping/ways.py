@@ -48,7 +48,7 @@ class ExactPalette:
         posterior = np.zeros((len(self.names), len(colours)), np.uint16)
         for colour, material in self._colours.items():
             posterior[material, (colours[:, :3] == colour).all(axis=1)] = POSTERIOR_ONE
-        return posterior, posterior.any(axis=0).astype(np.float32)
+        return posterior, np.minimum(posterior.max(axis=0, initial=0), 1).astype(np.float32)
 
 
 def palette_colour(key: str, dtype: np.dtype[Any], path: Path) -> tuple[int, int, int]:

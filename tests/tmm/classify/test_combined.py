@@ -9,7 +9,7 @@ from skyshine.tmm.classify import combined
 from skyshine.tmm.classify.combined import CombinedMapper, clicks, library_classes, survey
 from skyshine.tmm.classify.gaussian import fit
 from skyshine.tmm.classify.model_file import write_model
-from skyshine.tmm.classify.superpixels import Superpixels, find_superpixels
+from skyshine.tmm.classify.superpixels import STIFFNESS, Superpixels, find_superpixels
 from skyshine.tmm.classify.trained import TrainedModel
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates
 from skyshine.tmm.features.textured import features, light_planes
@@ -47,7 +47,7 @@ def test_superpixels_cover_any_size(size):
     found = find_superpixels(lab, lab)
     assert found.label.shape == size and found.size.sum() == lab[0].size
     assert set(np.unique(found.label)) == set(range(len(found.size)))
-    assert ((found.weight > 0) & (found.weight <= 1)).all() and (found.pairs[0] < found.pairs[1]).all()
+    assert ((found.weight > 0) & (found.weight <= STIFFNESS)).all() and (found.pairs[0] < found.pairs[1]).all()
     np.testing.assert_allclose(found.size @ found.mean(lab), lab.sum(axis=(1, 2)), rtol=1e-5)
 
 

@@ -27,7 +27,11 @@ GRID_TEXELS = 1 << 20  # of the grid that superpixels are found on
 # Of the texture that features are computed of at a time; a strip as wide as a large texture would be mostly margin.
 BAND_TEXELS, BAND_COLUMNS = 1 << 19, 1 << 11
 BLOCK_TEXELS = 1 << 16  # of the grid that a posterior is found of at a time
-LEAST = 1e-4  # share that no material goes below, so that a library alone rules none out
+LEAST = 1e-4  # share that no material goes below
+# What a library may say least of a material, so that it rules none out, as lakes where its photographs have none. On
+# sheets by which it was chosen .03 instead of LEAST is alike (.1 is worse); on others two clicks a class reach a mean
+# IoU of .661 for .577, six .769 for .687 (of superpixels).
+RULED_OUT = 0.03
 # What seeds may say least of a material: a normal distribution of one click is far surer than right. With one click a
 # material on aerial sheets, .1 instead of LEAST took the mean IoU of superpixels from .56 to .59; with six it is alike.
 DOUBT = 0.1
@@ -248,7 +252,7 @@ def seed_shares(
     if not classes.any():  # the library says nothing, the seeds say all
         weight, least = 1.0, DOUBT / max(places, 1)
     own = np.maximum(surveyed.posterior(model), least)
-    first = own**weight * np.maximum(_named(surveyed.library, classes), LEAST) ** (1 - weight)
+    first = own**weight * np.maximum(_named(surveyed.library, classes), RULED_OUT) ** (1 - weight)
     first /= first.sum(axis=1, keepdims=True)
     at, kind = superpixels.label[drawn >= 0], drawn[drawn >= 0]
     number = len(superpixels.size)

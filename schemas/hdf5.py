@@ -132,6 +132,23 @@ class Group:
 
 
 @dataclass(frozen=True)
+class Filled:
+    """What stands in a file once its `Streamed` arrays are written.
+
+    Attributes
+    ----------
+    rest : Group
+        What else the root holds.
+    known : dict
+        By the paths of arrays, what gives their values in their order, part by part, where that is sooner than reading
+        them back for the digest.
+    """
+
+    rest: Group
+    known: dict[str, Callable[[], Iterator[npt.NDArray[Any]]]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Header:
     """What the root attributes of every database say of it."""
 
@@ -142,14 +159,14 @@ class Header:
     title: str = ""
 
 
-def write_file(path: StrPath, root: Group, header: Header, fill: Callable[[h5py.File], Group] | None = None) -> str:
+def write_file(path: StrPath, root: Group, header: Header, fill: Callable[[h5py.File], Filled] | None = None) -> str:
     """Write a database whole: a part file first, renamed when it is complete.
 
     Parameters
     ----------
     fill : callable, optional
-        Writes the `Streamed` arrays into the open file, and returns what else the root holds. The bytes of the file
-        depend on the order of its writes: it writes each chunk once, always in the same order.
+        Writes the `Streamed` arrays into the open file. The bytes of the file depend on the order of its writes: it
+        writes each chunk once, always in the same order.
 
     Returns
     -------
@@ -176,10 +193,10 @@ def write_file(path: StrPath, root: Group, header: Header, fill: Callable[[h5py.
         # none.
         with h5py.File(target, "w", libver=("v110", "v110"), track_order=True, **cache) as file:
             _write_group(file, root)
-            if fill is not None:
-                _write_group(file, fill(file))
+            filled = Filled(Group()) if fill is None else fill(file)
+            _write_group(file, filled.rest)
             file.attrs.update(_root_attributes(header))
-            digest = content_hash(file)
+            digest = content_hash(file, filled.known)
             file.attrs[DIGEST] = digest
         if fill is None:
             part.write_bytes(image.getbuffer())

@@ -51,7 +51,8 @@ def _tiled(output, random):
 
 
 @pytest.mark.parametrize("kind", ["noisy", "tiled"])
-def test_peak_memory(tmp_path, record_property, kind):
+@pytest.mark.parametrize("way", ["colour", "combined"])
+def test_peak_memory(tmp_path, record_property, kind, way):
     spec = oiio.ImageSpec(WIDTH, HEIGHT, 3, "uint8")
     if kind == "tiled":
         spec.tile_width = spec.tile_height = TILE
@@ -60,10 +61,10 @@ def test_peak_memory(tmp_path, record_property, kind):
     assert output.open(str(tmp_path / "wide.tif"), spec)
     (_noisy if kind == "noisy" else _tiled)(output, np.random.default_rng(0))
     output.close()
-    (tmp_path / "job.yaml").write_text(JOB)
+    (tmp_path / "job.yaml").write_text(JOB + ("    model: library\n" if way == "combined" else ""))
     done = subprocess.run([sys.executable, "-c", PROGRAM, str(tmp_path / "job.yaml")], capture_output=True, text=True)
     peak, seconds = map(int, done.stdout.split()[-2:])
     record_property("peak_mebibytes", peak)
-    print(f"\n{WIDTH} x {HEIGHT}, {kind}: peak {peak} MiB, {seconds} s of processor time")
+    print(f"\n{WIDTH} x {HEIGHT}, {kind}, {way}: peak {peak} MiB, {seconds} s of processor time")
     assert (tmp_path / "build" / "wide.tmm.h5").is_file(), done.stderr
     assert peak < LIMIT

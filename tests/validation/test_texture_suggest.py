@@ -1,6 +1,11 @@
-"""Few clicks on sheets that the library has not seen: at random against where `tmm suggest` asks."""
+"""Few clicks on sheets that the library has not seen: way by clicks, at random and where `tmm suggest` asks.
+
+Two means of the intersection over union stand side by side. That over all texels of all sheets counts the one lake and
+the few roofs of 58 sheets as much as their fields; that of a sheet, over the classes that it has, is what a user sees.
+"""
 
 import time
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
@@ -13,6 +18,11 @@ from skyshine.tmm.features.colour import DistinctColours, to_coordinates
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.mapping.suggest import Known, ask, known_by_library, known_by_seeds
 from skyshine.tmm.quality.counts import Tally
+from skyshine.tmm.report.bench import FOREST
+
+pytest.importorskip("sklearn")
+from sklearn.discriminant_analysis import QuadraticDiscriminantAnalysis
+from sklearn.ensemble import RandomForestClassifier
 
 pytestmark = [pytest.mark.shared_data, pytest.mark.validation]
 
@@ -22,6 +32,24 @@ SMALLEST, RADIUS = 400, 8  # texels of a class that is clicked; of a click at ra
 ROUNDS = (1, 2, 6)
 SCORED = 2  # every second row and column
 EVERY = 5  # image of each part
+COMBINED, SEEDS, LIBRARY, QDA, TREES = "seeds, graph and library", "seeds", "library", "sklearn QDA", "sklearn forest"
+LIBRARY_RADIUS = 8
+
+
+@dataclass
+class Row:
+    """What one way reached over all sheets with so many clicks a class."""
+
+    tally: Tally = field(default_factory=lambda: Tally(len(NAMES)))
+    of_sheets: list = field(default_factory=list)  # mean IoU of each
+    seconds: float = 0.0  # of a processor
+
+    def add(self, truth, found, confidence, seconds):
+        own = Tally(len(NAMES))
+        for tally in (own, self.tally):
+            tally.add(truth, found, confidence)
+        self.of_sheets.append(own.quality().mean_iou)
+        self.seconds += seconds
 
 
 class Clicks:
@@ -62,7 +90,9 @@ class Sheet:
     def __init__(self, image, truth, library) -> None:
         self.truth, self.library, self.texture = truth, library, TextureFile(image)
         self.colours = DistinctColours(self.texture)
+        start = time.process_time()
         self.surveyed = survey(self.texture, self.colours, library)
+        self.survey_seconds = time.process_time() - start
         self.pixels, _ = self.texture.window(slice(0, self.texture.height), slice(0, self.texture.width))
 
     def _seeds(self, clicks):
@@ -91,22 +121,42 @@ class Sheet:
             gain += each
         return gain
 
-    def score(self, clicks, tally: Tally) -> float:
-        """Map the sheet, add to the tally what is found of texels without clicks, and give the accuracy."""
-        present, model, classes, seeds = self._seeds(clicks)
-        mapper = CombinedMapper(self.texture, self.colours, self.surveyed, model, classes, seeds)
-        found = mapper.window(0, self.texture.height, 0, self.texture.width)
+    def score(self, clicks, way, row: Row) -> float:
+        """Map the sheet, add to the row what is found of texels without clicks, and give the accuracy."""
+        start = time.process_time()
         scored = np.zeros(self.truth.shape, bool)
         scored[::SCORED, ::SCORED] = True
         scored &= (self.truth >= 0) & (clicks.drawn < 0)
-        assigned = present[found.material[scored]]
-        tally.add(self.truth[scored], assigned, found.confidence[scored])
-        return float((assigned == self.truth[scored]).mean())
+        found, confidence = self._found(clicks, way, scored)
+        seconds = time.process_time() - start + (self.survey_seconds if way == COMBINED else 0)
+        row.add(self.truth[scored], found, confidence, seconds)
+        return float((found == self.truth[scored]).mean())
+
+    def _found(self, clicks, way, scored):
+        """Class (N,) and confidence (N,) of the scored texels."""
+        present, model, classes, seeds = self._seeds(clicks)
+        if way in (QDA, TREES):
+            learner = (
+                RandomForestClassifier(**FOREST) if way == TREES else QuadraticDiscriminantAnalysis(reg_param=0.01)
+            )
+            learner.fit(to_coordinates(self.pixels[seeds[0], seeds[1]], "srgb"), seeds[2])
+            posterior = learner.predict_proba(to_coordinates(self.pixels[scored], "srgb"))
+            return present[learner.classes_[posterior.argmax(axis=1)]], posterior.max(axis=1)
+        if way == COMBINED:
+            mapper = CombinedMapper(self.texture, self.colours, self.surveyed, model, classes, seeds)
+        elif way == SEEDS:
+            mapper = model.mapper(self.texture, self.colours, LIBRARY_RADIUS)
+        else:
+            kept = [k for k, name in enumerate(self.library.names) if name in model.names]
+            mapper = self.library.only(kept).mapper(self.texture, self.colours, LIBRARY_RADIUS)
+            present = np.array([NAMES.index(self.library.names[k]) for k in kept])
+        found = mapper.window(0, self.texture.height, 0, self.texture.width)
+        return present[found.material[scored]], found.confidence[scored]
 
 
 def judge(sheets, report=print):
-    """Tallies by way and clicks a class, of (image, truth, library model) of unseen sheets."""
-    tallies, gains = {}, []
+    """Rows by way, placing and clicks a class, of (image, truth, library model) of unseen sheets."""
+    rows, gains = {}, []
     for number, (image, truth, library) in enumerate(sheets):
         start, sheet = time.perf_counter(), Sheet(image, truth.astype(int), library)
         random = np.random.default_rng([RANDOM_SEED, number])
@@ -122,28 +172,37 @@ def judge(sheets, report=print):
             sheet.ask(asked, count)
             if clicks not in ROUNDS:
                 continue
-            for way, placed in (("random", drawn), ("one at random, then asked", mixed), ("asked", asked)):
-                accuracy = sheet.score(placed, tallies.setdefault((way, clicks), Tally(len(NAMES))))
-                if way.startswith("one") and clicks == 1:
+            for way in (SEEDS, LIBRARY, QDA, TREES):
+                sheet.score(drawn, way, rows.setdefault((way, "random", clicks), Row()))
+            for placing, placed in (("random", drawn), ("one at random, then asked", mixed), ("asked", asked)):
+                accuracy = sheet.score(placed, COMBINED, rows.setdefault((COMBINED, placing, clicks), Row()))
+                if placing.startswith("one") and clicks == 1:
                     before = accuracy
-                elif way.startswith("one") and clicks == 2:
+                elif placing.startswith("one") and clicks == 2:
                     gains.append((stated, accuracy - before))
         report(f"{number + 1}: {image.name}, {time.perf_counter() - start:.0f} s")
-    for (way, clicks), tally in sorted(tallies.items(), key=str):
-        quality = tally.quality()
+    report(
+        "way | clicks placed | a class | mean IoU of all texels | of a sheet | accuracy | calibration error | s a sheet"
+    )
+    for (way, placing, clicks), row in sorted(rows.items()):
+        quality = row.tally.quality()
         report(
-            f"{way}, {clicks} a class: mean IoU {quality.mean_iou:.3f}, accuracy {quality.overall_accuracy:.3f}, "
-            f"calibration error {quality.calibration_error:.3f}"
+            f"{way} | {placing} | {clicks} | {quality.mean_iou:.3f} | {np.mean(row.of_sheets):.3f} |"
+            f" {quality.overall_accuracy:.3f} | {quality.calibration_error:.3f} |"
+            f" {row.seconds / len(row.of_sheets):.2f}"
         )
     report("gain of a second click a class, stated and true: {:.3f} {:.3f}".format(*np.mean(gains, axis=0)))
-    return tallies, gains
+    return rows, gains
 
 
 def test_asked_clicks_are_worth_more_than_random_ones(shared_data, tmp_path, record_property):
-    pytest.importorskip("sklearn")
     parts = orthophotos.unseen_sheets(shared_data, tmp_path)
-    tallies, _ = judge((sheet.image, sheet.truth, model) for unseen, model in parts for sheet in unseen[::EVERY])
-    for (way, clicks), tally in tallies.items():
-        record_property(f"{way}, {clicks}", tally.quality().mean_iou)
-    random, asked = (tallies[way, 2].quality() for way in ("random", "one at random, then asked"))
+    rows, _ = judge((sheet.image, sheet.truth, model) for unseen, model in parts for sheet in unseen[::EVERY])
+    for (way, placing, clicks), row in rows.items():
+        record_property(f"{way}, {placing}, {clicks}", row.tally.quality().mean_iou)
+    random, asked = (rows[COMBINED, placing, 2].tally.quality() for placing in ("random", "one at random, then asked"))
     assert asked.mean_iou > random.mean_iou and asked.overall_accuracy > random.overall_accuracy
+    # The mean of all texels is not asserted: of a lake that the library has not seen seeds alone find .9, with it .06.
+    for peer in (SEEDS, QDA, TREES):
+        ours, theirs = (rows[way, "random", 1].tally.quality().overall_accuracy for way in (COMBINED, peer))
+        assert ours > theirs

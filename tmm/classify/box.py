@@ -1,4 +1,4 @@
-"""Posteriors averaged over a square box about each texel, in exact integers."""
+"""Posteriors and typicality averaged over a square box about each texel, in exact integers."""
 
 from __future__ import annotations
 
@@ -62,6 +62,26 @@ def means(
         sums += [both & np.uint64(0xFFFFFFFF), both >> np.uint64(32)]
     averages: npt.NDArray[np.float32] = np.stack([plane.astype(np.float32) / size for plane in sums[:count]])
     return averages
+
+
+def averaged(
+    plane: npt.NDArray[np.float32], valid: npt.NDArray[np.bool_], radius: int, inner: tuple[slice, slice]
+) -> npt.NDArray[np.float32]:
+    """Mean of values (h, w), 0 to 1, over the texels with data in the box about each inner texel.
+
+    Parameters
+    ----------
+    valid : (h, w) bool
+        Texels that count.
+    """
+    if radius == 0:
+        return plane[inner]
+    counted = np.rint(plane * np.float32(POSTERIOR_ONE)).astype(np.uint16)
+    if not valid.all():
+        counted *= valid
+    sums = _box_sum(counted, radius, inner).astype(np.float32)
+    sums /= np.float32(POSTERIOR_ONE) * _members(valid, radius, inner)
+    return np.minimum(sums, np.float32(1), out=sums)
 
 
 def _largest(pairs: Iterable[npt.NDArray[Any]], number: int, limit: int) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:

@@ -69,16 +69,19 @@ class GaussianModel:
         return posterior
 
     def tables(self, colours: npt.NDArray[Any], encoding: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-        """Posterior (K, U) uint16 in units of 1 / POSTERIOR_ONE, and typicality (K, U) float32, of colours (U, C)."""
+        """Posterior (K, U) uint16 in units of 1 / POSTERIOR_ONE, and typicality (U,) float32, of colours (U, C).
+
+        The typicality is that of the material of which a colour is the most typical.
+        """
         from scipy.special import chdtrc
 
         posterior = np.empty((len(self.names), len(colours)), np.uint16)
-        typicality = np.empty(posterior.shape, np.float32)
+        typicality = np.empty(len(colours), np.float32)
         for start in range(0, len(colours), BLOCK_COLOURS):
             block = slice(start, start + BLOCK_COLOURS)
             distance = self.squared_distance(to_coordinates(colours[block], encoding))
             posterior[:, block] = np.rint(np.exp(self.log_posterior(distance)) * POSTERIOR_ONE)
-            typicality[:, block] = chdtrc(self.means.shape[1], distance)
+            typicality[block] = chdtrc(self.means.shape[1], distance.min(axis=0))
         return posterior, typicality
 
 

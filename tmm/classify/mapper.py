@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.tmm.classify.box import POSTERIOR_ONE, means, pairs_of, strongest
+from skyshine.tmm.classify.box import POSTERIOR_ONE, averaged, means, pairs_of, strongest
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.texture import Windowed
 
@@ -26,8 +26,8 @@ class Classified:
     confidence : (h, w) float32
         Posterior of that material averaged over the box; 0 without data.
     typicality : (h, w) float32
-        Share of the material's own texels that would lie farther from its mean than this one (upper tail of
-        chi-squared); 0 without data.
+        Of the material that a texel's colour is the most typical of, the share of its texels that would lie farther
+        from its mean (upper tail of chi-squared); averaged over the box; 0 without data.
     """
 
     material: npt.NDArray[Any]
@@ -89,9 +89,8 @@ class ColourMapper:
         else:
             gathered = (np.take(pair, index) for pair in posterior)
             material, confidence = strongest(gathered, len(posterior), valid, self.radius, inner)
-        number = np.multiply(material, typicality.shape[1], dtype=np.intp)
-        number += index[inner]
-        return without_data(Classified(material, confidence, np.take(typicality.ravel(), number)), valid[inner])
+        typical = averaged(np.take(typicality, index), valid, self.radius, inner)
+        return without_data(Classified(material, confidence, typical), valid[inner])
 
     def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
         """Posterior of each material; see `Mapper`."""

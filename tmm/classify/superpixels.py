@@ -20,6 +20,10 @@ LEAST_TEXELS = 16  # of a superpixel, about
 COMPACTNESS = 1000.0
 ROUNDS = 5  # of SLIC: borders hardly move after
 ALIKE = 8  # edges from each superpixel to those most alike
+SETTLED = 1e-10  # relative residual of a solve
+# Weight of an edge between two alike. On aerial sheets by which it was not chosen 10 for 1 is worth .007 to .020
+# of a sheet's mean IoU with one to six clicks a class, and .004 to .006 of accuracy; 100 takes small things away.
+STIFFNESS = 10.0
 HOLD = 50.0  # weight of seeds, where 1 is that of what is thought of a superpixel at first
 
 
@@ -36,7 +40,7 @@ class Superpixels:
     pairs : (2, E) int
         Superpixels that an edge joins, each pair once.
     weight : (E,) float64
-        Of each edge, 0 to 1.
+        Of each edge, where 1 is that of what is thought of a superpixel at first.
     """
 
     label: npt.NDArray[Any]
@@ -62,15 +66,21 @@ class Superpixels:
             Weight of its seeds; that of `first` is 1.
         """
         from scipy.sparse import coo_array, diags_array
-        from scipy.sparse.linalg import spsolve
+        from scipy.sparse.linalg import LinearOperator, cg
 
         number = len(self.size)
         both, other = np.concatenate([self.pairs, self.pairs[::-1]], axis=1)
         joined = coo_array((np.tile(self.weight, 2), (both, other)), (number, number)).tocsc()
         degree = joined.sum(axis=0)
-        system = diags_array(1 + hold + degree) - joined
-        shares = spsolve(system.tocsc(), first + hold[:, np.newaxis] * known).reshape(first.shape)
-        shares = np.maximum(shares, 0)
+        # Each row's own weight is the larger by 1 than those of its edges together, so that conjugate gradients scaled
+        # by it settle in some dozens of steps, where a factorisation fills in most of the matrix.
+        own = 1 + hold + degree
+        system, scale = (diags_array(own) - joined).tocsr(), LinearOperator((number, number), lambda v: v / own)
+        wanted = first + hold[:, np.newaxis] * known
+        columns = [cg(system, column, rtol=SETTLED, M=scale) for column in wanted.T]
+        if any(problem for _, problem in columns):
+            raise ValueError("the shares of superpixels do not settle: a weight is not finite or below 0")
+        shares = np.maximum(np.stack([solved for solved, _ in columns], axis=1), 0)
         solved: npt.NDArray[np.float64] = shares / shares.sum(axis=1, keepdims=True)
         return solved
 
@@ -99,16 +109,16 @@ def find_superpixels(
         start_label=0,
         channel_axis=-1,
     )
-    label = np.unique(label, return_inverse=True)[1].reshape(label.shape)
+    label = (np.cumsum(np.bincount(label.ravel()) > 0) - 1)[label]
     size = np.bincount(label.ravel()).astype(np.float64)
     bare = Superpixels(label, size, np.empty((2, 0), int), np.empty(0))
     place = bare.mean(features)
     place = (place - place.mean(axis=0)) / np.maximum(place.std(axis=0), 1e-6)
-    beside = [np.stack([a.ravel(), b.ravel()]) for a, b in ((label[1:], label[:-1]), (label[:, 1:], label[:, :-1]))]
+    beside = [np.stack([a[a != b], b[a != b]]) for a, b in ((label[1:], label[:-1]), (label[:, 1:], label[:, :-1]))]
     near = KDTree(place).query(place, min(ALIKE + 1, len(size)))[1].reshape(len(size), -1)
     alike = np.stack([np.repeat(np.arange(len(size)), near.shape[1]), near.ravel()])
     pairs = np.concatenate([*beside, alike], axis=1)
     pairs = np.unique(np.sort(pairs[:, pairs[0] != pairs[1]], axis=0), axis=1)
     distance = ((place[pairs[0]] - place[pairs[1]]) ** 2).sum(axis=1)
     median = np.median(distance) if len(distance) else 1.0
-    return Superpixels(label, size, pairs, np.exp(-distance / max(median, 1e-12)))
+    return Superpixels(label, size, pairs, STIFFNESS * np.exp(-distance / max(median, 1e-12)))

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.classify.box import POSTERIOR_ONE, means, pairs_of, strongest
+from skyshine.tmm.classify.box import POSTERIOR_ONE, averaged, means, pairs_of, strongest
 from skyshine.tmm.classify.calibration import IDENTITY, Calibration
 from skyshine.tmm.classify.gaussian import GaussianModel
 from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper, with_margin, without_data
@@ -149,6 +149,8 @@ class TexturedMapper:
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify a window; see `Mapper`."""
+        from scipy.special import chdtrc
+
         stack, planes, valid, inner = self._planes(top, bottom, left, right)
         if self._radius:
             pairs = pairs_of(planes)
@@ -156,7 +158,9 @@ class TexturedMapper:
         else:
             material = planes[(slice(None), *inner)].argmax(axis=0).astype(np.int16)
             confidence = planes[(slice(None), *inner)].max(axis=0) / np.float32(POSTERIOR_ONE)
-        typical = self._typicality(stack[(TYPICAL, *inner)], material)
+        distance = self._colour.squared_distance(stack[TYPICAL].reshape(3, -1).T.astype(np.float64)).min(axis=0)
+        typicality = chdtrc(3, distance).astype(np.float32).reshape(valid.shape)
+        typical = averaged(typicality, valid, self._radius, inner)
         return without_data(Classified(material, confidence, typical), valid[inner])
 
     def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
@@ -180,13 +184,3 @@ class TexturedMapper:
         posterior = self._network.posterior(stack.reshape(len(stack), -1))
         planes = np.rint(posterior * np.float32(POSTERIOR_ONE)).astype(np.uint16).reshape(-1, *valid.shape)
         return stack, planes, valid, inner
-
-    def _typicality(self, coordinates: npt.NDArray[Any], material: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        from scipy.special import chdtrc
-
-        typicality = np.empty(material.shape, np.float32)
-        for k in range(len(self.names)):
-            mine = material == k
-            distance = self._colour.only([k]).squared_distance(coordinates[:, mine].T.astype(np.float64))
-            typicality[mine] = chdtrc(len(coordinates), distance[0])
-        return typicality

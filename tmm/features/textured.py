@@ -25,6 +25,7 @@ SHADOW_SPREAD = 0.25  # of the logarithm of that share between shadows
 # together (exposure, haze), and red and blue by themselves (season, hour, film).
 LIGHT_SPREAD, TINT_SPREAD = 0.14, (0.03, 0.0, 0.05)
 SHADOW_AREA = 0.5  # share of a training window that is put in shadow
+BLOCK_COLOURS = 1 << 16  # whose light is computed at a time: float64 of all of them would be most of the memory
 BLOB = 24  # texels: standard deviation of the noise whose level sets are the shadows' outlines
 PENUMBRA = 0.15  # of that noise's own standard deviation, over which the light fades
 
@@ -40,11 +41,14 @@ def names() -> tuple[str, ...]:
 
 def light_planes(colours: npt.NDArray[Any], encoding: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """L*a*b* and linear light, both (3, N) float32, of colours (N, C) as a texture holds them."""
-    flat = colours[:, :3]
-    if flat.dtype.kind == "f":
-        flat = np.clip(flat, -BRIGHT, BRIGHT)
-    lab, linear = to_lab(flat, encoding), to_linear(flat, encoding)
-    return np.ascontiguousarray(lab.T, np.float32), np.ascontiguousarray(linear.T, np.float32)
+    lab, linear = (np.empty((3, len(colours)), np.float32) for _ in range(2))
+    for start in range(0, len(colours), BLOCK_COLOURS):
+        part = slice(start, start + BLOCK_COLOURS)
+        flat = colours[part, :3]
+        if flat.dtype.kind == "f":
+            flat = np.clip(flat, -BRIGHT, BRIGHT)
+        lab[:, part], linear[:, part] = to_lab(flat, encoding).T, to_linear(flat, encoding).T
+    return lab, linear
 
 
 class LightPlanes:

@@ -103,11 +103,14 @@ class TextureFile:
             not fit.
         """
         self.path, self._raster = path, Raster(path)
-        self._picked, self._alpha = _channels(path, self._raster.spec, near_infrared)
+        picked, self._alpha = _channels(path, self._raster.spec, near_infrared)
+        # Neighbours, as they mostly are, are copied many times faster as a slice.
+        beside = picked == list(range(picked[0], picked[0] + len(picked)))
+        self._picked: slice | list[int] = slice(picked[0], picked[0] + len(picked)) if beside else picked
         self._no_data = NoData(path, self._raster) if alpha == "no-data" else None
         if alpha == "ignore":
             self._alpha = None
-        self.height, self.width, self.channels = self._raster.height, self._raster.width, len(self._picked)
+        self.height, self.width, self.channels = self._raster.height, self._raster.width, len(picked)
         self.dtype = self._raster.dtype
         self.encoding = _encoding(path, self._raster.spec, self.dtype) if colour_space == "auto" else colour_space
         self.sha256 = file_sha256(path)
@@ -121,7 +124,9 @@ class TextureFile:
             The file is damaged or cut short.
         """
         values = self._raster.rows(rows.start, rows.stop)[:, columns]
-        colours = np.ascontiguousarray(values[..., self._picked])
+        colours = np.array(
+            values[..., self._picked], order="C"
+        )  # what the raster gives holds until its next call alone
         valid = np.isfinite(colours).all(axis=-1) if colours.dtype.kind == "f" else np.ones(colours.shape[:2], bool)
         if self._alpha is not None:
             full = np.iinfo(self.dtype).max if self.dtype.kind == "u" else 1.0

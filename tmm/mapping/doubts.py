@@ -12,7 +12,8 @@ def doubts(mapped: TextureMap, written: Written) -> list[str]:
     found = []
     if mapped.seeds is not None and len(mapped.seeds.names) == 1:
         found.append(
-            f"all seeds are of one material, so that every texel becomes {mapped.seeds.names[0]}; draw seeds of others"
+            f"all seeds are of one material, so that every texel becomes {mapped.seeds.names[0]} or unknown; draw seeds"
+            " of others"
         )
     if absent := unlabelled(mapped.job, mapped.seeds):
         found.append(f"the label image has no texel of {', '.join(absent)}; fine where the texture has none")

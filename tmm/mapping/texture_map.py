@@ -37,7 +37,7 @@ from skyshine.tmm.quality.held_out import HeldOut, measure, untested, with_unkno
 from skyshine.tmm.training.examples import examples
 from skyshine.tmm.training.train import train_on_seeds
 
-BAND, STRIP = 256, 512  # texels of a window: the rows of a chunk of the file; what stays in a processor's cache
+BAND, STRIP = 256, 512  # texels of a window, whole chunks of the file: what stays in a processor's cache
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class TextureMap:
                 bottom, right = min(top + BAND, self.texture.height), min(left + STRIP, self.texture.width)
                 raw = self.mapper.window(top, bottom, left, right)
                 classified = Classified(raw.material, self.quality.calibration(raw.confidence), raw.typicality)
-                known = with_unknown(classified, self.job.classifier)
+                known = with_unknown(classified, self.job.thresholds)
                 if self.job.classifier.mixtures:
                     level = classes.likeliest(self.mapper.posterior(top, bottom, left, right), known)
                 else:

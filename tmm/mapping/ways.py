@@ -48,11 +48,11 @@ class ExactPalette:
         self._colours = {palette_colour(key, dtype, path): names.index(name) for key, name in palette.colours.items()}
 
     def tables(self, colours: npt.NDArray[Any], encoding: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-        """Posterior and typicality, 1 for the colour's own material; see `ColourModel`."""
+        """Posterior and typicality, 1 for a colour of the palette; see `ColourModel`."""
         posterior = np.zeros((len(self.names), len(colours)), np.uint16)
         for colour, material in self._colours.items():
             posterior[material, (colours[:, :3] == colour).all(axis=1)] = POSTERIOR_ONE
-        return posterior, (posterior > 0).astype(np.float32)
+        return posterior, np.minimum(posterior.max(axis=0, initial=0), 1).astype(np.float32)
 
 
 def palette_colour(key: str, dtype: np.dtype[Any], path: Path) -> tuple[int, int, int]:

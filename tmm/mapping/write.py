@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,10 +15,12 @@ import numpy.typing as npt
 
 from skyshine.schemas import hdf5
 from skyshine.schemas.abandoned_parts import remove_abandoned
-from skyshine.schemas.hdf5 import Axis, Group, Variable, write_file
+from skyshine.schemas.hdf5 import Axis, Filled, Group, Variable, write_file
+from skyshine.schemas.hdf5_digest import parts
 from skyshine.tmm.database.layout import (
     CHUNK,
     SHADE_TOTAL,
+    chunk_writers,
     composite_layout,
     in_ratios,
     in_steps,
@@ -31,7 +33,7 @@ from skyshine.tmm.images.georeference import read_georeference
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.inputs.load import job_files
 from skyshine.tmm.job.model import TextureJob
-from skyshine.tmm.mapping.texture_map import STRIP, TextureMap
+from skyshine.tmm.mapping.texture_map import BAND, STRIP, TextureMap
 
 LEVEL_TEXELS = 1 << 20  # texels whose mip levels are counted at a time
 
@@ -80,10 +82,11 @@ def write_texture(mapped: TextureMap, path: str | os.PathLike[str]) -> Written:
     remove_abandoned(Path(path))
     counted: list[Written] = []
 
-    def fill(file: h5py.File) -> Group:
+    def fill(file: h5py.File) -> Filled:
         written, mixtures = _fill_levels(mapped, file)
         counted.append(written)
-        return Group(groups={"usage": _usage(mapped, written), "composites": composite_layout(*mixtures)})
+        rest = Group(groups={"usage": _usage(mapped, written), "composites": composite_layout(*mixtures)})
+        return Filled(rest, {} if mapped.mixed else _pure_mixtures(file["levels/0/code"]))
 
     height, width = mapped.texture.height, mapped.texture.width
     shaded = isinstance(mapped.texture, RelitTexture)
@@ -107,7 +110,7 @@ def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[np
     stream = LevelStream(mapped.texture.height, mapped.texture.width, mapped.codes)
     mixtures = Composites()
     writers = [_RowWriter(file[f"levels/{k}"], mapped.codes) for k in range(1, len(file["levels"]))]
-    level0 = file["levels/0"]
+    level0 = chunk_writers(file["levels/0"])
     texels, known, total, shaded = np.zeros(1 << 16), 0, 0.0, 0.0
     for band, windows in itertools.groupby(mapped.windows(), key=lambda window: window[0]):
         rows = _Rows(band.stop - band.start, mapped.texture.width, mapped.mixed)
@@ -126,7 +129,7 @@ def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[np
                 shaded += float(shade.sum(dtype=np.float64))
                 doubt["shade"] = np.rint(shade * SHADE_TOTAL).astype(np.uint8)
             for name, values in (vars(level) | doubt).items():
-                level0[name][band, columns] = values
+                level0[name].write((band.start, columns.start, 0)[: values.ndim], values)
         for number, _, part in rows.coarser(stream):
             writers[number - 1].add(part)
             mixtures.add(part)
@@ -163,6 +166,23 @@ class _Rows:
                 yield from stream.add(self._code[rows])
 
 
+def _pure_mixtures(code: h5py.Dataset) -> dict[str, Callable[[], Iterator[npt.NDArray[Any]]]]:
+    """The mixtures of the finest level, which are its materials, by the paths of their arrays."""
+    step = max(STRIP * BAND // code.shape[1], 1)
+
+    def codes() -> Iterator[npt.NDArray[Any]]:
+        for part in parts(code):
+            for top in range(0, len(part), step):
+                yield pure_level(part[top : top + step]).mix_code
+
+    def weights() -> Iterator[npt.NDArray[Any]]:
+        whole = pure_level(np.zeros((step, code.shape[1]), np.uint16)).mix_weight
+        for top in range(0, len(code), step):
+            yield whole[: len(code) - top]
+
+    return {"/levels/0/mix_code": codes, "/levels/0/mix_weight": weights}
+
+
 def _fill_shade(file: h5py.File) -> None:
     """Write the shade of all levels but the first, each the mean over what it covers of the one before."""
     for k in range(1, len(file["levels"])):
@@ -185,16 +205,17 @@ class _RowWriter:
 
     def __init__(self, group: h5py.Group, materials: npt.NDArray[Any]) -> None:
         """`materials` (K,) are the codes that occur, in ascending order."""
-        self._arrays = [group[name] for name in ("code", "mix_code", "mix_weight")]
-        self._height, width = self._arrays[0].shape
+        writers = chunk_writers(group)
+        self._arrays = [writers[name] for name in ("code", "mix_code", "mix_weight")]
+        self._height, self._width = group["code"].shape
         # Of the wide levels of a large texture these rows are the most that is held: materials are kept as their
         # number, in one byte where that does, and the third weight follows from the others.
         self._materials, kind = (
             np.append(0, materials).astype(np.uint16),
             np.uint8 if len(materials) < 256 else np.uint16,
         )
-        rows = min(CHUNK, self._height)
-        self._numbers, self._weights = np.empty((rows, width, 3), kind), np.empty((rows, width, 2), np.uint16)
+        shape = min(CHUNK, self._height), self._width
+        self._numbers, self._weights = np.empty((*shape, 3), kind), np.empty((*shape, 2), np.uint16)
         self._kept, self._done = 0, 0
 
     def add(self, part: Level) -> None:
@@ -210,16 +231,15 @@ class _RowWriter:
                 self._write()
 
     def _write(self) -> None:
-        rows, width = slice(self._done, self._done + self._kept), self._arrays[0].shape[1]
-        for left in range(0, width, STRIP):
-            columns = slice(left, min(left + STRIP, width))
+        for left in range(0, self._width, STRIP):
+            columns = slice(left, min(left + STRIP, self._width))
             codes = self._materials[self._numbers[: self._kept, columns]]
             two = self._weights[: self._kept, columns]
             third = WEIGHT_TOTAL - two.sum(axis=-1, keepdims=True, dtype=np.int32)
             weights = np.concatenate([two, third.astype(np.uint16)], axis=-1)
             for array, values in zip(self._arrays, (codes[..., 0], codes, weights), strict=True):
-                array[rows, columns] = values
-        self._done, self._kept = rows.stop, 0
+                array.write((self._done, left, 0)[: values.ndim], values)
+        self._done, self._kept = self._done + self._kept, 0
 
 
 def is_current(

@@ -13,7 +13,7 @@ from skyshine.tmm.classify.calibration import IDENTITY, Calibration, fit_calibra
 from skyshine.tmm.classify.mapper import Classified, Mapper
 from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.inputs.seeds import SeedTexels
-from skyshine.tmm.job.model import Classifier, TextureJob
+from skyshine.tmm.job.model import TextureJob
 from skyshine.tmm.quality.counts import Quality, Tally
 
 MAX_REGIONS = 200  # tested of one material: enough for two digits, and a label image stays affordable
@@ -59,7 +59,7 @@ def measure(
     dark = light < shadow_limits(light, seeds.material, len(seeds.names))[seeds.material]
     tested = fold >= 0
     columns = HeldOutTexels(seeds.material, assigned, confidence, dark, seeds.region, fold, typicality)
-    return held_out(len(seeds.names), columns.only(tested), settings=job.classifier)
+    return held_out(len(seeds.names), columns.only(tested), thresholds=job.thresholds)
 
 
 @dataclass(frozen=True)
@@ -95,18 +95,19 @@ class HeldOutTexels:
         return cls(**{name: np.concatenate([vars(part)[name] for part in parts]) for name in vars(parts[0])})
 
 
-def held_out(count: int, texels: HeldOutTexels, settings: Classifier | None = None) -> HeldOut:
+def held_out(count: int, texels: HeldOutTexels, thresholds: tuple[float, float] = (0.0, 0.0)) -> HeldOut:
     """Quality of what was found at held-out texels (N,).
 
-    The calibration is fitted to all parts; where it is tested, to the other parts. Thresholds of `settings` apply to
-    the calibrated confidence.
+    The calibration is fitted to all parts; where it is tested, to the other parts. The threshold of confidence
+    applies to the calibrated one.
 
     Parameters
     ----------
     count : int
         Number of materials.
     texels : HeldOutTexels
-    settings : Classifier, optional
+    thresholds : (float, float)
+        Of confidence and typicality.
     """
     true, fold, region, confidence = texels.material, texels.fold, texels.region, texels.confidence
     right = texels.assigned == true
@@ -115,7 +116,7 @@ def held_out(count: int, texels: HeldOutTexels, settings: Classifier | None = No
     for part in np.unique(fold):
         mine = fold == part
         calibrated[mine] = fit_calibration(confidence[~mine], right[~mine], region[~mine])(confidence[mine])
-    assigned = with_unknown(Classified(texels.assigned, calibrated, texels.typicality), settings or Classifier())
+    assigned = with_unknown(Classified(texels.assigned, calibrated, texels.typicality), thresholds)
 
     def quality(part: npt.NDArray[np.bool_]) -> Quality:
         tally = Tally(count)
@@ -188,8 +189,8 @@ def _groups(texels: npt.NDArray[np.int64], seeds: SeedTexels) -> list[npt.NDArra
     return sorted(groups, key=lambda group: (seeds.rows[group[0]], seeds.columns[group[0]]))
 
 
-def with_unknown(result: Classified, settings: Classifier) -> npt.NDArray[Any]:
-    """Material index of a classification, -1 where it is below the job's thresholds or has no data."""
-    unsure = result.confidence < settings.confidence_threshold
-    unsure |= result.typicality < settings.typicality_threshold
+def with_unknown(result: Classified, thresholds: tuple[float, float]) -> npt.NDArray[Any]:
+    """Material index of a classification, -1 where confidence or typicality is below its threshold or has no data."""
+    unsure = result.confidence < thresholds[0]
+    unsure |= result.typicality < thresholds[1]
     return np.where(unsure, result.material.dtype.type(-1), result.material)

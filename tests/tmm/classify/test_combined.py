@@ -9,7 +9,7 @@ from skyshine.tmm.classify import combined
 from skyshine.tmm.classify.combined import CombinedMapper, clicks, library_classes, survey
 from skyshine.tmm.classify.gaussian import fit
 from skyshine.tmm.classify.model_file import write_model
-from skyshine.tmm.classify.superpixels import Superpixels, find_superpixels
+from skyshine.tmm.classify.superpixels import STIFFNESS, Superpixels, find_superpixels
 from skyshine.tmm.classify.trained import TrainedModel
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates
 from skyshine.tmm.features.textured import features, light_planes
@@ -47,7 +47,7 @@ def test_superpixels_cover_any_size(size):
     found = find_superpixels(lab, lab)
     assert found.label.shape == size and found.size.sum() == lab[0].size
     assert set(np.unique(found.label)) == set(range(len(found.size)))
-    assert ((found.weight > 0) & (found.weight <= 1)).all() and (found.pairs[0] < found.pairs[1]).all()
+    assert ((found.weight > 0) & (found.weight <= STIFFNESS)).all() and (found.pairs[0] < found.pairs[1]).all()
     np.testing.assert_allclose(found.size @ found.mean(lab), lab.sum(axis=(1, 2)), rtol=1e-5)
 
 
@@ -81,8 +81,9 @@ def test_features_of_every_few_texels_are_those_of_all(step):
     np.testing.assert_allclose(features(*planes, valid, step), whole[:, ::step, ::step], rtol=1e-4, atol=1e-3)
 
 
+@pytest.mark.parametrize("columns", [17, 70, 1000])
 @pytest.mark.parametrize("step", [1, 3])
-def test_survey_in_bands_is_that_of_the_whole(monkeypatch, step):
+def test_survey_in_bands_is_that_of_the_whole(monkeypatch, step, columns):
     """With bands far lower than the texture, and a grid whose steps do not divide it."""
     pixels = np.random.default_rng(3).integers(0, 255, (100, 70, 3), dtype=np.uint8)
     texture = Texture(pixels, np.ones((100, 70), bool), "srgb")
@@ -90,6 +91,7 @@ def test_survey_in_bands_is_that_of_the_whole(monkeypatch, step):
     monkeypatch.setattr(combined, "GRID_TEXELS", 7000 / step**2)
     whole = survey(texture, DistinctColours(texture), model)
     monkeypatch.setattr(combined, "BAND_TEXELS", 70 * 20)
+    monkeypatch.setattr(combined, "BAND_COLUMNS", columns)
     parts = survey(texture, DistinctColours(texture), model)
     assert whole.step == parts.step == step
     np.testing.assert_allclose(parts.stack, whole.stack, rtol=1e-3, atol=2e-2)

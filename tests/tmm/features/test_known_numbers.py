@@ -4,9 +4,10 @@ import numpy as np
 import pvlib
 import pytest
 from scipy.special import erf
+from skimage.color import rgb2lab
 
 from skyshine.tmm.features import textured
-from skyshine.tmm.features.colour import ndvi, to_coordinates, to_linear
+from skyshine.tmm.features.colour import ndvi, to_coordinates, to_lab, to_linear
 from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.features.textured import features, in_other_light, in_shadow, names
 from skyshine.tmm.mapping.ways import _quantities
@@ -16,6 +17,14 @@ def test_srgb_is_linearised_as_the_standard_says():
     # IEC 61966-2-1: 1/12.92 below 0.04045, a power of 2.4 above; 188 is middle grey.
     linear = to_linear(np.array([[0, 10, 11], [128, 188, 255]], np.uint8), "srgb")
     np.testing.assert_allclose(linear, [[0, 0.0030353, 0.0033465], [0.2158605, 0.5028865, 1]], rtol=2e-5)
+
+
+def test_lab_is_that_of_scikit_image():
+    """Of all greys, where the straight part near black begins at 9, and of random colours."""
+    random = np.random.default_rng(0).integers(0, 256, (2000, 3))
+    colours = np.concatenate([np.repeat(np.arange(256), 3).reshape(-1, 3), random]).astype(np.uint8)
+    np.testing.assert_allclose(to_lab(colours, "srgb"), rgb2lab(colours), atol=1e-9)
+    assert to_lab(colours[:0], "srgb").shape == (0, 3)
 
 
 def test_luminance_weighs_red_green_and_blue_as_rec_709_does():

@@ -31,8 +31,10 @@ def _photograph():
 def test_same_bytes(build, write_image, monkeypatch, method):
     if method == "textured":
         pytest.importorskip("sklearn")
-    for name, size in (("BAND", 64), ("STRIP", 48)):
-        monkeypatch.setattr(f"skyshine.tmm.mapping.texture_map.{name}", size)
+    # Windows are of whole chunks.
+    sizes = {"mapping.texture_map.BAND": 64, "mapping.texture_map.STRIP": 48}
+    for name, size in (sizes | {"database.layout.CHUNK": 16, "mapping.write.CHUNK": 16}).items():
+        monkeypatch.setattr(f"skyshine.tmm.{name}", size)
     seeds = {
         "polygons": {
             GREEN: [[[5, 5], [15, 5], [15, 20]], [[70, 130]]],

@@ -163,6 +163,7 @@ def test_overrides_win_and_later_polygons_win(make, two_halves, write_image, lib
 def test_overrides_across_windows(make, two_halves, library, monkeypatch):
     overrides = {"polygons": {WATER: [[[3, 3], [37, 5], [20, 19]]], GREY: [[[30.2, 12.7]]]}}
     whole = make(two_halves, material=GREEN, overrides=overrides).code
-    for name, size in (("BAND", 4), ("STRIP", 6)):
-        monkeypatch.setattr(f"skyshine.tmm.mapping.texture_map.{name}", size)
+    sizes = {"mapping.texture_map.BAND": 4, "mapping.texture_map.STRIP": 6}
+    for name, size in (sizes | {"database.layout.CHUNK": 2, "mapping.write.CHUNK": 2}).items():
+        monkeypatch.setattr(f"skyshine.tmm.{name}", size)
     np.testing.assert_array_equal(make(two_halves, material=GREEN, overrides=overrides).code, whole)

@@ -4,6 +4,7 @@ import h5py
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.optimize import minimize
 
 from skyshine.mat.tables.verify import problems
 from skyshine.schemas.errors import InputError
@@ -180,6 +181,25 @@ def test_calibration_recovers_a_known_distortion():
     found = fit_calibration(said, right, np.arange(40_000))
     assert found.slope == pytest.approx(1 / 3, abs=0.02) and found.offset == pytest.approx(0, abs=0.05)
     assert np.abs(found(said) - stats.logistic.cdf(odds)).mean() < 0.01
+
+
+@pytest.mark.parametrize("case", range(6))
+def test_calibration_is_where_an_optimiser_finds_it(case):
+    """Of the same regularised loss, by scipy within the same limits; in the last cases some limits hold."""
+    random = np.random.default_rng(case)
+    said = random.uniform(0.3, 0.99, 400)
+    right = random.random(400) < (said**2 if case < 4 else 0.0 if case == 4 else 1 - said)
+    odds, n = np.log(said / (1 - said)), right.sum()
+    target = np.where(right, (n + 1) / (n + 2), 1 / (400 - n + 2))
+
+    def loss(parameters):
+        z = parameters[0] * odds + parameters[1]
+        return np.sum(np.logaddexp(0, z) - target * z) + 0.5 * ((parameters[0] - 1) ** 2 + parameters[1] ** 2)
+
+    wanted = minimize(loss, [1.0, 0.0], bounds=[(0, 10), (-10, 10)], method="L-BFGS-B", options={"ftol": 1e-15}).x
+    found = fit_calibration(said, right, np.arange(400))
+    np.testing.assert_allclose([found.slope, found.offset], wanted, atol=1e-3)
+    assert (found.slope == 0) == (case >= 4)
 
 
 def test_calibration_of_nothing_and_of_little():

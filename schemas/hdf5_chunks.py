@@ -1,0 +1,127 @@
+"""Chunks packed as the filters of HDF5 pack them (shuffle, deflate, Fletcher-32), and faster, for large arrays.
+
+HDF5 deflates a shuffled chunk as one run of bytes. Its planes (the first bytes of all values, the second ones, ...) are
+unlike: those that hold one value alone, as the last bytes of rounded floats and the high bytes of codes do, need no
+search, and each array has a strategy of zlib that suits its others. The planes become parts of one deflate stream that
+end on whole bytes (RFC 1951, 3.2.4), in the wrapping of RFC 1950, so that every reader of HDF5 reads them.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+_ADLER = 65521  # RFC 1950: the largest prime below 2^16
+_HEADER, _END = b"\x78\x9c", b"\x03\x00"  # of a zlib stream with the usual window; an empty last block
+_WORD = 65535  # Fletcher's modulus
+
+
+@dataclass(frozen=True)
+class Packing:
+    """How planes of an array are deflated.
+
+    Attributes
+    ----------
+    level : int
+        Of zlib, 1 to 9.
+    strategy : int
+        Of zlib: `zlib.Z_RLE` where values come in runs, `zlib.Z_DEFAULT_STRATEGY` where patterns come again.
+    """
+
+    level: int
+    strategy: int = zlib.Z_DEFAULT_STRATEGY
+
+
+class ChunkWriter:
+    """Writes whole chunks of one array, each once.
+
+    Examples
+    --------
+    >>> writer = ChunkWriter(file["levels/0/code"], Packing(1, zlib.Z_RLE))  # doctest: +SKIP
+    >>> writer.write((0, 0), codes)  # rows and columns 0 to 255 and more  # doctest: +SKIP
+    """
+
+    def __init__(self, dataset: h5py.Dataset, packing: Packing) -> None:
+        """`dataset` has the filters shuffle, deflate and Fletcher-32 in this order, or is not chunked."""
+        self._dataset, self._packing = dataset, packing
+        self._last: tuple[bytes, bytes] = (b"", b"")
+
+    def write(self, start: Sequence[int], values: npt.NDArray[Any]) -> None:
+        """Write values from the indices `start` on, which begin chunks; they end with chunks or with the array."""
+        dataset = self._dataset
+        if dataset.chunks is None:
+            dataset[tuple(slice(at, at + length) for at, length in zip(start, values.shape, strict=True))] = values
+            return
+        values = values.astype(dataset.dtype, copy=False)
+        counts = [-(-length // size) for length, size in zip(values.shape, dataset.chunks, strict=True)]
+        for index in np.ndindex(*counts):
+            low = [i * size for i, size in zip(index, dataset.chunks, strict=True)]
+            part = values[tuple(slice(at, at + size) for at, size in zip(low, dataset.chunks, strict=True))]
+            if part.shape != dataset.chunks:  # HDF5 stores the chunks at the borders whole
+                part = np.pad(part, [(0, size - n) for n, size in zip(part.shape, dataset.chunks, strict=True)])
+            place = tuple(at + offset for at, offset in zip(start, low, strict=True))
+            dataset.id.write_direct_chunk(place, self._packed(part))
+
+    def _packed(self, values: npt.NDArray[Any]) -> bytes:
+        raw = values.tobytes()
+        if raw != self._last[0]:  # a chunk like the one before, as of one material alone, is not packed again
+            self._last = raw, packed(raw, values.itemsize, self._packing)
+        return self._last[1]
+
+
+def packed(raw: bytes, itemsize: int, packing: Packing) -> bytes:
+    """The bytes that HDF5 stores for a chunk, `raw`, of values of `itemsize` bytes: shuffled, deflated, Fletcher-32.
+
+    Raises
+    ------
+    ValueError
+        `raw` holds no whole number of values, or none.
+    """
+    if not raw or len(raw) % itemsize:
+        raise ValueError(f"found {len(raw)} bytes; allowed: one value or more, of {itemsize} bytes each")
+    values = np.frombuffer(raw, np.uint8).reshape(-1, itemsize)
+    parts, low, high = [_HEADER], 1, 0  # Adler-32 is high * 2^16 + low
+    for k in range(itemsize):
+        plane = np.ascontiguousarray(values[:, k])
+        number, value = len(plane), int(plane[0])
+        if (plane == plane[0]).all():
+            parts.append(_constant(value, number))
+            # Of the same byte n times, both sums follow in closed form.
+            high = (high + number * low + value * (number * (number + 1) // 2)) % _ADLER
+            low = (low + number * value) % _ADLER
+            continue
+        parts.append(_deflated(plane.data, packing))
+        both = zlib.adler32(plane.data, high << 16 | low)
+        low, high = both & 0xFFFF, both >> 16
+    stream = b"".join([*parts, _END, (high << 16 | low).to_bytes(4, "big")])
+    return stream + fletcher32(stream).to_bytes(4, "little")
+
+
+def _deflated(plane: memoryview | bytes, packing: Packing) -> bytes:
+    """Deflate blocks of a plane, none of them the last, that end on a whole byte."""
+    deflate = zlib.compressobj(packing.level, zlib.DEFLATED, -15, 9, packing.strategy)
+    return deflate.compress(plane) + deflate.flush(zlib.Z_FULL_FLUSH)
+
+
+@lru_cache(maxsize=256)
+def _constant(value: int, number: int) -> bytes:
+    return _deflated(bytes([value]) * number, Packing(9))
+
+
+def fletcher32(data: bytes) -> int:
+    """Fletcher's checksum (1982, IEEE Trans. Commun. 30:247-252) as HDF5 computes it, of 16 bit words, high byte first.
+
+    Sums are kept in ones' complement: a multiple of 65535 is 65535, and 0 only where all words are.
+    """
+    words = np.frombuffer(data + b"\0" if len(data) % 2 else data, ">u2").astype(np.uint64)
+    first = int(words.sum())
+    second = int(words @ np.arange(len(words), 0, -1, dtype=np.uint64))
+    first, second = ((total - 1) % _WORD + 1 if total else 0 for total in (first, second))
+    return second << 16 | first

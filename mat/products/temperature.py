@@ -78,6 +78,8 @@ class TemperatureProduct:
             **surroundings_identity(job, context.task.index),
             **({"ground": ground.model_dump(mode="json")} if (ground := weather.ground_year) else {}),
             **({"water": water} if (water := weather.water) else {}),
+            # Tables of rainy days before format 1.7 kept the film of open ground in the shade: they are built anew.
+            **({"film_in_shade": True} if "rain_mm_h" in weather.water else {}),
         }
         return (TableIdentity(context.task.files[0], HTT, f"materials {library.version}", resolved),)
 

@@ -14,6 +14,7 @@ import tempfile
 from pathlib import Path
 
 from skyshine.mat.maintain import build_words
+from skyshine.mat.maintain.textures import three_ways
 
 CARD = "asphalt_road"
 SHOWN = (
@@ -23,6 +24,7 @@ SHOWN = (
     "built/pictures/b02.band.png",
     "rendered/yellowstone_day.png",
     f"{CARD}.card.png",
+    "three_ways.png",
 )
 
 
@@ -50,6 +52,7 @@ def draw(folder: Path, mat: Path) -> None:
         ):
             subprocess.run([mat, *arguments], check=True)
         build_words.draw(work)
+        three_ways.draw(work / "three_ways.png", folder.resolve().parent / "textures" / "demo.tmm.yaml")
         for picture in (*SHOWN, *build_words.FILES):
             shutil.copyfile(work / picture, folder / Path(picture).name)
 

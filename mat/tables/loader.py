@@ -41,6 +41,7 @@ def open_table(path: StrPath) -> Table:
     --------
     >>> import skyshine.mat
     >>> job = {
+    ...     "skyshine": 1,
     ...     "name": "one road",
     ...     "site": {"latitude_deg": 45, "longitude_deg": 7, "date": "2026-06-21", "utc_offset_h": 1},
     ...     "states": [{"profile": "midlatitude_summer", "weather": {"air_temperature_c": [14, 27]}}],

@@ -1,11 +1,7 @@
-"""Draws the picture of the three ways to say what is where, on the photograph of the starter job.
-
-Run ``python -m skyshine.mat.maintain.textures.three_ways examples/pictures/three_ways.png`` in the checkout.
-"""
+"""The picture of the three ways to say what is where, on the photograph of an example; `pictures` draws it."""
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -61,7 +57,3 @@ def draw(out: Path, job: Path) -> None:
     legend = [Patch(facecolor=colour, label=name) for name, colour in colours.items()]
     figure.legend(handles=legend, loc="outside lower center", ncols=len(legend), frameon=False)
     FigureCanvasAgg(figure).print_png(str(out), metadata={"Software": "skyshine"})  # type: ignore[no-untyped-call]
-
-
-if __name__ == "__main__":
-    draw(Path(sys.argv[1]), Path("examples/textures/demo.tmm.yaml"))

@@ -229,16 +229,15 @@ def test_spectrum_is_drawn(mat, tmp_path):
     assert mat(*arguments, tmp_path / "nowhere" / "s.png")[0] == 2
 
 
-@pytest.mark.parametrize("name", ["asphalt_road", "glass_window"])
-def test_a_material_has_a_card(mat, tmp_path, name):
-    """Opaque and clear; a folder that is not there is one line."""
+def test_a_material_has_a_card(mat, tmp_path):
+    """Of glass, which lets light through; a folder that is not there is one line."""
     from PIL import Image
 
-    status, shown, message = mat("materials", name, "--plot", tmp_path / "card.png")
-    assert status == 0 and name in shown, message
+    status, shown, message = mat("materials", "glass_window", "--plot", tmp_path / "card.png")
+    assert status == 0 and "glass_window" in shown, message
     with Image.open(tmp_path / "card.png") as card:
         assert card.width > 1000 and len(np.unique(np.asarray(card.convert("L")))) > 20
-    status, _, message = mat("materials", name, "--plot", tmp_path / "nowhere" / "card.png")
+    status, _, message = mat("materials", "glass_window", "--plot", tmp_path / "nowhere" / "card.png")
     assert status == 2 and "cannot be written" in message and message.count("\n") == 1
 
 

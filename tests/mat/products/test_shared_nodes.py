@@ -15,7 +15,7 @@ from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.materials.library import load_library
 from skyshine.schemas.kept_arrays import CACHE_VARIABLE
 
-TOLERANCE = 2.0
+TOLERANCE, FINE = 2.0, 0.3  # K
 
 
 def day(low, high, humidity=60):
@@ -36,7 +36,7 @@ def job_of(tmp_path, folder, monkeypatch):
     monkeypatch.setenv(CACHE_VARIABLE, str(folder))
     monkeypatch.setattr(module, "_shared", {})
 
-    def of(*states):
+    def of(*states, tolerance=TOLERANCE):
         job = {
             "skyshine": 1,
             "name": "similar days",
@@ -46,7 +46,7 @@ def job_of(tmp_path, folder, monkeypatch):
             "sources": ["sun"],
             "materials": ["asphalt_road"],
             "atmosphere_grid": {
-                "tolerance": f"{TOLERANCE} K",
+                "tolerance": f"{tolerance} K",
                 "range_km": [0.01, 0.1, 1, 5],
                 "altitude_km": [0.002, 0.5, 1],
                 "elevation_deg": [-90, -10, 0, 10, 90],
@@ -116,7 +116,8 @@ def test_states_stand_on_the_same_nodes_and_hold_the_tolerance(job_of):
 
 
 def test_where_shared_nodes_do_not_hold_a_state_has_its_own(job_of, monkeypatch):
-    loaded = job_of(COOL, WARM)
+    """Two nodes an axis err by about 2 K: below it on one machine, above on another, as it chooses spectral points."""
+    loaded = job_of(COOL, WARM, tolerance=FINE)
     few = nodes_of(loaded, 0)
     coarse = type(few.nodes)(
         **{
@@ -131,4 +132,4 @@ def test_where_shared_nodes_do_not_hold_a_state_has_its_own(job_of, monkeypatch)
     group, report = built(loaded, 1)
     assert "sun: nodes of similar airs do not hold" in report.notes
     assert group.axes["share"].values.size > 2
-    assert np.max(group.groups["accuracy"].variables["p99_kelvin"].data) <= TOLERANCE
+    assert np.max(group.groups["accuracy"].variables["p99_kelvin"].data) <= FINE

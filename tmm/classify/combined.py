@@ -209,7 +209,7 @@ class CombinedMapper:
             total += share
             np.copyto(material, np.int16(k), where=share > best)
             np.maximum(best, share, out=best)
-        return without_data(Classified(material, best / total, typical), valid)
+        return without_data(Classified(material, np.divide(best, total, out=total), typical), valid)
 
     def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
         """Posterior of each material; see `Mapper`."""

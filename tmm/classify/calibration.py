@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,9 +11,6 @@ import numpy.typing as npt
 STEPS = 65535  # confidences are looked up in a table of this fineness
 LIMIT = 1e-4  # confidences are kept this far from 0 and 1, whose log-odds are infinite
 SLOPE_LIMIT, OFFSET_LIMIT = 10.0, 10.0  # of a fit: beyond, the answer is as good as certain
-LOW, HIGH = np.array([0.0, -OFFSET_LIMIT]), np.array([SLOPE_LIMIT, OFFSET_LIMIT])
-START = np.array([1.0, 0.0])  # what a classifier says of itself
-NEWTON_STEPS, NEWTON_END = 100, 1e-8  # far more than a smooth loss of two parameters takes; a hundredth of what is kept
 PRIOR = 1.0  # regions that the identity counts as: few held-out regions hardly change what a classifier says of itself
 
 
@@ -46,6 +42,8 @@ def fit_calibration(
     confidence: npt.NDArray[np.float32], right: npt.NDArray[np.bool_], region: npt.NDArray[Any]
 ) -> Calibration:
     """Fit to texels (N,): confidence, whether right, and region; a region counts once, because its texels are alike."""
+    from scipy.optimize import minimize
+
     if not len(confidence):
         return IDENTITY
     number = np.unique(region, return_inverse=True)[1]
@@ -55,46 +53,18 @@ def fit_calibration(
     count_right, count_wrong = weight[right].sum(), weight[~right].sum()
     target = np.where(right, (count_right + 1) / (count_right + 2), 1 / (count_wrong + 2))
 
-    def loss(parameters: npt.NDArray[Any]) -> tuple[float, npt.NDArray[Any], npt.NDArray[Any]]:
-        z = parameters[0] * odds + parameters[1]
-        value = np.sum(weight * (np.logaddexp(0, z) - target * z)) + PRIOR / 2 * np.sum((parameters - START) ** 2)
-        found = _expit(z)
-        residual, curved = weight * (found - target), weight * found * (1 - found)
-        gradient = np.array([residual @ odds, residual.sum()]) + PRIOR * (parameters - START)
-        mixed = curved @ odds
-        hessian = np.array([[curved @ odds**2, mixed], [mixed, curved.sum()]]) + PRIOR * np.eye(2)
-        return float(value), gradient, hessian
+    def loss(parameters: npt.NDArray[Any]) -> tuple[float, npt.NDArray[Any]]:
+        slope, offset = parameters
+        z = slope * odds + offset
+        value = np.sum(weight * (np.logaddexp(0, z) - target * z)) + PRIOR / 2 * ((slope - 1) ** 2 + offset**2)
+        residual = weight * (_expit(z) - target)
+        return value, np.array([residual @ odds + PRIOR * (slope - 1), residual.sum() + PRIOR * offset])
 
-    slope, offset = _least(loss)
+    slope, offset = minimize(
+        loss, [1.0, 0.0], jac=True, method="L-BFGS-B", bounds=[(0, SLOPE_LIMIT), (-OFFSET_LIMIT, OFFSET_LIMIT)]
+    ).x
     # Rounded, so that the last bits of an optimiser do not show in the files.
     return Calibration(round(float(slope), 4), round(float(offset), 4))
-
-
-def _least(
-    loss: Callable[[npt.NDArray[Any]], tuple[float, npt.NDArray[Any], npt.NDArray[Any]]],
-) -> npt.NDArray[np.float64]:
-    """Where a convex loss, given with its gradient and Hessian, is least between `LOW` and `HIGH`.
-
-    Newton's method on the parameters that their limits do not hold (Bertsekas 1982, SIAM J. Control Optim. 20:221-246).
-    """
-    at = START
-    value, gradient, hessian = loss(at)
-    for _ in range(NEWTON_STEPS):
-        free = ~((at <= LOW) & (gradient > 0) | (at >= HIGH) & (gradient < 0))
-        step = np.zeros(2)
-        step[free] = -np.linalg.solve(hessian[np.ix_(free, free)], gradient[free])
-        length = 1.0
-        while True:
-            new = np.clip(at + length * step, LOW, HIGH)
-            found = loss(new)
-            if found[0] <= value + 1e-4 * gradient @ (new - at) or length < NEWTON_END:
-                break
-            length /= 2
-        moved = np.abs(new - at).max()
-        at, (value, gradient, hessian) = new, found
-        if moved < NEWTON_END:
-            break
-    return at
 
 
 def _log_odds(probability: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -44,8 +44,12 @@ class ChunkWriter:
 
     Examples
     --------
-    >>> writer = ChunkWriter(file["levels/0/code"], Packing(1, zlib.Z_RLE))  # doctest: +SKIP
-    >>> writer.write((0, 0), codes)  # rows and columns 0 to 255 and more  # doctest: +SKIP
+    >>> with h5py.File("codes", "w", driver="core", backing_store=False) as file:
+    ...     filters = {"chunks": (2, 2), "shuffle": True, "compression": "gzip", "fletcher32": True}
+    ...     codes = file.create_dataset("code", (3, 2), "u2", **filters)
+    ...     ChunkWriter(codes, Packing(1, zlib.Z_RLE)).write((0, 0), np.array([[1, 2], [3, 4], [5, 6]]))
+    ...     codes[2].tolist()
+    [5, 6]
     """
 
     def __init__(self, dataset: h5py.Dataset, packing: Packing) -> None:

@@ -26,8 +26,8 @@ def _mapped(photograph, palette, library):
     seeds = {"labels": {"image": photograph.job.seeds.labels.image, "palette": palette}}
     job = TextureJob.model_validate({"image": photograph.job.image, "seeds": seeds})
     unknown, typicality = np.zeros(photograph.truth.shape, bool), np.zeros(photograph.truth.shape, np.float32)
-    for rows, columns, code, found in map_texture(job, photograph.image.parent, library).windows():
-        unknown[rows, columns], typicality[rows, columns] = code == 0, found.typicality
+    for rows, columns, level, found in map_texture(job, photograph.image.parent, library).windows():
+        unknown[rows, columns], typicality[rows, columns] = level.code == 0, found.typicality
     return unknown, typicality
 
 

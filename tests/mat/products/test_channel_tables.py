@@ -121,7 +121,7 @@ def test_the_beam_is_read_within_its_share_of_the_tolerance_between_its_nodes(ai
         assert np.abs((at_nodes[row, 1:] + at_nodes[row, :-1]) / 2 - exact).max() < 0.05
 
 
-@pytest.mark.parametrize("ends", [(3.599, 3.601), (0.002, 0.003), (1.9, 7.77), (0.3, 0.7)])
+@pytest.mark.parametrize("ends", [(3.599, 3.601), (0.002, 0.003)])
 def test_the_altitudes_that_are_shown_are_those_of_the_file(channels, ends):
     """Nodes hold cube roots of heights, whose cubes round."""
     grid = replace(BASE, altitude_km=np.linspace(*ends, 3))

@@ -6,7 +6,8 @@ import pytest
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.scene.surface import band_model_sky, surface_inputs
+from skyshine.mat.scene.clear_sky import band_model_sky
+from skyshine.mat.scene.surface import surface_inputs
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath
 from skyshine.schemas.errors import InputError

@@ -73,6 +73,7 @@ def test_continua_are_zero_outside_their_bands(continua):
     assert np.all(np.array(continua.water_coefficients(np.array([20001.0]))) == 0)
 
 
+@pytest.mark.validation  # twenty seconds of sums of lines
 @pytest.mark.shared_data
 def test_a_band_model_built_with_them_names_them_and_holds_nothing_of_mt_ckd(shared_data, tmp_path):
     pytest.importorskip("hapi")

@@ -109,6 +109,7 @@ def test_a_table_gives_back_the_cross_sections_of_its_parts(tmp_path):
     assert not np.any(read["O3"])
 
 
+@pytest.mark.validation  # half a minute of sums of lines
 @pytest.mark.shared_data
 def test_an_interrupted_build_takes_up_its_finished_intervals(shared_data, tmp_path, monkeypatch):
     settings = Settings(tolerance=0.05, max_points=3)

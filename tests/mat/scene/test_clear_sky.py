@@ -1,0 +1,75 @@
+"""Skies that are kept: the same again, computed anew where anything differs or the file is damaged."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
+from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.scene import clear_sky as module
+from skyshine.mat.scene.clear_sky import SUN_ELEVATIONS, band_model_sky
+from skyshine.schemas.kept_arrays import CACHE_VARIABLE
+
+CONDITIONS = 250.0, 0.2, 1.0167  # m, albedo, au
+
+
+@pytest.fixture(scope="module")
+def air():
+    return AtmosphericState.from_profile("midlatitude_summer", aerosol=Aerosol("none"))
+
+
+@pytest.fixture
+def computed(monkeypatch, tmp_path):
+    """The folder of kept files, and how often fluxes are computed."""
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+    times = []
+    monkeypatch.setattr(module, "broadband_fluxes", lambda *given: times.append(1) or broadband_fluxes(*given))
+    return tmp_path / module.FOLDER, times
+
+
+def same(one, other):
+    return all(np.array_equal(getattr(one, each.name), getattr(other, each.name)) for each in fields(one))
+
+
+def test_a_kept_sky_is_the_same(air, computed):
+    _, times = computed
+    first, again = (band_model_sky(air, *CONDITIONS) for _ in range(2))
+    assert same(first, again) and len(times) == 1
+
+
+def test_another_distance_of_the_sun_is_its_inverse_square_and_needs_no_other(air, computed):
+    _, times = computed
+    band_model_sky(air, *CONDITIONS)
+    near = band_model_sky(air, 250.0, 0.2, 0.9833)
+    exact = broadband_fluxes(air, near.altitude, SUN_ELEVATIONS, 0.2, sun_distance=0.9833)
+    np.testing.assert_allclose(near.direct, exact.direct_normal, rtol=1e-12)
+    np.testing.assert_allclose(near.diffuse, exact.diffuse, rtol=1e-12)
+    assert len(times) == 1
+
+
+@pytest.mark.parametrize("change", ["warmer", "albedo", "higher"])
+def test_anything_else_is_another_sky(air, computed, change):
+    _, times = computed
+    first = band_model_sky(air, *CONDITIONS)
+    highest, albedo, distance = CONDITIONS
+    other = {
+        "warmer": lambda: band_model_sky(replace(air, temperature=air.temperature + 1.0), *CONDITIONS),
+        "albedo": lambda: band_model_sky(air, highest, albedo + 0.1, distance),
+        "higher": lambda: band_model_sky(air, highest + 300.0, albedo, distance),
+    }[change]()
+    assert len(times) == 2 and not same(first, other)
+
+
+def test_a_damaged_file_is_computed_again_and_an_empty_folder_keeps_nothing(air, computed, monkeypatch):
+    folder, times = computed
+    first = band_model_sky(air, *CONDITIONS)
+    (path,) = folder.iterdir()
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(bytes(content))
+    assert same(band_model_sky(air, *CONDITIONS), first) and len(times) == 2
+    assert path.read_bytes() != bytes(content)
+    monkeypatch.setenv(CACHE_VARIABLE, "")
+    assert same(band_model_sky(air, *CONDITIONS), first) and len(times) == 3

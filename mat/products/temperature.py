@@ -34,7 +34,7 @@ from skyshine.mat.surface.table import SurfaceTemperatures, temperature_table
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, AxisRule
 from skyshine.mat.tables.files import HTT
-from skyshine.mat.tables.htt import enclosure_attributes, htt_group, material_axis, shade_fields
+from skyshine.mat.tables.htt import enclosure_attributes, htt_group, material_axis, midnight_of, shade_fields
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure
 from skyshine.mat.tables.tracks import track_fields, track_hours
@@ -178,6 +178,7 @@ class TemperatureProduct:
             axes,
             accuracy,
             attributes,
+            midnight=midnight_of(day.date, day.utc_offset_h),
             whole_day=whole_day,
             shade=fields,
             tracks=tracks,

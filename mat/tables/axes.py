@@ -13,6 +13,7 @@ from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.hdf5 import Axis
 
 RULES = LINEAR, PERIODIC, FOLDED, EXACT = "linear", "linear_periodic", "linear_folded", "exact"
+CLOCK_UNIT = "h"  # of hours of the local clock, whatever midnight a file counts them from
 POLICIES = ("error", "clamp")
 DARK_BELOW = "dark_below"  # attribute of axes of source elevation
 Policy = str | Mapping[str, str] | None  # one of `POLICIES`, or one of them by axis name; None: what the file states
@@ -186,10 +187,18 @@ def _number(value: Any) -> float:
 
 
 def table_axis(
-    values: npt.ArrayLike, units: str, long_name: str, *, interpolation: str = LINEAR, period: float = 0.0
+    values: npt.ArrayLike,
+    units: str,
+    long_name: str,
+    *,
+    interpolation: str = LINEAR,
+    period: float = 0.0,
+    standard_name: str | None = None,
 ) -> Axis:
-    """An axis for a file, with the rule by which readers interpolate on it."""
+    """An axis for a file, with the rule by which readers interpolate on it, and its name in the CF conventions."""
     attributes: dict[str, Any] = {"interpolation": interpolation, "out_of_range": "error"}
     if period:
         attributes["period"] = period
+    if standard_name is not None:
+        attributes["standard_name"] = standard_name
     return Axis(values, units, long_name, attributes)

@@ -27,7 +27,7 @@ class FileType:
         return int(self.format_version.split(".")[0])
 
 
-HTT = FileType("htt", "1.7.0", "Surface temperatures through the day")
+HTT = FileType("htt", "1.8.0", "Surface temperatures through the day")
 ATMQ = FileType("atmq", "2.4.0", "Atmospheric quantities with the Sun as source")
 LUNAR_ATMQ = FileType("lunar_atmq", "2.4.0", "Atmospheric quantities with the Moon as source")
 ATMQ_CHANNELS = FileType("atmq", "3.4.0", "Atmospheric quantities with the Sun as source, in channels")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime as dt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, RESPONSE_HOURS
 from skyshine.mat.tables import film_response as wet
 from skyshine.mat.tables import response
 from skyshine.mat.tables import shade as light
-from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, table_axis
+from skyshine.mat.tables.axes import CLOCK_UNIT, EXACT, LINEAR, PERIODIC, table_axis
 from skyshine.mat.tables.named_materials import with_names
 from skyshine.schemas.hdf5 import Group, Variable
 
@@ -41,6 +42,7 @@ def htt_group(
     accuracy: Group,
     attributes: dict[str, Any],
     *,
+    midnight: str | None = None,
     whole_day: bool = True,
     shade: Fields | None = None,
     tracks: Fields | None = None,
@@ -58,6 +60,8 @@ def htt_group(
     accuracy : Group
     attributes : dict
         State, site and weather, for the root.
+    midnight : str, optional
+        At which the day of the table begins, as `midnight_of` writes it; without it the hours are of no day.
     whole_day : bool
         The times close to a day; otherwise they are a part of it, from 0 on and beyond 24 after midnight.
     shade : tuple of dict, optional
@@ -79,7 +83,12 @@ def htt_group(
     }
     all_axes = column_axes | {
         "time": table_axis(
-            axes["time_h"], "h", "local clock time of day", interpolation=PERIODIC if whole_day else LINEAR, period=24.0
+            axes["time_h"],
+            CLOCK_UNIT if midnight is None else f"hours since {midnight}",
+            "local clock time of day",
+            interpolation=PERIODIC if whole_day else LINEAR,
+            period=24.0,
+            standard_name=None if midnight is None else "time",
         )
     }
     variables = {
@@ -103,6 +112,16 @@ def htt_group(
             variables |= fields[1]
     groups = {"diagnostics": Group(column_axes, diagnostics), "accuracy": accuracy}
     return Group(all_axes, with_names(variables), groups, attributes)
+
+
+def midnight_of(date: dt.date, utc_offset_h: float) -> str:
+    """The begin of a local day as CF writes a time of reference.
+
+    >>> midnight_of(dt.date(2026, 6, 28), -3.5)
+    '2026-06-28 00:00:00 -03:30'
+    """
+    minutes = round(60 * abs(utc_offset_h))
+    return f"{date.isoformat()} 00:00:00 {'-' if utc_offset_h < 0 else '+'}{minutes // 60:02d}:{minutes % 60:02d}"
 
 
 def enclosure_attributes(enclosure: Enclosure) -> dict[str, Any]:
@@ -139,14 +158,18 @@ def shade_fields(table: ResponseTable, scene: Scene, extraterrestrial: float) ->
         response.ALTITUDE: table_axis(table.altitudes_m / 1e3, "km", "surface altitude at which the response is given"),
         response.SLOPE: table_axis(table.slopes_deg, "degree", "slope of the surface whose response is given"),
         response.HOUR: table_axis(
-            RESPONSE_HOURS, "h", "local clock time of the response", interpolation=PERIODIC, period=24.0
+            RESPONSE_HOURS, CLOCK_UNIT, "local clock time of the response", interpolation=PERIODIC, period=24.0
         ),
         response.LAG: table_axis(
-            LAG_STARTS, "h", "where a cell of lag begins; the last ends 24 h after the first begins"
+            LAG_STARTS, CLOCK_UNIT, "where a cell of lag begins; the last ends 24 h after the first begins"
         ),
         response.OFFSET: table_axis(OFFSETS, "K", "temperature above response_temperature"),
         light.FORCING_TIME: table_axis(
-            response.forcing_hours(), "h", "local clock time of light and air", interpolation=PERIODIC, period=24.0
+            response.forcing_hours(),
+            CLOCK_UNIT,
+            "local clock time of light and air",
+            interpolation=PERIODIC,
+            period=24.0,
         ),
     }
     column = ("material", response.ALTITUDE, response.SLOPE, response.HOUR)

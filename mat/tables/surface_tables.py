@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from skyshine.mat.surface.surroundings import WALL_EMISSIVITY, Exposure, Surroundings
 from skyshine.mat.tables import response
-from skyshine.mat.tables.axes import Policy
+from skyshine.mat.tables.axes import CLOCK_UNIT, Policy
 from skyshine.mat.tables.band import WAVELENGTH
 from skyshine.mat.tables.shade import absorbed_change
 from skyshine.mat.tables.table import Table
@@ -142,7 +142,8 @@ class TemperatureTable(Table):
                 place[name] = value
             elif name in nodes:
                 if nodes[name].size > 1 and name != "altitude" and not (name == "azimuth" and level):
-                    span = f"{nodes[name][0]:g} to {nodes[name][-1]:g} {self.root.axes[name].units}"
+                    units = CLOCK_UNIT if name == "time" else self.root.axes[name].units
+                    span = f"{nodes[name][0]:g} to {nodes[name][-1]:g} {units}"
                     raise InputError(f"a temperature needs '{name}'; give {name}, {span}", file=self.path)
                 place[name] = nodes[name][0]
         return place

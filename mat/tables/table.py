@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.tables.axes import AxisRule, Policy, with_policy
+from skyshine.mat.tables.axes import CLOCK_UNIT, AxisRule, Policy, with_policy
 from skyshine.mat.tables.frame import part_of
 from skyshine.mat.tables.gridded import ANGLE, AXES
 from skyshine.mat.tables.interpolation import interpolate
@@ -183,6 +183,9 @@ class Table:
             name: (name, axis.values, {"units": axis.units, "long_name": axis.long_name, **axis.attributes})
             for name, axis in self.root.axes.items()
         }
+        if "time" in coordinates:  # of a day, whose date is a coordinate of its own; files count from its midnight
+            coordinates["time"][2]["units"] = CLOCK_UNIT
+            coordinates["time"][2].pop("standard_name", None)
         arrays: dict[str, Any] = {
             name: (
                 variable.dims,

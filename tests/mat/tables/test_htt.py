@@ -1,12 +1,14 @@
-"""Axes and arrays for shade in a ``.htt`` database: units and times."""
+"""Axes and arrays of a ``.htt`` database: units, times, midnight, shade."""
 
+import datetime as dt
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, RESPONSE_HOURS, ResponseTable
 from skyshine.mat.surface.sun_path import sun_hours
-from skyshine.mat.tables.htt import shade_fields
+from skyshine.mat.tables.htt import midnight_of, shade_fields
 
 
 def test_altitudes_are_in_kilometres_and_the_sun_stands_at_the_times_of_the_light():
@@ -32,3 +34,11 @@ def test_altitudes_are_in_kilometres_and_the_sun_stands_at_the_times_of_the_ligh
     (name,) = arrays["solar_azimuth"].dims
     np.testing.assert_allclose(arrays["solar_azimuth"].data, 15.0 * axes[name].values, rtol=1e-6)
     np.testing.assert_allclose(arrays["solar_elevation"].data, axes[name].values - 12.0, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("offset", "written"), [(0, "+00:00"), (-5, "-05:00"), (5.75, "+05:45"), (-3.5, "-03:30"), (14, "+14:00")]
+)
+def test_midnight_has_the_zone_of_the_site(offset, written):
+    """Newfoundland is 3.5 hours behind, Nepal 5.75 ahead of UTC."""
+    assert midnight_of(dt.date(2026, 1, 2), offset) == f"2026-01-02 00:00:00 {written}"

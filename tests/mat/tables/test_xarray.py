@@ -95,3 +95,17 @@ def test_arrays_that_are_not_wanted_are_left_out(file):
     from skyshine.mat.tables.xarray_engine import SkyshineEngine
 
     assert "temperature" not in xarray.open_dataset(file, engine=SkyshineEngine, drop_variables="temperature")
+
+
+def test_the_clock_of_a_day_is_of_instants_to_netcdf_and_of_hours_here(small_build):
+    """The site is five hours behind UTC."""
+    from skyshine.mat.tables.xarray_engine import SkyshineEngine
+
+    path = small_build / "s01.htt.h5"
+    with xarray.open_dataset(path, engine="netcdf4") as data:
+        instants = np.array(data["time"].values, "datetime64[h]")
+    midnight = np.datetime64("2026-06-28T05", "h")
+    np.testing.assert_array_equal(instants, midnight + np.array([0, 6, 12, 18]).astype("timedelta64[h]"))
+    hours = xarray.open_dataset(path, engine=SkyshineEngine)["time"]
+    np.testing.assert_array_equal(hours, [0.0, 6.0, 12.0, 18.0])
+    assert hours.attrs["units"] == "h" and "standard_name" not in hours.attrs

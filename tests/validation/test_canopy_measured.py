@@ -76,6 +76,17 @@ def test_oaks_of_puechabon(shared_data, tmp_path, hemisphere, leaf_area_index, l
     assert np.isfinite(air)
 
 
+def test_meadow_of_caldern(shared_data, tmp_path, hemisphere):
+    """A calm day of summer in a forest, whose closed skin is too cold by day already: wet ground in its gaps makes it
+    colder still. How wet that ground was is not known."""
+    hemisphere.update(latitude=50.84, longitude=8.68)
+    measured = measured_sets.caldern(shared_data)
+    absorptance = 1 - measured_sets.albedo(measured)
+    grass = open_stand("grass_green", "library").with_optics(solar_absorptance=absorptance)
+    rms, _ = measured_sets.compare(grass, measured, tmp_path)
+    assert rms < 3.3
+
+
 def replace_surface(material, surface, leaves=None):
     canopy = material.canopy if leaves is None else replace(material.canopy, leaves=leaves)
     return replace(material, surface=surface, canopy=canopy)

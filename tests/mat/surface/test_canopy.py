@@ -8,6 +8,7 @@ from scipy.integrate import quad, solve_ivp
 
 from skyshine.mat.products.shade_error import stored_response
 from skyshine.mat.surface import canopy as canopy_module
+from skyshine.mat.surface import canopy_days as canopy_days_module
 from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.canopy import (
     CanopyBalance,
@@ -26,7 +27,8 @@ from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import Canopy, SurfaceMaterial
 from skyshine.mat.surface.response import response_table
-from skyshine.mat.surface.solver import DAY, solve_columns
+from skyshine.mat.surface.solution import Method
+from skyshine.mat.surface.solver import DAY, ConvergenceError, solve_columns
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.materials.records import Back, Layer, PenetratingLight, SurfaceProperties, ThermalStack
@@ -342,6 +344,23 @@ def test_extremes_stay_finite_and_bounded(leaf_area, declination, make_sun_path,
         assert np.all(np.isfinite(solution.sources)) and low.min() > 200 and high.max() < 360
         assert np.all((solution.temperature >= low - 1e-9) & (solution.temperature <= high + 1e-9))
         assert solution.residual.max() <= 1e-3 and solution.bound_excess.max() <= 0.1 and columns.size
+
+
+def test_columns_beyond_their_bounds_go_to_backward_euler(scene, monkeypatch):
+    material = stand(1.0)
+    first = solved(material, scene)
+    monkeypatch.setattr(canopy_days_module, "BOUND_TOLERANCE", -1.0)
+    second = solved(material, scene)
+    assert set(first.method) == {Method.BDF2_NEWTON} and set(second.method) == {Method.EULER_NEWTON}
+    assert 0 < np.abs(second.temperature - first.temperature).max() < 1.5
+    ((_, after),) = solve_days(material, [scene.days[0]] * 2, steps=STEPS)
+    assert np.abs(after.sources - second.sources).max() < 2e-3
+
+
+def test_a_column_that_does_not_settle_is_named(scene, monkeypatch):
+    monkeypatch.setattr(canopy_days_module, "TOLERANCE", 0.0)
+    with pytest.raises(ConvergenceError, match="material 'stand', column 0: damped Newton of leaves and soil stopped"):
+        solved(stand(1.0), scene)
 
 
 def test_what_an_open_canopy_does_not_know_is_refused(scene):

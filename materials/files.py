@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Generic, Literal, Self, TypeVar
+from typing import Annotated, Any, Generic, Literal, NamedTuple, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,7 @@ from skyshine.materials.records import (
     PenetratingLight,
     Soil,
     SpectralRange,
+    Stand,
     SurfaceProperties,
     ThermalStack,
 )
@@ -46,6 +47,7 @@ AirCapacity = Annotated[float, Field(ge=0.0, le=1e7)]  # up to two metres of wat
 Roughness = Annotated[float, Field(ge=1e-7, le=10.0)]
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 Resistance = Annotated[float, Field(ge=0.0, le=1e5)]
+MOST_LEAVES = 20.0  # m2/m2: more than any stand that was measured (Asner et al. 2003: 18 at most)
 LobeWidth = Annotated[float, Field(ge=0.1, le=180.0)]
 
 RANGE_KINDS = ("measured", "modelled", "fresnel", "proxy", "constant", "held", "interpolated")
@@ -213,6 +215,23 @@ class SoilFile(StrictModel):
         return Soil(**{name: getattr(self, name).value for name in type(self).model_fields})
 
 
+class StandFile(StrictModel):
+    """Plants whose leaves the skin is, for jobs that look through their gaps; 1."""
+
+    leaf_area_index: Sourced[Annotated[float, Field(gt=0.0, le=MOST_LEAVES)]] = Field(
+        description="Area of one side of the leaves over that of the ground, up to 20."
+    )
+    soil: Sourced[Text] = Field(description="Name of the material on which they stand.")
+    clumping: Sourced[Annotated[float, Field(ge=0.1, le=1.0)]] | None = Field(
+        None,
+        description="By which the leaf area counts where leaves stand in clumps, 0.1 to 1; by default 1, at random.",
+    )
+
+    def stand(self) -> Stand:
+        given = {name: getattr(self, name).value for name in type(self).model_fields if getattr(self, name) is not None}
+        return Stand(**given)
+
+
 class PenetratingLightFile(StrictModel):
     """Sunlight that layers let in; 1, m^-1."""
 
@@ -238,7 +257,9 @@ class ThermalFile(StrictModel):
     soil: SoilFile | None = Field(
         default=None, description="Its pores, where it answers to soil moisture; without it, moisture changes nothing."
     )
-
+    stand: StandFile | None = Field(
+        default=None, description="Of leaves: how much of them stands on what soil, for leaf_area_index of a job."
+    )
     light: Annotated[list[PenetratingLightFile], Field(max_length=3)] = Field(
         default=[],
         description="Sunlight that layers let in (ice), by exponential laws; the rest stays at the surface.",
@@ -249,6 +270,8 @@ class ThermalFile(StrictModel):
         total = sum(part.share.value for part in self.light)
         if total > 1 + 1e-9:
             raise ValueError(f"found shares of light with a sum of {total:g}; allowed: 1 at most; lower one")
+        if self.stand is not None and not self.surface.canopy.value:
+            raise ValueError("found a stand of a surface without leaves; allowed: with surface.canopy true; remove it")
         return self
 
     def stack(self) -> ThermalStack:
@@ -264,13 +287,26 @@ class SpecularFile(StrictModel):
     lobe_fwhm: Sourced[LobeWidth] = Field(description="Full width of the lobe at half its maximum, degree.")
 
 
-def load_thermal(file: StrPath) -> tuple[ThermalStack, SurfaceProperties, Soil | None, dict[str, str]]:
-    """Stack, surface properties, soil where it answers to moisture, and the source of each of their fields, from
-    `ht/NAME.yaml`.
-    """
+class ThermalContent(NamedTuple):
+    """`ht/NAME.yaml` as records, with the source of each of their fields."""
+
+    stack: ThermalStack
+    surface: SurfaceProperties
+    soil: Soil | None
+    stand: Stand | None
+    sources: dict[str, str]
+
+
+def load_thermal(file: StrPath) -> ThermalContent:
+    """Stack, surface properties, soil where it answers to moisture, stand of leaves, and sources: `ht/NAME.yaml`."""
     content = load_model(file, ThermalFile)
-    soil = None if content.soil is None else content.soil.soil()
-    return content.stack(), content.surface.properties(content.back.kind.value), soil, _sources(content)
+    return ThermalContent(
+        content.stack(),
+        content.surface.properties(content.back.kind.value),
+        None if content.soil is None else content.soil.soil(),
+        None if content.stand is None else content.stand.stand(),
+        _sources(content),
+    )
 
 
 def load_specular(file: StrPath) -> tuple[float, float, dict[str, str]]:

@@ -246,7 +246,7 @@ def _refuse_shared_codes(places: Iterable[_Place]) -> None:
 
 def _read(place: _Place) -> Material:
     entry = place.entry
-    stack, surface, soil, sources = load_thermal(place.folder / "ht" / f"{entry.name}.yaml")
+    thermal = load_thermal(place.folder / "ht" / f"{entry.name}.yaml")
     spectrum = load_spectrum(place.folder / "ref" / f"{entry.name}.csv")
     fraction, width, lobe_sources = load_specular(place.folder / "spec" / f"{entry.name}.yaml")
     return Material(
@@ -254,8 +254,8 @@ def _read(place: _Place) -> Material:
         name=entry.name,
         description=entry.description,
         group=entry.group,
-        thermal=stack,
-        surface=surface,
+        thermal=thermal.stack,
+        surface=thermal.surface,
         wavelength=spectrum.wavelength,
         reflectance=spectrum.reflectance,
         absorptance=spectrum.absorptance,
@@ -263,7 +263,8 @@ def _read(place: _Place) -> Material:
         ranges=spectrum.ranges,
         specular_fraction=fraction,
         lobe_fwhm=width,
-        sources={**sources, **lobe_sources, "reflectance": spectrum.header},
+        sources={**thermal.sources, **lobe_sources, "reflectance": spectrum.header},
         reflectance_note=spectrum.header,
-        soil=soil,
+        soil=thermal.soil,
+        stand=thermal.stand,
     )

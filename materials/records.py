@@ -152,6 +152,25 @@ class Soil:
 
 
 @dataclass(frozen=True)
+class Stand:
+    """Plants whose leaves a material's skin is, as far as the gaps between them tell.
+
+    Attributes
+    ----------
+    leaf_area_index : float
+        Of one side of the leaves, over ground [m^2 m^-2].
+    soil : str
+        Name of the material on which they stand.
+    clumping : float
+        Share of the leaf area that leaves spread at random would need for the same gaps, 0 to 1.
+    """
+
+    leaf_area_index: float
+    soil: str
+    clumping: float = 1.0
+
+
+@dataclass(frozen=True)
 class SpectralRange:
     """Where one stretch of a reflectance spectrum comes from.
 
@@ -202,6 +221,11 @@ class Material:
         The comment header of the spectrum: sample, file, citation, credit, geometry.
     soil : Soil or None
         Of materials that answer to soil moisture.
+    stand : Stand or None
+        Of leaves that stand on another material.
+    opened : OpenStand or None
+        Of a stand through whose gaps soil is seen, as a job asks; the spectra are then those of leaves and soil
+        together, seen from above. None: a closed skin.
     """
 
     code: int
@@ -220,3 +244,22 @@ class Material:
     sources: dict[str, str]
     reflectance_note: str
     soil: Soil | None = None
+    stand: Stand | None = None
+    opened: OpenStand | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class OpenStand:
+    """Leaves and the soil that is seen between them.
+
+    Attributes
+    ----------
+    leaf_area : float
+        Leaf area index times clumping [m^2 m^-2].
+    leaves, soil : Material
+        Each as if alone.
+    """
+
+    leaf_area: float
+    leaves: Material
+    soil: Material

@@ -16,7 +16,7 @@ KINDS: tuple[SourceKind, ...] = get_args(SourceKind)
 SPECTRUM = "reflectance"  # its ranges have origins of their own
 # The values that a definition may stand behind: those with which the file would be of another object, in another place
 # or state, and which no sample of the substance has.
-_OBJECT = re.compile(r"(skin|layers\.\d)\.thickness|back\.\w+|surface\.(exposure|canopy|snow)|soil\.layers")
+_OBJECT = re.compile(r"(skin|layers\.\d)\.thickness|back\.\w+|surface\.(exposure|canopy|snow)|soil\.layers|stand\.soil")
 
 
 def kind_of(source: str) -> SourceKind:
@@ -51,9 +51,9 @@ def kind_of(source: str) -> SourceKind:
 def may_be_defined(material: Material, field: str) -> bool:
     """Whether a definition may stand behind a field of a material, as `materials/README.md` says.
 
-    Of an object or its state: thicknesses, what lies behind, exposure, whether leaves or snow; wetness, and a
-    resistance that is without effect; the roughness of a plate, roof or wall, which is a class; a lobe's width where
-    nothing is in the lobe. All else is a property of the substance, which somebody can measure.
+    Of an object or its state: thicknesses, what lies behind, exposure, whether leaves or snow, what leaves stand on;
+    wetness, and a resistance that is without effect; the roughness of a plate, roof or wall, which is a class; a lobe's
+    width where nothing is in the lobe. All else is a property of the substance, which somebody can measure.
     """
     surface = material.surface
     if field == "surface.roughness_length":

@@ -261,6 +261,11 @@ def _thermal_text(pattern: Material, own: Mapping[str, float], source: str, desc
     lines.append("surface:")
     for field in fields(pattern.surface):
         lines.append(f"  {field.name}: {shown(f'surface.{field.name}', getattr(pattern.surface, field.name))}")
+    if pattern.stand is not None:
+        lines.append("stand:")
+        for field in fields(pattern.stand):
+            if (key := f"stand.{field.name}") in pattern.sources:
+                lines.append(f"  {field.name}: {shown(key, getattr(pattern.stand, field.name))}")
     return "\n".join(lines) + "\n"
 
 

@@ -13,8 +13,9 @@ import numpy.typing as npt
 
 from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.mat.job.fields import clock_interval
+from skyshine.mat.job.leaf_area import open_stands, refuse_no_soil
 from skyshine.mat.job.surface import Operation
-from skyshine.mat.scene.moisture import job_library, wet_grey
+from skyshine.mat.scene.moisture import job_library, open_library, wet_grey
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
 from skyshine.mat.surface.column import ColumnResult, from_record, from_scene
 from skyshine.mat.surface.material import SurfaceMaterial
@@ -23,7 +24,7 @@ from skyshine.mat.surface.weather import DRY, Wetting
 from skyshine.mat.surface.weather_readings import read_record
 from skyshine.mat.surface.wet_skin import FilmSkin, film_capacity
 from skyshine.mat.tables.dataset import dataset
-from skyshine.materials.files import load_thermal
+from skyshine.materials.files import MOST_LEAVES, load_thermal
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.errors import InputError
 
@@ -43,6 +44,9 @@ class SurfaceTemperature(ColumnResult):
         variables: dict[str, tuple[tuple[str, ...], str, Any]] = {"temperature": (("time",), "K", self.temperature)}
         if self.depth_temperature is not None:
             variables["temperature_at_depth"] = (("time",), "K", self.depth_temperature)
+        for name in ("leaf_temperature", "soil_temperature"):
+            if getattr(self, name) is not None:
+                variables[name] = (("time",), "K", getattr(self, name))
         if self.film is not None:
             variables["film"] = (("time",), "kg m^-2", self.film)
         variables |= {name: (("time",), "W m^-2", values) for name, values in self.fluxes.items()}
@@ -86,6 +90,7 @@ def temperature(
     facing_emissivity: float = WALL_EMISSIVITY,
     solar_absorptance: float | None = None,
     thermal_emissivity: float | None = None,
+    leaf_area_index: float | str | None = None,
 ) -> SurfaceTemperature:
     """Temperature and every flux of one surface through the day.
 
@@ -122,6 +127,9 @@ def temperature(
         Of that wall, 0 to 1.
     solar_absorptance, thermal_emissivity : float, optional
         In place of the library's; needed with a material file.
+    leaf_area_index : float or "library", optional
+        Of a stand of leaves through whose gaps soil is seen [m^2 m^-2], in place of a closed one, or the library's own;
+        as the key of a job. `leaf_temperature` and `soil_temperature` of the result are those of the two.
 
     Returns
     -------
@@ -152,17 +160,39 @@ def temperature(
     surroundings = _surroundings(shade, sky_view, facing, facing_emissivity)
     if job is not None:
         model, (sun_path, weather, sky) = surface_inputs(job, state)
-        surface = surface_material(material, model.operated, optical, job_library(model), weather.wetting)
+        if leaf_area_index is not None and model.leaf_area_index is not None:
+            raise InputError("found leaf_area_index, which the job has too; allowed: in one of them; remove it here")
+        library = _with_gaps(job_library(model), material, leaf_area_index)
+        surface = surface_material(material, model.operated, optical, library, weather.wetting)
         metres = sun_path.altitude if altitude is None else 1e3 * altitude
         column = from_scene(surface, sun_path, weather, sky, metres, slope, azimuth, depth, surroundings)
     else:
         assert forcing is not None
         record = read_record(forcing, 1e3 * (altitude or 0.0))
-        surface = surface_material(material, {}, optical, wetting=record.wetting)
-        placed = slope or surroundings is not None or "sw_down" not in record.values
+        library = _with_gaps(load_library(), material, leaf_area_index)
+        surface = surface_material(material, {}, optical, library, record.wetting)
+        placed = surface.canopy is not None or slope or surroundings is not None or "sw_down" not in record.values
         sun = _sun_at(latitude, longitude) if placed else None
         column = from_record(surface, record, slope, azimuth, sun, ground_albedo, depth, surroundings)
     return SurfaceTemperature(**{field.name: getattr(column, field.name) for field in fields(column)})
+
+
+def _with_gaps(
+    library: MaterialLibrary, material: str | os.PathLike[str], leaf_area_index: float | str | None
+) -> MaterialLibrary:
+    """A library in which a material's leaves have gaps."""
+    if leaf_area_index is None:
+        return library
+    name = os.fspath(material)
+    stands = [known.name for known in library if known.stand is not None]
+    try:
+        open_stands({name: leaf_area_index}, stands)
+        refuse_no_soil(library[name], library)
+        if leaf_area_index != "library" and not 0 <= float(leaf_area_index) <= MOST_LEAVES:
+            raise ValueError(f"found {leaf_area_index}; allowed: 0 to {MOST_LEAVES:g} m2/m2, or library")
+    except ValueError as error:
+        raise InputError(f"leaf_area_index: {error}") from None
+    return open_library(library, ((name, leaf_area_index),))
 
 
 def _surroundings(
@@ -191,17 +221,17 @@ def surface_material(
         missing = [key for key in given if key not in optical]
         if missing:
             raise InputError(f"a material file holds no {missing[0]}; give {missing[0]}", file=text)
-        thermal, surface, _, _ = load_thermal(text)
+        thermal, surface, *_ = load_thermal(text)
         found = SurfaceMaterial(text, thermal, surface, **optical)
         capacity = film_capacity(surface, None) if wetting.rain else 0.0
         wet = optical if surface.canopy else wet_grey(optical)
         return replace(found, film=FilmSkin(**wet, capacity=capacity) if capacity else None)
-    (material,) = surface_materials([(library or load_library())[text]], operated, wetting)
-    film = material.film
+    (found,) = surface_materials([(library or load_library())[text]], operated, wetting)
+    film = found.film
     if film is not None:
-        as_dry = film.solar_absorptance == material.solar_absorptance  # leaves and glass
+        as_dry = film.solar_absorptance == found.solar_absorptance  # leaves and glass
         film = replace(film, **(optical if as_dry else wet_grey(optical)))
-    return replace(material, **optical, film=film)
+    return replace(found.with_optics(**optical), film=film)
 
 
 def _sun_at(
@@ -210,7 +240,8 @@ def _sun_at(
     """Elevation and azimuth of the Sun [degree] at UTC times of a place."""
     if latitude is None or longitude is None:
         raise InputError(
-            "a slope, shade, a wall, or direct and diffuse light of a record needs the Sun; give latitude and longitude"
+            "a slope, shade, a wall, gaps of leaves, or direct and diffuse light of a record needs the Sun; give"
+            " latitude and longitude"
         )
 
     def sun(times: npt.NDArray[np.datetime64]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:

@@ -101,6 +101,8 @@ def _show(library: MaterialLibrary, material: Material, summary: dict[str, float
         click.echo(f"  {key:<34} {shown} {units}".rstrip() + f"    {material.sources[key]}")
     if material.soil is not None:
         click.echo("  answers to soil_moisture of a job: conductivity, heat capacity, reflectance and evaporation")
+    if material.stand is not None:
+        click.echo("  answers to leaf_area_index of a job: soil is seen and lit through gaps between its leaves")
     if material.thermal.light:
         share = sum(part.share for part in material.thermal.light)
         click.echo(f"  absorbs {share:.0%} of the sunlight it takes below its surface")
@@ -154,6 +156,11 @@ def _numbers(material: Material) -> Iterator[tuple[str, object, str]]:
         yield "soil.porosity", material.soil.porosity, "1"
         yield "soil.solid_conductivity", material.soil.solid_conductivity, "W m^-1 K^-1"
         yield "soil.layers", material.soil.layers, ""
+    if material.stand is not None:
+        yield "stand.leaf_area_index", material.stand.leaf_area_index, "m2 m^-2"
+        yield "stand.soil", material.stand.soil, ""
+        if "stand.clumping" in material.sources:
+            yield "stand.clumping", material.stand.clumping, "1"
     yield "specular_fraction", material.specular_fraction, "1"
     yield "lobe_fwhm", material.lobe_fwhm, "degree"
 

@@ -9,6 +9,7 @@ import click
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.plain_numbers import plain_number
 from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
@@ -45,6 +46,11 @@ if TYPE_CHECKING:
 @click.option("--facing-emissivity", type=click.FloatRange(0, 1), default=0.95, show_default=True, help="Of that wall.")
 @click.option("--solar-absorptance", type=click.FloatRange(0, 1), help="Needed with a material FILE.")
 @click.option("--thermal-emissivity", type=click.FloatRange(0, 1), help="Needed with a material FILE.")
+@click.option(
+    "--leaf-area-index",
+    metavar="M2/M2|library",
+    help="Of a stand of leaves, by which soil is seen through its gaps; by default it is closed.",
+)
 @json_option
 def command(
     material: str,
@@ -64,6 +70,7 @@ def command(
     facing_emissivity: float,
     solar_absorptance: float | None,
     thermal_emissivity: float | None,
+    leaf_area_index: str | None,
     as_json: bool,
 ) -> None:
     """Temperature and every flux of one surface through the day.
@@ -103,8 +110,19 @@ def command(
         facing_emissivity=facing_emissivity,
         solar_absorptance=solar_absorptance,
         thermal_emissivity=thermal_emissivity,
+        leaf_area_index=_leaf_area(leaf_area_index),
     )
     _emit_json(result) if as_json else _print(result)
+
+
+def _leaf_area(text: str | None) -> float | str | None:
+    """The number that was written, or the word."""
+    if text is None or text == "library":
+        return text
+    try:
+        return plain_number(text)
+    except ValueError as error:
+        raise InputError(f"leaf_area_index: {error}, 0 to 20 m2/m2, or library") from None
 
 
 def _emit_json(result: ColumnResult) -> None:
@@ -114,6 +132,9 @@ def _emit_json(result: ColumnResult) -> None:
     }
     if result.depth_temperature is not None:
         output["temperature_at_depth"] = quantity(result.depth_temperature, "K")
+    for name in ("leaf_temperature", "soil_temperature"):
+        if (values := getattr(result, name)) is not None:
+            output[name] = quantity(values, "K")
     if result.film is not None:
         output["film"] = quantity(result.film, "kg m^-2")
     output |= {name: quantity(values, "W m^-2") for name, values in result.fluxes.items()}
@@ -132,6 +153,8 @@ def _print(result: ColumnResult) -> None:
     temperatures = {"temperature": result.temperature}
     if result.depth_temperature is not None:
         temperatures["at_depth   "] = result.depth_temperature
+    if result.leaf_temperature is not None and result.soil_temperature is not None:
+        temperatures |= {"leaves     ": result.leaf_temperature, "soil       ": result.soil_temperature}
     for note in result.notes:
         click.echo(f"note: {note}", err=True)
     click.echo(f"time [{result.time_units}], temperature [C], fluxes [W/m2]")

@@ -13,6 +13,7 @@ import pydantic
 from skyshine.mat.atmosphere.state.climate import profile_weights
 from skyshine.mat.job.atmosphere import AUTO, TYPICAL, State
 from skyshine.mat.job.ground import GroundYear, ground_of_latitude
+from skyshine.mat.job.leaf_area import open_stands, refuse_no_soil
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.moisture import check_moisture
 from skyshine.mat.job.series import MEMBER_LIMIT, Series, changed, members
@@ -122,8 +123,10 @@ def load_job(
     job = _with_air_times(_with_series(written, document, context), document)
     _check_query_limits(job, document)
     _check_soil_moisture(job, document, library)
+    _check_leaf_area(job, document, library)
     job, remarks = _with_soundings(_with_typical_aerosol(_with_profiles(job)))
     requested, warnings = _with_weather_files(job, document)
+    _refuse_rain_in_gaps(requested, document)
     requested, seasons = _with_ground(requested, job, document)
     return LoadedJob(requested, trimmed(requested), document, (*_quantum_responses(job), *remarks, *warnings, *seasons))
 
@@ -171,6 +174,36 @@ def _check_soil_moisture(job: Job, document: Document, library: MaterialLibrary)
             raise ValueError("found it for materials of which none has soil; allowed: with soil, sand or gravel")
     except ValueError as error:
         raise document.error(("soil_moisture",), f"soil_moisture: {error}") from None
+
+
+def _check_leaf_area(job: Job, document: Document, library: MaterialLibrary) -> None:
+    """Refuse gaps in what has no stand of leaves, or a back that a job operates, and soils that cannot lie below."""
+    given = job.leaf_area_index
+    if given is None:
+        return
+    around = [name for state in job.states for name in state.surrounding_materials]
+    named = [*job.materials, *around] if isinstance(job.materials, list) else library.names
+    try:
+        for name in open_stands(given, [name for name in named if library[name].stand is not None]):
+            refuse_no_soil(library[name], library)
+            if name in job.operated:
+                raise ValueError(f"found {name} in operated too; allowed: in one of them; remove it from one")
+    except ValueError as error:
+        raise document.error(("leaf_area_index",), f"leaf_area_index: {error}") from None
+
+
+def _refuse_rain_in_gaps(job: Job, document: Document) -> None:
+    """Refuse rain, if only zeros, where soil is seen between leaves: what drips from them is not known."""
+    if job.leaf_area_index is None:
+        return
+    for number, state in enumerate(job.states, 1):
+        if "rain_mm_h" in state.weather.water:
+            raise document.error(
+                ("leaf_area_index",),
+                f"leaf_area_index: found rain in the weather of state {number}; allowed: one of them, for what drips"
+                " from leaves to the soil between them is not known; remove the rain (rain: none with a file), or"
+                " leaf_area_index",
+            )
 
 
 def _with_series(job: Job, document: Document, context: dict[str, Any]) -> Job:

@@ -18,6 +18,7 @@ from skyshine.mat.job.atmosphere import AtmosphereGrid, Band, State
 from skyshine.mat.job.default_nodes import OBSERVER_HEIGHTS_KM, own_nodes
 from skyshine.mat.job.extra_tables import ExtraTables
 from skyshine.mat.job.fields import Tolerance, by_hour
+from skyshine.mat.job.leaf_area import LeafAreaIndex
 from skyshine.mat.job.moisture import SoilMoisture
 from skyshine.mat.job.query_limits import QueryLimits
 from skyshine.mat.job.series import MEMBER_LIMIT
@@ -109,7 +110,8 @@ class Job(StrictModel):
     temperatures_c: dict[MaterialName, Annotated[float | list[float], by_hour(OperatedCelsius)]] = Field(
         {}, description="Temperatures given by hand in place of the heat balance, one or 24 at the hours 0 to 23."
     )
-    # Excluded from dumps: it changes the materials, whose digest is in the identity of every table that reads them.
+    # Both are excluded from dumps: they change the materials, whose digest is in the identity of every table that reads
+    # them.
     soil_moisture: SoilMoisture | None = Field(
         None,
         exclude=True,
@@ -117,6 +119,15 @@ class Job(StrictModel):
             "Water in the pores of soil, sand and gravel: dry, moist (a quarter of the pores), wet (all), or m3/m3; for"
             " all such materials, or by material. It moves conductivity, heat capacity, reflectance at all wavelengths"
             " and evaporation together. By default they are as the library has them: dry above, half full below."
+        ),
+    )
+    leaf_area_index: LeafAreaIndex | None = Field(
+        None,
+        exclude=True,
+        description=(
+            "Area of one side of the leaves over that of the ground, m2/m2, by which soil is seen and lit through their"
+            " gaps: 0 to 20, or library for the material's own; for all materials with a stand of leaves (grass,"
+            " shrub, crops, trees), or by material. By default stands are closed: one skin of leaves. Not with rain."
         ),
     )
     atmosphere_grid: AtmosphereGrid = Field(AtmosphereGrid(), description="Nodes of the atmospheric tables.")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -24,6 +25,7 @@ from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.scene.aerosol_layers import aerosol_layers
 from skyshine.mat.scene.weather import ground_air, mean_wind
 from skyshine.materials.library import MaterialLibrary
+from skyshine.materials.records import Material
 
 _AMOUNTS = ("scale", "ppm", "column_mm", "column_du")
 
@@ -128,9 +130,17 @@ def materials_digest(library: MaterialLibrary, names: tuple[str, ...]) -> str:
     """SHA-256 over all that the databases take from materials, so that a changed material is built anew."""
     digest = hashlib.sha256()
     for name in names:
-        m = library[name]
-        scalars = (m.code, m.name, m.thermal, m.surface, m.specular_fraction, m.lobe_fwhm)
-        digest.update(repr(scalars).encode())
-        for array in (m.wavelength, m.reflectance, m.absorptance):
-            digest.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
+        for part in _parts(library[name]):
+            digest.update(part)
     return digest.hexdigest()
+
+
+def _parts(m: Material) -> Iterator[bytes]:
+    """What databases take from a material, with leaves and soil of an open stand."""
+    yield repr((m.code, m.name, m.thermal, m.surface, m.specular_fraction, m.lobe_fwhm)).encode()
+    for array in (m.wavelength, m.reflectance, m.absorptance):
+        yield np.ascontiguousarray(array, dtype="<f8").tobytes()
+    if m.opened is not None:
+        yield repr(m.opened.leaf_area).encode()
+        for part in (m.opened.leaves, m.opened.soil):
+            yield from _parts(part)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,7 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.job.moisture import moisture_of, water_fraction
 from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
 from skyshine.mat.radiometry.water_film import film_reflectance, moist_reflectance
+from skyshine.mat.scene.canopy import opened
 from skyshine.mat.surface.soil_moisture import evaporating_share, moist_stack, resistance
 from skyshine.mat.surface.wet_skin import FilmSkin, MoistSkin, film_capacity
 from skyshine.materials.library import MaterialLibrary, load_library
@@ -23,11 +25,24 @@ from skyshine.schemas.arrays import Floats
 
 
 def job_library(job: Job) -> MaterialLibrary:
-    """The material library as a job changes it; without `soil_moisture` the library itself."""
-    if job.soil_moisture is None:
-        return load_library()
-    given = job.soil_moisture
-    return _moist_library(load_library(), tuple(given.items()) if isinstance(given, dict) else given)
+    """The material library as a job changes it; without `soil_moisture` and `leaf_area_index` the library itself."""
+    library = load_library()
+    if job.soil_moisture is not None:
+        library = _moist_library(library, _hashable(job.soil_moisture))
+    if job.leaf_area_index is not None:
+        library = open_library(library, _hashable(job.leaf_area_index))
+    return library
+
+
+def _hashable(given: float | str | Mapping[str, Any]) -> Given:
+    return tuple(given.items()) if isinstance(given, Mapping) else given
+
+
+@lru_cache(maxsize=4)
+def open_library(library: MaterialLibrary, given: Given) -> MaterialLibrary:
+    """A library whose stands have the gaps that a job's `leaf_area_index` gives them; what they stand on stays."""
+    wanted = dict(given) if isinstance(given, tuple) else given
+    return library.changed(lambda material: opened(material, library, wanted))
 
 
 Given = float | str | tuple[tuple[str, float | str], ...]

@@ -15,18 +15,20 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.job.surface import Operation, at_kelvin
 from skyshine.mat.job.surroundings import StateSurroundings
 from skyshine.mat.scene.atmosphere import atmospheric_state, materials_digest, without_air_time
+from skyshine.mat.scene.canopy import NO_LEAVES
 from skyshine.mat.scene.clear_sky import band_model_sky
 from skyshine.mat.scene.moisture import film_skin, job_library, moist, moist_skin, optics
 from skyshine.mat.scene.weather import earlier_suns, measured_radiation, near_surface_air, sun_path
+from skyshine.mat.surface.canopy import mixed_absorptance, mixed_emissivity
 from skyshine.mat.surface.enclosed import GivenEmitter, solved_enclosure
 from skyshine.mat.surface.enclosure import Enclosure
 from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.horizon import Horizon
-from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.material import Canopy, SurfaceMaterial
 from skyshine.mat.surface.sun_path import SunPath
 from skyshine.mat.surface.weather import DRY, NearSurfaceAir, Wetting
 from skyshine.materials.library import load_library
-from skyshine.materials.records import Material
+from skyshine.materials.records import Material, OpenStand
 from skyshine.schemas.errors import InputError
 
 
@@ -159,6 +161,8 @@ def surface_materials(
 
 
 def _surface_material(material: Material, operated: Mapping[str, Operation], wetting: Wetting) -> SurfaceMaterial:
+    if material.opened is not None:
+        return _open_stand(material.name, material.opened, wetting)
     film, by_moisture = None, None
     if wetting.soil_moisture is not None and material.soil is not None:
         dry = load_library()[material.name]
@@ -169,3 +173,17 @@ def _surface_material(material: Material, operated: Mapping[str, Operation], wet
     if material.name in operated:
         thermal = replace(thermal, back=operated[material.name].back)
     return SurfaceMaterial(material.name, thermal, material.surface, *optics(material), film, by_moisture)
+
+
+def _open_stand(name: str, stand: OpenStand, wetting: Wetting) -> SurfaceMaterial:
+    """Leaves and soil as the heat balance sees them; the soil alone where there are no leaves."""
+    leaves, soil = (_surface_material(part, {}, wetting) for part in (stand.leaves, stand.soil))
+    if stand.leaf_area < NO_LEAVES:
+        return replace(soil, name=name)
+    canopy = Canopy(stand.leaf_area, replace(leaves, name=name), soil)
+    return replace(
+        canopy.leaves,
+        solar_absorptance=mixed_absorptance(canopy),
+        thermal_emissivity=mixed_emissivity(canopy),
+        canopy=canopy,
+    )

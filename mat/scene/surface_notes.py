@@ -7,17 +7,28 @@ from collections.abc import Sequence
 from skyshine.mat.job.model import Job
 from skyshine.mat.scene.material_summary import material_summary
 from skyshine.mat.scene.moisture import job_library
+from skyshine.mat.surface.canopy import gap_towards
 from skyshine.materials.library import load_library
-from skyshine.materials.records import Material
+from skyshine.materials.records import Material, OpenStand
 
 
 def surface_notes(job: Job, materials: Sequence[str]) -> list[str]:
-    """A line for each material that the job's soil moisture changes."""
-    if job.soil_moisture is None:
+    """A line for each material that the job's soil moisture changes, or whose leaves have gaps in it."""
+    if job.soil_moisture is None and job.leaf_area_index is None:
         return []
     dry, moist = load_library(), job_library(job)
     names = [name for name in materials if dry[name].soil is not None and moist[name].thermal != dry[name].thermal]
-    return [_moistened(dry[name], moist[name]) for name in names]
+    stands = [stand for name in materials if (stand := moist[name].opened) is not None]
+    return [_moistened(dry[name], moist[name]) for name in names] + [_opened(stand) for stand in stands]
+
+
+def _opened(stand: OpenStand) -> str:
+    gap = float(gap_towards(stand.leaf_area, 1.0))
+    clumped = "" if stand.leaves.stand is None or stand.leaves.stand.clumping == 1 else ", clumping counted"
+    return (
+        f"leaf_area_index: {stand.leaves.name} with {stand.leaf_area:.3g} m2/m2 of leaves{clumped}: {gap:.1%} of the"
+        f" ground seen from above is {stand.soil.name}"
+    )
 
 
 def _moistened(dry: Material, moist: Material) -> str:

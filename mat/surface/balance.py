@@ -80,6 +80,8 @@ class Forcing:
         Time since snow fell [d].
     albedo : ndarray or None
         Of the surface, in place of the material's.
+    sun_cosine : ndarray or None
+        Of the angle between the Sun and the normal of the plane, 0 where the Sun is behind it; None: not known.
     ground_mean, ground_amplitude, ground_day : ndarray or None
         Mean [K] and amplitude [K] of the annual wave at the surface of the ground, and time since its coldest day [d];
         None: backs of ground have the mean temperature of the air.
@@ -103,6 +105,7 @@ class Forcing:
     soil_moisture: Floats | None = None
     snow_age: Floats | None = None
     albedo: Floats | None = None
+    sun_cosine: Floats | None = None
     ground_mean: Floats | None = None
     ground_amplitude: Floats | None = None
     ground_day: Floats | None = None
@@ -340,6 +343,14 @@ class Balance:
         slope += bend
         difference *= coefficient
         net += difference
+        return net, slope
+
+    def given_to_air(self, temperature: Reals, coefficient: Floats) -> tuple[Reals, Reals]:
+        """Heat and water that pass a transfer coefficient [W m^-2], and their derivative, each (columns, N)."""
+        net, slope = coefficient * (temperature - self.air_temperature), coefficient + 0.0 * temperature
+        if self.evaporates:
+            latent, latent_slope = self._latent_and_slope(temperature, slope, 0.0 * temperature)
+            net, slope = net + latent, slope + latent_slope
         return net, slope
 
     def _coefficient(self, difference: Reals) -> Reals:

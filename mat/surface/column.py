@@ -11,9 +11,11 @@ import numpy.typing as npt
 
 from skyshine.mat.surface.back_boundary import back_drive
 from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.canopy import CanopyBalance
+from skyshine.mat.surface.canopy_days import solve_canopy
 from skyshine.mat.surface.conduction import depth_response, frequencies
 from skyshine.mat.surface.days import solve_days
-from skyshine.mat.surface.forcing import Scene, Sky, plane_irradiance
+from skyshine.mat.surface.forcing import Scene, Sky, plane_irradiance, sun_cosine
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.penetrating_light import absorbed_sunlight, light_at_depth
 from skyshine.mat.surface.record import Record, record_forcing
@@ -27,6 +29,7 @@ from skyshine.schemas.errors import InputError
 
 # Solar elevation and azimuth [degree] at UTC times.
 SunAt: TypeAlias = Callable[[npt.NDArray[np.datetime64]], tuple[Floats, Floats]]
+_NO_DEPTH = "found a depth and leaf_area_index; allowed: one of them; remove one"
 LONGEST_STEP = 900.0  # s: coarser records are solved at a fraction of their step
 
 
@@ -54,6 +57,8 @@ class ColumnResult:
         What stands for what a record does not hold.
     film : ndarray or None
         Water on the surface [kg m^-2]; None without rain.
+    leaf_temperature, soil_temperature : ndarray or None
+        Of leaves and of the soil in their gaps [K], which `temperature` holds together; None of a skin.
     """
 
     time: list[float] | list[str]
@@ -68,6 +73,8 @@ class ColumnResult:
     depth_temperature: Floats | None
     notes: tuple[str, ...] = ()
     film: Floats | None = None
+    leaf_temperature: Floats | None = None
+    soil_temperature: Floats | None = None
 
 
 def from_scene(
@@ -83,6 +90,8 @@ def from_scene(
 ) -> ColumnResult:
     """A plane at an altitude [m] under a scene's Sun, sky and weather; slope and azimuth in degrees, depth in m."""
     scene = Scene(sun, weather, sky, np.array([altitude]), np.array([slope]), np.array([azimuth]), surroundings)
+    if depth is not None and material.canopy is not None:
+        raise InputError(_NO_DEPTH)
     if depth is not None and weather.before:
         raise InputError("found a depth and days before; allowed: one of them; remove history_days or the depth")
     ((_, solution),) = solve_days(material, scene.days, steps=STEPS)
@@ -112,26 +121,35 @@ def from_record(
         [degree]
     sun : callable or None
         Solar elevation and azimuth [degree] at UTC times; needed where the slope is not 0, with
-        `surroundings`, and for a record of direct and diffuse light.
+        `surroundings`, and for a record of direct and diffuse light. Without it gaps of a canopy take all light as
+        even.
     ground_albedo : float
     depth : float, optional
         Below the skin [m], at which the temperature is wanted too.
     surroundings : Surroundings, optional
         Hours of shade are in UTC.
     """
+    if depth is not None and material.canopy is not None:
+        raise InputError(_NO_DEPTH)
     factor = int(np.ceil(record.step / LONGEST_STEP - 1e-9))
     refined = record.refined(factor)
     start_hour = float((record.start - record.start.astype("datetime64[D]")) / np.timedelta64(1, "h"))
     shortwave = _shortwave(refined, slope, azimuth, sun, ground_albedo, surroundings, start_hour)
-    forcing = record_forcing(refined, shortwave, slope, surroundings)
-    ((_, solution),) = solve_columns(
-        material,
-        lambda _: forcing,
-        steps=refined.steps,
-        fine_steps=None,
-        period=refined.period,
-        start_hour=start_hour,
-    )
+    cosine = None if sun is None else sun_cosine(slope, azimuth, *sun(refined.times))
+    forcing = record_forcing(refined, shortwave, slope, surroundings, cosine)
+    if material.canopy is not None:
+        ((_, solution),) = solve_canopy(
+            material, [lambda _: forcing], steps=refined.steps, period=refined.period, start_hour=start_hour
+        )
+    else:
+        ((_, solution),) = solve_columns(
+            material,
+            lambda _: forcing,
+            steps=refined.steps,
+            fine_steps=None,
+            period=refined.period,
+            start_hour=start_hour,
+        )
     times = [f"{time}Z" for time in np.datetime_as_string(record.times, unit="s")]
     result = _result(material, forcing, solution, (times, "ISO 8601"), refined.period, depth, factor, start_hour)
     return replace(result, notes=record.notes)
@@ -189,7 +207,12 @@ def _result(
     start_hour: float = 0.0,
 ) -> ColumnResult:
     """The result at `every`-th solver time."""
-    fluxes = Balance(solution.under(forcing, material), material).fluxes(solution.temperature)
+    leaves, soil = None, None
+    if solution.sources is None:
+        fluxes = Balance(solution.under(forcing, material), material).fluxes(solution.temperature)
+    else:
+        fluxes = CanopyBalance(forcing, material).fluxes(solution.sources)
+        leaves, soil = np.split(solution.sources[0], 2)
     gain = fluxes["shortwave_absorbed"] + fluxes["longwave_absorbed"]
     spent = fluxes["longwave_emitted"] + fluxes["convection"] + fluxes["evaporation"] + solution.melt
     fluxes |= {"conduction": gain - spent, "melt": solution.melt}
@@ -205,6 +228,8 @@ def _result(
         method=Method(solution.method[0]).name.lower(),
         iterations=int(solution.iterations[0]),
         film=None if solution.film is None else solution.film[0, ::every],
+        leaf_temperature=None if leaves is None else leaves[::every],
+        soil_temperature=None if soil is None else soil[::every],
         depth_temperature=None
         if depth is None
         else _at_depth(material, forcing, surface, period, depth, start_hour)[::every],

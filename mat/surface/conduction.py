@@ -116,8 +116,20 @@ def _given(boundary: Back, name: str) -> float:
     return float(value)
 
 
-def _surface(stack: ThermalStack, s: Complexes) -> tuple[Complexes, Complexes]:
-    """Admittance of the whole stack, the skin's capacity included, and what its back transfers to the surface."""
+def stack_response(stack: ThermalStack, s: Complexes) -> tuple[Complexes, Complexes]:
+    """Admittance of a whole stack, the skin's capacity included, and what its back transfers to the surface.
+
+    Parameters
+    ----------
+    stack : ThermalStack
+    s : (n,) complex
+        As `surface_admittance` takes them.
+
+    Returns
+    -------
+    admittance, transfer : (n,) complex
+        [W m^-2 K^-1], the transfer 1 where heat drives the back.
+    """
     behind = _back_boundary(stack, s)
     for layer in reversed(stack.layers):
         behind = _through(layer, s, behind)
@@ -125,6 +137,27 @@ def _surface(stack: ThermalStack, s: Complexes) -> tuple[Complexes, Complexes]:
         raise InputError("found layers without thickness on a back of fixed temperature; allowed: at least one layer")
     skin = stack.skin
     return behind.admittance + s * (skin.thickness * skin.density * skin.heat_capacity), behind.transfer
+
+
+def between_faces(layer: Layer, s: Complexes) -> tuple[Complexes, Complexes]:
+    """Heat flux into one face of a layer per kelvin there, the other face held at 0, and the flux that leaves that one.
+
+    Parameters
+    ----------
+    layer : Layer
+        Of finite thickness.
+    s : (n,) complex
+        As `surface_admittance` takes them.
+
+    Returns
+    -------
+    own, across : (n,) complex
+        [W m^-2 K^-1]: Yc coth x and Yc / sinh x, x = g d; both the conductance k / d at s = 0.
+    """
+    g, _ = _wave(layer, s)
+    x = g * layer.thickness
+    own = layer.conductivity / (layer.thickness * _tanh_ratio(x))
+    return own, own * _sech(x)
 
 
 def surface_admittance(stack: ThermalStack, s: npt.ArrayLike) -> Complexes:
@@ -146,7 +179,7 @@ def surface_admittance(stack: ThermalStack, s: npt.ArrayLike) -> Complexes:
     ----------
     Carslaw and Jaeger (1959), Conduction of Heat in Solids, 2nd ed., section 3.7: composite slabs.
     """
-    return _surface(stack, np.atleast_1d(np.asarray(s, complex)))[0]
+    return stack_response(stack, np.atleast_1d(np.asarray(s, complex)))[0]
 
 
 def depth_response(stack: ThermalStack, s: npt.ArrayLike, depth: float) -> tuple[Complexes, Complexes]:
@@ -265,7 +298,7 @@ def delayed_responses(stack: ThermalStack, step: float, lags: int, scheme: str) 
     Lubich (1988), Convolution quadrature and discretized operational calculus II, Numer. Math. 52, 413-425: the
     weights by Fourier transform on a circle of radius below 1.
     """
-    surface, back = delayed_weights(lambda s: _surface(stack, s), step, lags, scheme)
+    surface, back = delayed_weights(lambda s: stack_response(stack, s), step, lags, scheme)
     return surface, back
 
 
@@ -322,7 +355,7 @@ class Conduction:
 
     @cached_property
     def _response(self) -> tuple[Complexes, Complexes]:
-        return _surface(self.stack, frequencies(self.steps, self.period, self.scheme))
+        return stack_response(self.stack, frequencies(self.steps, self.period, self.scheme))
 
     @property
     def admittance(self) -> Complexes:

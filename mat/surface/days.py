@@ -16,7 +16,9 @@ import numpy as np
 
 from skyshine.mat.surface.back_boundary import BackFlux, back_drive
 from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.canopy_days import solve_canopy
 from skyshine.mat.surface.conduction import Conduction, delayed_responses
+from skyshine.mat.surface.day_blocks import day_block, left_by_days_before, mean_air
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.penetrating_light import absorbed_sunlight, delayed_light, penetrating_light_matrix
@@ -32,7 +34,7 @@ class OneDay(Conduction):
     @cached_property
     def matrix(self) -> Floats:
         response, _ = delayed_responses(self.stack, self.period / self.steps, self.steps, self.scheme)
-        return _block(response, self.steps, 0)
+        return day_block(response, self.steps, 0)
 
     def flux(self, temperature: Reals) -> Floats:
         return temperature @ self.matrix.T
@@ -40,13 +42,6 @@ class OneDay(Conduction):
     def mean_flux(self, temperature: Floats) -> Floats:
         mean: Floats = temperature @ self.matrix.mean(axis=0)
         return mean
-
-
-def _block(response: Floats, steps: int, days: int) -> Floats:
-    """The matrix (N, N) from the temperatures of a day to the flux so many days later."""
-    lag = np.arange(steps)[:, None] - np.arange(steps) + days * steps
-    block: Floats = np.where(lag >= 0, response[np.maximum(lag, 0)], 0.0)
-    return block
 
 
 def solve_days(
@@ -79,6 +74,8 @@ def solve_days(
     ConvergenceError
         No method solves a column of one of the days.
     """
+    if material.canopy is not None:
+        return solve_canopy(material, days, steps=max(fine_steps or steps, steps))
     if len(days) == 1:
         return solve_columns(material, days[0], steps=steps, fine_steps=fine_steps)
     forcings = [day(steps) for day in days]
@@ -110,9 +107,9 @@ def _last_day(material: SurfaceMaterial, forcings: Sequence[Forcing], method: Me
     """The last day by one scheme; all steps are those of the forcings."""
     steps = forcings[0].shape[1]
     periodic = Conduction(material.thermal, steps, DAY, "euler" if method == Method.EULER else "bdf2")
-    hours, air = clock(periodic), _mean_air(forcings)
+    hours, air = clock(periodic), mean_air(forcings)
     responses = delayed_responses(material.thermal, DAY / steps, len(forcings) * steps, periodic.scheme)
-    surface, back = ([_block(response, steps, day) for day in range(len(forcings))] for response in responses)
+    surface, back = ([day_block(response, steps, day) for day in range(len(forcings))] for response in responses)
     one_day = OneDay(material.thermal, steps, DAY, periodic.scheme)
     solution: Solution | None = None
     before: list[Floats] = []
@@ -124,11 +121,11 @@ def _last_day(material: SurfaceMaterial, forcings: Sequence[Forcing], method: Me
         if before:
             source = drives[-1] * periodic.steady_transfer
             if drives[-1].shape[1] > 1:
-                source = drives[-1] @ back[0].T + _kept(drives[:-1], back, periodic.back_matrix)
+                source = drives[-1] @ back[0].T + left_by_days_before(drives[:-1], back, periodic.back_matrix)
             if material.thermal.light:
                 light = _light_of_days(material, forcings[: len(before) + 1], periodic)
                 source, back_flux = source + light, back_flux.with_heat(light)
-            source = source - _kept(before, surface, periodic.matrix)
+            source = source - left_by_days_before(before, surface, periodic.matrix)
             ends = np.array([(day.min(axis=1), day.max(axis=1)) for day in (*before, *drives[:-1])])
             back_flux = back_flux.after(source, ends[:, 0].min(axis=0)[:, None], ends[:, 1].max(axis=0)[:, None])
         conduction = one_day if before else periodic
@@ -143,25 +140,9 @@ def _light_of_days(material: SurfaceMaterial, forcings: Sequence[Forcing], perio
     """`penetrating_light_flux` on the last of some days, of the light of all (columns, N) [W m^-2]."""
     steps = periodic.steps
     response = delayed_light(periodic.stack, DAY / steps, len(forcings) * steps, periodic.scheme)
-    blocks = [_block(response, steps, day) for day in range(len(forcings))]
+    blocks = [day_block(response, steps, day) for day in range(len(forcings))]
     absorbed = [absorbed_sunlight(material, forcing) for forcing in forcings]
-    whole: Floats = absorbed[-1] @ blocks[0].T + _kept(absorbed[:-1], blocks, penetrating_light_matrix(periodic))
+    whole: Floats = absorbed[-1] @ blocks[0].T + left_by_days_before(
+        absorbed[:-1], blocks, penetrating_light_matrix(periodic)
+    )
     return whole
-
-
-def _kept(before: Sequence[Floats], blocks: Sequence[Floats], periodic: Floats) -> Floats:
-    """What all days before, oldest first, leave: `blocks` by days since, of which the periodic matrix is the sum.
-
-    The first day stands for all before it: the whole of the periodic matrix less what has its own day.
-    """
-    first = periodic - np.sum(blocks[: len(before)], axis=0)
-    matrices = [*blocks[1 : len(before)], first]
-    kept: Floats = np.sum([day @ block.T for day, block in zip(reversed(before), matrices, strict=True)], axis=0)
-    return kept
-
-
-def _mean_air(forcings: Sequence[Forcing]) -> Floats:
-    """Mean air temperature (rows, 1) of all days [K]."""
-    means = [np.atleast_2d(forcing.air_temperature).mean(axis=1, keepdims=True) for forcing in forcings]
-    mean: Floats = np.mean(means, axis=0)
-    return mean

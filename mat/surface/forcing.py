@@ -185,8 +185,7 @@ def plane_irradiance(
     """
     import pvlib
 
-    zenith = 90.0 - np.asarray(solar_elevation)
-    cosine = np.maximum(pvlib.irradiance.aoi_projection(slope, azimuth, zenith, solar_azimuth), 0.0)
+    cosine = sun_cosine(slope, azimuth, solar_elevation, solar_azimuth)
     sine = np.maximum(np.sin(np.radians(solar_elevation)), 0.0)
     on_plane = pvlib.irradiance.haydavies(
         slope,
@@ -199,6 +198,17 @@ def plane_irradiance(
     level = direct * sine + diffuse
     reflected = pvlib.irradiance.get_ground_diffuse(slope, level, albedo=ground_albedo)
     return direct * cosine, on_plane, reflected
+
+
+def sun_cosine(
+    slope: npt.ArrayLike, azimuth: npt.ArrayLike, solar_elevation: npt.ArrayLike, solar_azimuth: npt.ArrayLike
+) -> Floats:
+    """Cosine of the angle between the Sun and the normal of planes, 0 where it is behind; as `plane_irradiance`."""
+    import pvlib
+
+    zenith = 90.0 - np.asarray(solar_elevation)
+    cosine: Floats = np.maximum(pvlib.irradiance.aoi_projection(slope, azimuth, zenith, solar_azimuth), 0.0)
+    return cosine
 
 
 def _carried(light: Floats, clear_at_station: Floats, clear: Floats) -> Floats:
@@ -284,6 +294,12 @@ class Scene:
         if views is None or self.sky.enclosure is None:
             return received
         return *self.sky.enclosure.light_of_sky(views, slope, self.sun, *received[:2], diffuse), received[2]
+
+    @cached_property
+    def _sun_cosine(self) -> Floats:
+        """Of the planes, (P, SUN_STEPS)."""
+        slope, azimuth = (np.asarray(angles, float)[:, None] for angles in (self.slope, self.azimuth))
+        return sun_cosine(slope, azimuth, self.sun.solar_elevation[None, :], self.sun.solar_azimuth[None, :])
 
     @property
     def _around(self) -> Enclosure:
@@ -412,6 +428,7 @@ class Scene:
             wind_height=np.array([[self.weather.wind_height]]),
             air_height=np.array([[self.weather.air_height]]),
             open_light=np.repeat(step_means(light, steps), planes, axis=0),
+            sun_cosine=np.tile(step_means(self._sun_cosine, steps), (len(self.altitude), 1)),
             **{
                 name: step_means(given[None, :], steps)
                 for name in ("rain", "soil_moisture", "snow_age")

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol, Self
 
 import numpy as np
 
-from skyshine.mat.surface.balance import Balance
-from skyshine.mat.surface.conduction import Conduction
+from skyshine.mat.surface.conduction import Complexes
 from skyshine.schemas.arrays import Booleans, Floats, Integers, Reals
 
 _ITERATIONS = 80
@@ -19,6 +19,36 @@ _ARMIJO = 1e-4  # share of the decrease that a linear defect would show, which a
 _MEMORY = 50_000_000  # elements of the batch of matrices solved at once: 400 MB
 # Above this many steps a dense matrix costs more than Krylov iterations with fast Fourier transforms.
 DENSE_STEPS = 1500
+
+
+class HeatLoss(Protocol):
+    """Net heat that leaves columns by their temperatures, each time by its own: a `Balance`, or what acts as one."""
+
+    @property
+    def shape(self) -> tuple[int, int]: ...
+
+    def columns(self, chosen: slice | Integers) -> Self: ...
+
+    def loss(self, temperature: Reals) -> Reals: ...
+
+    def loss_and_slope(self, temperature: Reals) -> tuple[Reals, Reals]: ...
+
+
+class HeatFlux(Protocol):
+    """A linear operator on the temperatures of a column: `Conduction`, or what acts as it."""
+
+    @property
+    def steps(self) -> int: ...
+
+    @property
+    def admittance(self) -> Complexes: ...
+
+    @property
+    def matrix(self) -> Floats: ...
+
+    def flux(self, temperature: Reals) -> Floats: ...
+
+    def relax(self, flux: Floats, conductance: float) -> Floats: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +73,8 @@ class NewtonResult:
 
 
 def solve_newton(
-    balance: Balance,
-    conduction: Conduction,
+    balance: HeatLoss,
+    conduction: HeatFlux,
     source: Floats,
     start: Floats,
     cap: float | None,
@@ -54,8 +84,8 @@ def solve_newton(
 
     Parameters
     ----------
-    balance : Balance
-    conduction : Conduction
+    balance : HeatLoss
+    conduction : HeatFlux
     source : (columns, N or 1) ndarray
         [W m^-2]
     start : (columns, N) ndarray
@@ -118,7 +148,7 @@ def _damp(problem: _Problem, temperature: Floats, step: Floats, active: Integers
 class _Problem:
     """The defect of a set of columns and the Newton matrix of each."""
 
-    def __init__(self, balance: Balance, conduction: Conduction, source: Floats, cap: float | None) -> None:
+    def __init__(self, balance: HeatLoss, conduction: HeatFlux, source: Floats, cap: float | None) -> None:
         self.balance, self.conduction, self.source, self.cap = balance, conduction, source, cap
         # Weight of the temperature condition against the heat condition: the stack's own stiffness.
         self.stiffness = 5.0 + float(conduction.admittance.real.mean())

@@ -155,6 +155,7 @@ def record_forcing(
     shortwave: tuple[Floats, Floats, Floats],
     slope: float,
     surroundings: Surroundings | None = None,
+    sun_cosine: Floats | None = None,
 ) -> Forcing:
     """Forcing of one column from a record.
 
@@ -167,6 +168,8 @@ def record_forcing(
         [degree]
     surroundings : Surroundings, optional
         Its wall changes the longwave; its shade must be in `shortwave`.
+    sun_cosine : (N,) ndarray, optional
+        As in `Forcing`.
 
     Returns
     -------
@@ -194,6 +197,7 @@ def record_forcing(
         cos_slope=np.array([[cosine]]),
         wind_height=np.atleast_2d(values["wind_height"]),
         air_height=np.atleast_2d(values["air_height"]),
+        sun_cosine=None if sun_cosine is None else np.atleast_2d(sun_cosine),
         rain=np.atleast_2d(values["rain"]) / 3600.0 if "rain" in values else None,
         **{name: np.atleast_2d(values[name]) for name in ("soil_moisture", "albedo", "snow_age") if name in values},
     )

@@ -9,12 +9,13 @@ response of one face holds for faces of other azimuths, on which the Sun shines 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Hashable, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.canopy_response import CanopyResponse
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.film_response import DRY_FILM, FilmResponse, film_response, under_film
@@ -129,42 +130,64 @@ def _fill(
     response: SurfaceResponse, material: SurfaceMaterial, forcing: Forcing, columns: Integers, solution: Solution
 ) -> None:
     """Put the response of columns that were solved alike."""
-    scheme = "euler" if solution.method[0] in (Method.EULER, Method.EULER_NEWTON) else "bdf2"
-    conduction = Conduction(material.thermal, FINE_STEPS, DAY, scheme)
     forcing = under_film(forcing, DRY_FILM)
-    balance = Balance(forcing, material)
-    times, coarse = np.arange(FINE_STEPS) / FINE_STEPS, solution.temperature
-    known = np.arange(coarse.shape[1]) / coarse.shape[1]
-    temperature, melt = (
-        np.stack([np.interp(times, known, row, period=1.0) for row in rows]) for rows in (coarse, solution.melt)
-    )
-    _, slope = balance.loss_and_slope(temperature)
-    slope = np.maximum(slope.mean(axis=1, keepdims=True), _LEAST_SLOPE) + np.zeros(slope.shape)
+    temperature, melt = _in_fine_steps(solution.temperature), _in_fine_steps(solution.melt)
     at_hours = np.arange(RESPONSE_HOURS.size) * (FINE_STEPS // RESPONSE_HOURS.size)
-    rows = np.eye(FINE_STEPS)[:, at_hours]
-    arrives = np.eye(FINE_STEPS) + penetrating_light_matrix(conduction) if material.thermal.light else None
+    if solution.sources is None:
+        inverses, slope = _skin_inverses(material, forcing, temperature, solution, at_hours)
+        balance = Balance(forcing.times(at_hours), material)
+        lost, airless = balance.loss, balance.airless
+    else:
+        sources = np.concatenate([_in_fine_steps(part) for part in np.split(solution.sources, 2, axis=1)], axis=1)
+        about = CanopyResponse(material, forcing, sources, _scheme(solution), at_hours)
+        inverses, slope, lost, airless = iter(about.kernel), about.slope, about.loss, False
     lags = (at_hours[:, None] - np.arange(FINE_STEPS)) % FINE_STEPS
     cells = lag_cells(FINE_STEPS)
-    for column, column_slope in zip(columns, slope, strict=True):
-        inverse = np.linalg.solve((conduction.matrix + np.diag(column_slope)).T, rows).T
-        if arrives is not None:
-            inverse = inverse @ arrives
+    for column, inverse in zip(columns, inverses, strict=True):
         by_lag = np.take_along_axis(inverse, lags, axis=1)
         response.kernel[column] = np.add.reduceat(by_lag, cells, axis=1)
-    response.loss_slope[columns] = slope[:, at_hours]
+    response.loss_slope[columns] = slope
     response.melt[columns] = melt[:, at_hours]
-    balance = Balance(forcing.times(at_hours), material)
-    slope = slope[:, at_hours]
-    origin = temperature[:, at_hours] if balance.airless else balance.air_temperature + np.zeros(slope.shape)
+    origin = temperature[:, at_hours]
+    if not airless:
+        origin = np.broadcast_to(forcing.times(at_hours).air_temperature, origin.shape)
     response.temperature[columns] = origin
-    loss = balance.loss(origin)
+    loss = lost(origin)
     for number, offset in enumerate(OFFSETS):
         moved = np.maximum(origin + offset, _COLDEST)
-        response.loss_excess[columns, :, number] = balance.loss(moved) - loss - slope * (moved - origin)
+        response.loss_excess[columns, :, number] = lost(moved) - loss - slope * (moved - origin)
     if response.film is not None and solution.film is not None:
         temperatures = [np.maximum(origin + offset, _COLDEST) for offset in OFFSETS]
         film = film_response(material, forcing.times(at_hours), temperatures, solution.film[:, 0])
         response.film.put(columns, film)
+
+
+def _scheme(solution: Solution) -> str:
+    return "euler" if solution.method[0] in (Method.EULER, Method.EULER_NEWTON) else "bdf2"
+
+
+def _in_fine_steps(values: Floats) -> Floats:
+    """Periodic values (columns, N) in fine steps, linear between their own."""
+    times, known = np.arange(FINE_STEPS) / FINE_STEPS, np.arange(values.shape[1]) / values.shape[1]
+    return np.stack([np.interp(times, known, row, period=1.0) for row in values])
+
+
+def _skin_inverses(
+    material: SurfaceMaterial, forcing: Forcing, temperature: Floats, solution: Solution, at_hours: Integers
+) -> tuple[Iterator[Floats], Floats]:
+    """Rows of J^-1 at some times (times, FINE_STEPS) of each column, and s then (columns, times)."""
+    conduction = Conduction(material.thermal, FINE_STEPS, DAY, _scheme(solution))
+    _, slope = Balance(forcing, material).loss_and_slope(temperature)
+    slope = np.maximum(slope.mean(axis=1, keepdims=True), _LEAST_SLOPE) + np.zeros(slope.shape)
+    rows = np.eye(FINE_STEPS)[:, at_hours]
+    arrives = np.eye(FINE_STEPS) + penetrating_light_matrix(conduction) if material.thermal.light else None
+
+    def inverses() -> Iterator[Floats]:
+        for column_slope in slope:
+            inverse = np.linalg.solve((conduction.matrix + np.diag(column_slope)).T, rows).T.astype(float, copy=False)
+            yield inverse if arrives is None else inverse @ arrives
+
+    return inverses(), slope[:, at_hours]
 
 
 def lag_cells(steps: int) -> Integers:

@@ -48,6 +48,9 @@ class Solution:
         Beyond those that found the material's common matrix and starting point.
     film : ndarray or None, shape (columns, N)
         Water on the surface [kg m^-2]; None where none may be.
+    sources : ndarray or None, shape (columns, 2 N)
+        Temperatures of leaves, then of the soil in their gaps [K], whose radiation together is that of `temperature`;
+        None of a skin.
     """
 
     temperature: Floats
@@ -58,6 +61,7 @@ class Solution:
     method: npt.NDArray[np.uint8]
     iterations: Integers
     film: Floats | None = None
+    sources: Floats | None = None
 
     @property
     def given(self) -> dict[str, npt.NDArray[Any]]:

@@ -18,7 +18,7 @@ from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.film import solve_with_film
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.newton import DENSE_STEPS, solve_newton
+from skyshine.mat.surface.newton import DENSE_STEPS, HeatLoss, solve_newton
 from skyshine.mat.surface.relaxation import (
     TOLERANCE,
     Relaxation,
@@ -30,7 +30,7 @@ from skyshine.mat.surface.relaxation import (
 )
 from skyshine.mat.surface.solution import Method, Solution
 from skyshine.schemas.arrays import Floats, Integers, Reals
-from skyshine.schemas.errors import CheckFailed
+from skyshine.schemas.errors import CheckFailed, InputError
 
 DAY = 86400.0  # s, the mean solar day
 # Steps of a day. On all library materials 192 err by .009 K rms against 576; 96 with 288 for thin surfaces err by .023
@@ -88,6 +88,8 @@ def solve_columns(
     ConvergenceError
         No method solves a column.
     """
+    if material.canopy is not None:
+        raise InputError(f"found '{material.name}' with gaps between its leaves; allowed: a skin; see `solve_canopy`")
     fine = max(fine_steps or steps, steps)
     coarse = Conduction(material.thermal, steps, period, scheme)
     forcing = forcing_at(steps)
@@ -281,12 +283,12 @@ def _refuse_unsettled(residual: Floats, material: SurfaceMaterial, conduction: C
         )
 
 
-def bound_excess(balance: Balance, temperature: Floats, loss: Reals, back_flux: BackFlux, cap: float | None) -> Floats:
+def bound_excess(balance: HeatLoss, temperature: Floats, loss: Reals, back_flux: BackFlux, cap: float | None) -> Floats:
     """How far temperatures leave the range that the maximum principle of heat conduction allows.
 
     Parameters
     ----------
-    balance : Balance
+    balance : HeatLoss
     temperature, loss : (columns, N) ndarray
         [K], and f of it [W m^-2].
     back_flux : BackFlux

@@ -53,8 +53,10 @@ class SymbolicMaterial:
         Raises
         ------
         InputError
-            Its layers let sunlight in, which these equations do not know.
+            Its layers let sunlight in, or its leaves have gaps, which these equations do not know.
         """
+        if material.canopy is not None:
+            raise InputError(f"material '{material.name}': gaps between leaves; allowed: others; take another")
         if material.thermal.light:
             raise InputError(f"material '{material.name}': lets sunlight in; allowed: others; take another")
         optical = material.solar_absorptance, material.thermal_emissivity

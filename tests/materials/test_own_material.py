@@ -7,9 +7,11 @@ import pytest
 from click.testing import CliRunner
 
 import skyshine.mat
+from skyshine import materials
 from skyshine.mat.api.own_material import new_material, of_first_layer
 from skyshine.mat.cli import main
 from skyshine.mat.scene.material_summary import material_summary
+from skyshine.materials.files import load_thermal
 from skyshine.materials.library import load_library
 from skyshine.materials.spectrum_files import FileSpectrum
 from skyshine.schemas.errors import InputError
@@ -44,6 +46,41 @@ def test_what_is_not_given_stays(tmp_path):
     assert mine.thermal.layers[1] == pattern.thermal.layers[1] and mine.thermal.back == pattern.thermal.back
     assert mine.sources["layers.1.conductivity"] == "user"
     assert mine.sources["layers.2.conductivity"].startswith("like concrete: ")
+
+
+def test_stand_of_leaves_goes_with_them_and_may_stand_elsewhere(tmp_path, monkeypatch):
+    new_material("mine", like="shrub", folder=tmp_path, absorptance=0.8)
+    file = tmp_path / "ht" / "mine.yaml"
+    mine = load_library(tmp_path)["mine"]
+    assert mine.stand == load_library()["shrub"].stand and mine.sources["stand.soil"].startswith("like shrub: ")
+    for soil, message in (
+        ("soil_sand", None),
+        ("nowhere", "found mine on 'nowhere', which the library has not"),
+        ("snow_fine", "found mine on 'snow_fine'; allowed: on ground without leaves"),
+    ):
+        rows = [line for line in file.read_text().splitlines() if not line.startswith("  soil: ")]
+        file.write_text("\n".join([*rows, f"  soil: {soil}"]) + "\n")
+        monkeypatch.setenv("MATERIALS_DATABASE", str(tmp_path))
+        if message is None:
+            assert load_library()["mine"].stand.soil == soil
+            continue
+        with pytest.raises(InputError, match=message):
+            skyshine.mat.temperature("mine", job=skyshine.mat.example("starter"), leaf_area_index=1)
+
+
+def test_stand_needs_leaves_and_numbers_in_range(tmp_path):
+    pattern = (materials.path("ht/concrete.yaml")).read_text()
+    file = tmp_path / "mine.yaml"
+    for stand, message in (
+        ("{leaf_area_index: 1, soil: soil_sand}", "found a stand of a surface without leaves"),
+        ("{leaf_area_index: 0, soil: soil_sand}", "greater than 0"),
+        ("{leaf_area_index: 21, soil: soil_sand}", "less than or equal to 20"),
+        ("{leaf_area_index: 1, soil: soil_sand, clumping: 1.5}", "less than or equal to 1"),
+        ("{leaf_area_index: 1}", "soil"),
+    ):
+        file.write_text(f"{pattern}stand: {stand}\n")
+        with pytest.raises(InputError, match=message):
+            load_thermal(file)
 
 
 def test_spectrum_stands_where_it_holds_values(tmp_path):

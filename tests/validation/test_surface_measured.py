@@ -225,11 +225,8 @@ def test_rain_on_the_oaks_of_puechabon(shared_data, tmp_path):
     assert rms(error[film < 1e-3]) < 1.02 * rms(dry[film < 1e-3])
 
 
-def test_caldern_meadow(shared_data, tmp_path):
-    """A calm summer day over a meadow in a forest, at 260 m (pressure of ISO 2533). LUpCo and LDnCo are of the
-    pyrgeometers that look up and down: LUpCo is rad_lw_in + sigma CNR4TK^4. Sunflecks that cross the pyranometer miss
-    the ground that the pyrgeometer sees, and the station stands in the trees' own air: air temperature alone is
-    nearer."""
+def caldern(shared_data):
+    """The station's day, pressure that of ISO 2533 at 260 m."""
     rows = list(csv.DictReader((shared_data / "heat" / "caldern" / "caldern_weather_station.csv").open()))
     columns = {
         "sw_down": "rad_sw_in",
@@ -243,6 +240,15 @@ def test_caldern_meadow(shared_data, tmp_path):
     measured = {name: np.array([float(row[key]) for row in rows]) for name, key in columns.items()}
     measured["time"] = np.array([row["datetime"].replace(" ", "T") for row in rows], "datetime64[s]")
     measured["pressure"] = np.full(len(rows), 982.0)
+    return measured
+
+
+def test_caldern_meadow(shared_data, tmp_path):
+    """A calm summer day over a meadow in a forest, at 260 m (pressure of ISO 2533). LUpCo and LDnCo are of the
+    pyrgeometers that look up and down: LUpCo is rad_lw_in + sigma CNR4TK^4. Sunflecks that cross the pyranometer miss
+    the ground that the pyrgeometer sees, and the station stands in the trees' own air: air temperature alone is
+    nearer."""
+    measured = caldern(shared_data)
     material = canopy("caldern meadow", "grass_green", solar_absorptance=1 - albedo(measured))
     rms, _ = compare(material, measured, tmp_path)
     assert rms < 2.1

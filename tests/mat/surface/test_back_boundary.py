@@ -284,7 +284,7 @@ def test_a_material_file_carries_its_back_by_hour(tmp_path):
         f" test}}\n{surface}",
         encoding="utf-8",
     )
-    stack, _, _, _ = load_thermal(file)
+    stack, *_ = load_thermal(file)
     assert stack.back.heat_flux == tuple(100.0 + hour for hour in range(24))
     file.write_text(f"{before}back:\n  kind: {{value: heated, source: test}}\n{surface}", encoding="utf-8")
     with pytest.raises(InputError, match="hood.yaml:.*back: a back of kind 'heated' needs a 'heat_flux'"):

@@ -8,6 +8,7 @@ import pytest
 from skyshine.mat.surface.forcing import (
     Scene,
     plane_irradiance,
+    sun_cosine,
 )
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import solve_columns
@@ -75,6 +76,24 @@ def test_wall_faces_its_azimuth(azimuth, share):
     direct, _, reflected = plane_irradiance(90.0, azimuth, 30.0, 180.0, 1000.0, 0.0, 0.2, 1361.0)
     assert direct == pytest.approx(866.025 * share, abs=1e-3)
     assert reflected == pytest.approx(0.5 * 0.2 * 500.0)
+
+
+@pytest.mark.parametrize("azimuth, share", [(180.0, 1.0), (90.0, 0.0), (0.0, 0.0), (225.0, 0.5**0.5)])
+def test_cosine_of_the_sun_on_a_wall(azimuth, share):
+    assert sun_cosine(90.0, azimuth, 30.0, 180.0) == pytest.approx(0.866025 * share, abs=1e-6)
+    assert sun_cosine(0.0, azimuth, 30.0, 180.0) == pytest.approx(0.5)
+
+
+def test_cosine_of_the_sun_is_that_by_which_planes_take_its_light(sun_path, weather, sky):
+    """At two altitudes and three planes, each column its own: direct light over the level one's of its altitude."""
+    scene = Scene(
+        sun_path, weather, sky, np.array([0.0, 2000.0]), np.array([0.0, 30.0, 90.0]), np.array([0.0, 120.0, 250.0])
+    )
+    forcing = scene.forcing(SUN_STEPS)
+    up = sun_path.solar_elevation > 5
+    direct, cosine = (values.reshape(2, 3, -1)[..., up] for values in (forcing.shortwave_direct, forcing.sun_cosine))
+    np.testing.assert_allclose(direct * cosine[:, :1], direct[:, :1] * cosine, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(cosine[:, 0], np.sin(np.radians(sun_path.solar_elevation[up]))[None] + np.zeros((2, 1)))
 
 
 def test_face_down_sees_ground_only():

@@ -1,0 +1,79 @@
+"""Leaf area of a job's stands: one for all of them, or one by material."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Any, Literal
+
+import pydantic
+from pydantic import Field
+
+from skyshine.materials.files import MOST_LEAVES
+from skyshine.materials.library import MaterialLibrary
+from skyshine.materials.records import Material
+from skyshine.schemas.errors import nearest
+from skyshine.tmm.job.materials import MaterialName
+
+
+def _kind(value: object) -> str:
+    if isinstance(value, Mapping):
+        return "by_material"
+    return "word" if isinstance(value, str) else "number"
+
+
+LeafArea = Annotated[
+    Annotated[Literal["library"], pydantic.Tag("word")]
+    | Annotated[Annotated[float, Field(ge=0, le=MOST_LEAVES)], pydantic.Tag("number")],
+    pydantic.Discriminator(_kind),
+]
+LeafAreaIndex = Annotated[
+    Annotated[Literal["library"], pydantic.Tag("word")]
+    | Annotated[Annotated[float, Field(ge=0, le=MOST_LEAVES)], pydantic.Tag("number")]
+    | Annotated[Annotated[dict[MaterialName, LeafArea], Field(min_length=1)], pydantic.Tag("by_material")],
+    pydantic.Discriminator(_kind),
+]
+
+
+def leaf_area_of(given: Any, name: str) -> float | str | None:
+    """What a job's `leaf_area_index` says of a material; None where it says nothing."""
+    value: float | str | None = given.get(name) if isinstance(given, Mapping) else given
+    return value
+
+
+def refuse_no_soil(material: Material, library: MaterialLibrary) -> None:
+    """ValueError where what a material's leaves stand on is not in the library, or is no soil that can lie below."""
+    stand = material.stand
+    if stand is None or stand.soil not in library:
+        found = None if stand is None else stand.soil
+        raise ValueError(f"found {material.name} on '{found}', which the library has not; name another in its stand")
+    soil = library[stand.soil]
+    if soil.surface.snow or soil.surface.canopy or soil.thermal.light or soil.transmits:
+        raise ValueError(
+            f"found {material.name} on '{soil.name}'; allowed: on ground without leaves that neither melts nor lets"
+            " light in; name another in its stand"
+        )
+
+
+def open_stands(given: Any, stands: Iterable[str]) -> tuple[str, ...]:
+    """The materials that a `leaf_area_index` opens.
+
+    Parameters
+    ----------
+    given : as the job has it
+    stands : iterable of str
+        Names of all materials with a stand that it may speak of.
+
+    Raises
+    ------
+    ValueError
+        A material has no stand of leaves, or none has.
+    """
+    names = tuple(stands)
+    if isinstance(given, Mapping):
+        for name in given:
+            if name not in names:
+                raise ValueError(f"found '{name}', which has no stand of leaves; {nearest(name, names)}")
+    found = tuple(name for name in names if leaf_area_of(given, name) is not None)
+    if not found:
+        raise ValueError("found it for materials of which none has a stand of leaves; allowed: with such as shrub")
+    return found

@@ -1,0 +1,152 @@
+"""Temperatures of leaves and of the soil in their gaps through a period or the last of consecutive days."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from skyshine.mat.surface.back_boundary import BackFlux, back_drive
+from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.canopy import CanopyBalance, seen_temperature
+from skyshine.mat.surface.canopy_conduction import CanopyConduction, CanopyDay
+from skyshine.mat.surface.conduction import Conduction, delayed_responses
+from skyshine.mat.surface.day_blocks import day_block, left_by_days_before, mean_air
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.newton import solve_newton
+from skyshine.mat.surface.relaxation import TOLERANCE
+from skyshine.mat.surface.solution import Method, Solution
+from skyshine.mat.surface.solver import BOUND_TOLERANCE, DAY, ConvergenceError, bound_excess, clock
+from skyshine.schemas.arrays import Floats, Integers
+
+
+def solve_canopy(
+    material: SurfaceMaterial,
+    days: Sequence[Callable[[int], Forcing]],
+    *,
+    steps: int,
+    period: float = DAY,
+    start_hour: float = 0.0,
+) -> list[tuple[Integers, Solution]]:
+    """Solve all columns of a material with a canopy.
+
+    Parameters
+    ----------
+    material : SurfaceMaterial
+    days : sequence of callables
+        As `days.solve_days` takes them; one repeats after the period.
+    steps : int
+        N.
+    period : float
+        [s]
+    start_hour : float
+        Clock hour at which the period begins.
+
+    Returns
+    -------
+    list of (index, Solution)
+        As `days.solve_days`; `sources` of each holds the temperatures of leaves and soil.
+
+    Raises
+    ------
+    InputError
+        The forcing holds values that no balance can have, or what an open canopy does not know: rain, no air.
+    ConvergenceError
+        Newton's method does not solve a column.
+
+    Notes
+    -----
+    Leaves and soil are solved together: the unknowns of a column are the temperatures of both at all times, the balance
+    is diagonal in them and all that joins them, between each other and between times, is linear.
+    """
+    forcings = [day(steps) for day in days]
+    for forcing in forcings:
+        forcing.check()
+    columns = np.arange(forcings[-1].shape[0])
+    first = _last_day(material, forcings, "bdf2", (period, start_hour), columns)
+    broken = np.flatnonzero(first.bound_excess > BOUND_TOLERANCE)
+    if not broken.size:
+        return [(columns, first)]
+    some = [forcing.columns(broken) for forcing in forcings]
+    second = _last_day(material, some, "euler", (period, start_hour), broken)
+    kept = np.setdiff1d(columns, broken)
+    return [(kept, first.columns(kept)), (broken, second)] if kept.size else [(broken, second)]
+
+
+def _last_day(
+    material: SurfaceMaterial,
+    forcings: Sequence[Forcing],
+    scheme: str,
+    clocked: tuple[float, float],
+    names: Integers,
+) -> Solution:
+    """The last day by one scheme."""
+    canopy = material.canopy
+    assert canopy is not None
+    (period, start_hour), steps = clocked, forcings[0].shape[1]
+    soil = canopy.soil
+    ground = Conduction(soil.thermal, steps, period, scheme)
+    periodic = CanopyConduction(canopy, steps, period, scheme)
+    hours, air = clock(ground, start_hour), mean_air(forcings) if len(forcings) > 1 else None
+    one_day, lagged, back = periodic, [], []
+    if len(forcings) > 1:
+        one_day, lagged = CanopyDay(canopy, steps, period, scheme), periodic.delayed(len(forcings))
+        _, from_back = delayed_responses(soil.thermal, period / steps, len(forcings) * steps, scheme)
+        back = [day_block(from_back, steps, day) for day in range(len(forcings))]
+    before: list[Floats] = []
+    drives: list[Floats] = []
+    solution: Solution | None = None
+    for forcing in forcings:
+        below = BackFlux.of(soil, forcing, ground, hours, air)
+        drives.append(back_drive(soil, forcing, hours, air))
+        to_soil = below.source
+        if before and drives[-1].shape[1] > 1:
+            to_soil = drives[-1] @ back[0].T + left_by_days_before(drives[:-1], back, ground.back_matrix)
+        to_soil = to_soil + np.zeros(forcing.shape)
+        source = np.concatenate([np.zeros(forcing.shape), to_soil], axis=1)
+        if before:
+            source = source - left_by_days_before(before, lagged, periodic.matrix)
+            ends = np.array([(day.min(axis=1), day.max(axis=1)) for day in (*before, *drives[:-1])])
+            below = below.after(to_soil, ends[:, 0].min(axis=0)[:, None], ends[:, 1].max(axis=0)[:, None])
+        method = Method.EULER_NEWTON if scheme == "euler" else Method.BDF2_NEWTON
+        solution = _solve(
+            CanopyBalance(forcing, material),
+            one_day if before else periodic,
+            replace(below, source=source),
+            method,
+            names,
+        )
+        assert solution.sources is not None
+        before.append(solution.sources)
+    assert solution is not None
+    return solution
+
+
+def _solve(
+    balance: CanopyBalance, conduction: CanopyConduction, back_flux: BackFlux, method: Method, names: Integers
+) -> Solution:
+    """Leaves and soil of one period together, by damped Newton from the temperature of the air."""
+    source = back_flux.source
+    columns, unknowns = balance.shape
+    air = balance.forcing.air_temperature + np.zeros(balance.forcing.shape)
+    result = solve_newton(balance, conduction, source, np.tile(air, 2), None, TOLERANCE)
+    worst = int(np.argmax(np.where(np.isfinite(result.residual), result.residual, np.inf)))
+    if not result.residual[worst] <= TOLERANCE:
+        raise ConvergenceError(
+            f"material '{balance.material.name}', column {names[worst]}: damped Newton of leaves and soil stopped at a"
+            f" residual of {result.residual[worst]:.3g} W/m2 (allowed: {TOLERANCE:g}); check the material's numbers and"
+            " the weather of this column"
+        )
+    loss = balance.loss(result.temperature)
+    imbalance = balance.by_ground(loss + conduction.flux(result.temperature) - source)
+    return Solution(
+        seen_temperature(balance.canopy, result.temperature),
+        np.zeros((columns, unknowns // 2)),
+        result.residual,
+        imbalance.mean(axis=1),
+        bound_excess(balance, result.temperature, loss, back_flux, None),
+        np.full(columns, method, np.uint8),
+        result.iterations,
+        sources=result.temperature,
+    )

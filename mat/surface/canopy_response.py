@@ -1,0 +1,98 @@
+"""Response to shade of leaves and the soil in their gaps, as readers have it: of one temperature to one heat."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.canopy import CanopyBalance, gap_towards, light_shares, seen_temperature
+from skyshine.mat.surface.canopy_conduction import CanopyConduction
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.solver import DAY
+from skyshine.schemas.arrays import Floats, Integers, Reals
+
+_LEAST_SLOPE = 1e-3  # W m^-2 K^-1, as in Newton's matrix
+_SHADOW = 3.0  # h: chosen, of shadows by which the parts of leaves and soil are weighed
+_COLDEST = 20.0  # K: as of the table of losses
+
+
+class CanopyResponse:
+    """Of some columns about a solution in N steps of a day, at H of them.
+
+    Parameters
+    ----------
+    material : SurfaceMaterial
+        With a canopy.
+    forcing : Forcing
+        At N steps.
+    sources : (columns, 2 N) ndarray
+        Temperatures of leaves and soil [K].
+    scheme : str
+        As `conduction.Conduction` has it.
+    at : (H,) ndarray
+        Numbers of the steps.
+
+    Attributes
+    ----------
+    kernel : (columns, H, N) ndarray
+        Kelvin of the temperature seen per heat absorbed at each step [K m^2 W^-1].
+    slope : (columns, H) ndarray
+        Of the heat loss with which the kernel was made, by the temperature seen [W m^-2 K^-1].
+
+    Notes
+    -----
+    Readers give a change of absorbed heat q, the material's absorptance times the change of sunlight. Leaves and soil
+    have of it what they absorb of direct light at the time, of even light where the Sun does not shine on the plane.
+    The temperature seen changes by the weights of their radiances. What their heat losses exceed the linear ones by is
+    made one heat by what either does to the temperature seen, and both temperatures move with that as they do under a
+    shadow of `_SHADOW`.
+    """
+
+    def __init__(self, material: SurfaceMaterial, forcing: Forcing, sources: Floats, scheme: str, at: Integers) -> None:
+        assert material.canopy is not None
+        canopy, steps = material.canopy, forcing.shape[1]
+        whole = CanopyBalance(forcing, material)
+        self._balance = CanopyBalance(forcing.times(at), material)
+        _, slope = whole.loss_and_slope(sources)
+        # Day's means (columns, 2) of leaves and soil, by the units of their rows.
+        mean = np.maximum(slope.reshape(-1, 2, steps).mean(axis=2), _LEAST_SLOPE)
+        received = _received(material, forcing, whole.cover)
+        conduction = CanopyConduction(canopy, steps, DAY, scheme)
+        gap = float(gap_towards(canopy.leaf_area, 1.0))
+        both = sources.reshape(-1, 2, steps)[:, :, at]
+        self._both, self._seen = both, seen_temperature(canopy, both.reshape(len(both), -1))
+        weight = np.array([1 - gap, gap])[:, None] * (both / self._seen[:, None]) ** 3
+        recent = (at[:, None] - np.arange(steps)) % steps < round(_SHADOW / 24.0 * steps)
+        unit = np.eye(2 * steps)[:, np.concatenate([at, steps + at])]
+        kernels, follows, counts = [], [], []
+        for column, its_slope in enumerate(mean):
+            matrix = conduction.matrix + np.diag(np.repeat(its_slope, steps))
+            rows = np.linalg.solve(matrix.T, unit).T.reshape(2, at.size, 2, steps)  # of, at, from, then
+            by_heat = (rows * received[column].reshape(2, steps)).sum(axis=2)
+            kernel = (weight[column][..., None] * by_heat).sum(axis=0)
+            by_row = (weight[column][..., None, None] * rows).sum(axis=0)
+            change = (kernel * recent).sum(axis=1)
+            kernels.append(kernel)
+            follows.append((by_heat * recent).sum(axis=2) / change)
+            counts.append((by_row * recent[:, None, :]).sum(axis=2).T / change)
+        self.kernel, self._follows, self._counts = np.stack(kernels), np.stack(follows), np.stack(counts)
+        self.slope = (self._counts * self._follows * mean[..., None]).sum(axis=1)
+
+    def loss(self, temperature: Reals) -> Floats:
+        """Net outward flux (columns, H) [W m^-2] of leaves and soil by the temperature seen [K], as one heat."""
+        moved = self._both + self._follows * (np.asarray(temperature, float) - self._seen)[:, None]
+        columns, _, hours = moved.shape
+        lost = self._balance.loss(np.maximum(moved, _COLDEST).reshape(columns, 2 * hours))
+        whole: Floats = (self._counts * lost.reshape(moved.shape)).sum(axis=1)
+        return whole
+
+
+def _received(material: SurfaceMaterial, forcing: Forcing, cover: float) -> Floats:
+    """Of a unit of absorbed heat, what leaves, by the area that they cover, and soil have (columns, 2 N)."""
+    canopy = material.canopy
+    assert canopy is not None
+    beam, spread = light_shares(canopy, forcing)
+    through = np.where(forcing.shortwave_direct > 0, beam, spread) + np.zeros(forcing.shape)
+    leaves = (1 - through) * canopy.leaves.solar_absorptance / cover
+    soil = through * canopy.soil.solar_absorptance
+    return np.concatenate([leaves, soil], axis=1) / max(material.solar_absorptance, 1e-9)

@@ -1,0 +1,168 @@
+"""`leaf_area_index` of a job: what it opens, what it leaves, what tables and messages say of it."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import skyshine.mat
+from skyshine.mat.cli import main
+from skyshine.mat.job.load import load_job
+from skyshine.mat.scene.atmosphere import materials_digest
+from skyshine.mat.scene.moisture import job_library
+from skyshine.mat.scene.surface import surface_materials
+from skyshine.materials.library import load_library
+from skyshine.schemas.errors import InputError
+
+RECORD = "time,sw_down,lw_down,air_temperature[C],relative_humidity,wind_speed,pressure[hPa]"
+
+
+def job(**keys):
+    return {
+        "skyshine": 1,
+        "name": "dry scrub",
+        "site": {"latitude_deg": 40, "longitude_deg": 5, "date": "2026-07-15", "utc_offset_h": 2},
+        "states": [
+            {
+                "profile": "midlatitude_summer",
+                "weather": {"air_temperature_c": [16, 32], "relative_humidity_percent": 35},
+            }
+        ],
+        "bands": [],
+        "materials": ["shrub", "grass_dry", "soil_loam_brown"],
+        **keys,
+    }
+
+
+def library_of(**keys):
+    return job_library(load_job(job(**keys)).trimmed)
+
+
+def digest(name, **keys):
+    return materials_digest(library_of(**keys), (name,))
+
+
+def test_sparse_shrub_is_much_hotter_at_noon_and_says_of_what():
+    closed = skyshine.mat.temperature("shrub", job=job())
+    sparse = skyshine.mat.temperature("shrub", job=job(leaf_area_index={"shrub": 0.8}))
+    assert closed.leaf_temperature is None and closed.soil_temperature is None
+    noon = int(np.argmax(sparse.temperature))
+    assert 6 < sparse.temperature[noon] - closed.temperature[noon] < 14
+    assert 8 < sparse.soil_temperature[noon] - sparse.leaf_temperature[noon] < 25
+    here = skyshine.mat.temperature("shrub", job=job(), leaf_area_index=0.8)
+    np.testing.assert_array_equal(here.temperature, sparse.temperature)
+    held = sparse.to_xarray()
+    np.testing.assert_array_equal(held["soil_temperature"], sparse.soil_temperature)
+
+
+def test_no_leaves_are_the_soil_to_the_bit():
+    bare = skyshine.mat.temperature("soil_loam_brown", job=job())
+    none = skyshine.mat.temperature("shrub", job=job(leaf_area_index={"shrub": 0}))
+    np.testing.assert_array_equal(none.temperature, bare.temperature)
+    material, soil = library_of(leaf_area_index={"shrub": 0})["shrub"], load_library()["soil_loam_brown"]
+    at = np.interp(soil.wavelength, material.wavelength, material.reflectance)
+    np.testing.assert_allclose(at, soil.reflectance, rtol=1e-12)
+
+
+def test_without_the_key_nothing_changes_and_with_it_only_stands_do():
+    assert library_of() is load_library()
+    for name in ("soil_loam_brown", "hay", "concrete"):
+        assert digest(name, leaf_area_index="library") == digest(name)
+    assert len({digest("shrub", **keys) for keys in ({}, {"leaf_area_index": 1}, {"leaf_area_index": 2})}) == 3
+    assert digest("shrub", leaf_area_index={"grass_dry": 1}) == digest("shrub")
+    moist = {"leaf_area_index": 1, "soil_moisture": "moist"}
+    assert digest("shrub", **moist) != digest("shrub", leaf_area_index=1)  # the soil below answers
+
+
+def test_spectra_are_those_of_leaves_and_soil_seen_from_above():
+    library = load_library()
+    mixed = library_of(leaf_area_index=1)["shrub"]
+    gap = np.exp(-0.5)
+    for micron in (0.55, 0.86, 9.0):
+        parts = [
+            np.interp(micron, part.wavelength, part.reflectance) for part in (mixed.opened.leaves, mixed.opened.soil)
+        ]
+        known = [np.interp(micron, library[n].wavelength, library[n].reflectance) for n in ("shrub", "soil_loam_brown")]
+        assert parts == known
+        expected = (1 - gap) * parts[0] + gap * parts[1]
+        assert np.interp(micron, mixed.wavelength, mixed.reflectance) == pytest.approx(expected, rel=1e-9)
+    (surface,) = surface_materials([mixed])
+    assert surface.canopy.leaf_area == 1.0 and surface.canopy.soil.name == "soil_loam_brown"
+
+
+def test_own_leaf_area_of_the_library_is_by_word():
+    word = library_of(leaf_area_index="library")["grass_dry"]
+    assert word.opened.leaf_area == load_library()["grass_dry"].stand.leaf_area_index
+
+
+def test_each_stand_of_the_library_stands_on_a_soil_of_it():
+    library = load_library()
+    stands = {material.name: material.stand for material in library if material.stand is not None}
+    assert set(stands) == {material.name for material in library if material.surface.canopy} - {"hay"}
+    for stand in stands.values():
+        assert 1 < stand.leaf_area_index < 7 and not library[stand.soil].surface.canopy
+
+
+def test_check_says_how_much_soil_is_seen():
+    lines = skyshine.mat.check(job(leaf_area_index={"shrub": 0.8})).surfaces
+    assert lines == [
+        "leaf_area_index: shrub with 0.8 m2/m2 of leaves: 67.0% of the ground seen from above is soil_loam_brown"
+    ]
+
+
+def test_record_needs_the_sun_for_gaps_and_takes_it(tmp_path):
+    rows = [
+        f"2026-07-{day}T{hour:02d}:00Z,{max(0, 800 * np.sin((hour - 4) / 16 * np.pi)):.1f},340,25,40,2,1000"
+        for day in (15, 16)
+        for hour in range(24)
+    ]
+    file = tmp_path / "record.csv"
+    file.write_text("\n".join([RECORD, *rows]) + "\n")
+    with pytest.raises(InputError, match="gaps of leaves.*give latitude and longitude"):
+        skyshine.mat.temperature("shrub", forcing=file, leaf_area_index=1)
+    place = {"forcing": file, "latitude": 40.0, "longitude": 5.0}
+    closed, sparse, bare = (
+        skyshine.mat.temperature("shrub", **place, **given).temperature.max()
+        for given in ({}, {"leaf_area_index": 1}, {"leaf_area_index": 0})
+    )
+    assert closed + 3 < sparse < bare
+    assert bare == pytest.approx(skyshine.mat.temperature("soil_loam_brown", **place).temperature.max(), abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("material", "value", "message"),
+    [
+        ("concrete", 1, "found 'concrete', which has no stand of leaves"),
+        ("shrub", 21, "found 21; allowed: 0 to 20 m2/m2, or library"),
+        ("shrub", float("nan"), "found nan"),
+        ("shrub", -1, "found -1"),
+        ("shrub", "some", "some"),
+    ],
+)
+def test_wrong_leaf_area_is_one_line(material, value, message):
+    with pytest.raises(InputError, match=message) as caught:
+        skyshine.mat.temperature(material, job=job(), leaf_area_index=value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_job_and_an_argument_are_not_both_taken():
+    with pytest.raises(InputError, match="which the job has too"):
+        skyshine.mat.temperature("shrub", job=job(leaf_area_index=1), leaf_area_index=1)
+
+
+def test_command_gives_leaves_and_soil(tmp_path):
+    file = tmp_path / "job.yaml"
+    file.write_text(json.dumps(job()))
+    run = CliRunner().invoke(
+        main, ["temperature", "--material", "shrub", "--job", str(file), "--leaf-area-index", "0.8", "--json"]
+    )
+    assert run.exit_code == 0, run.output
+    found = json.loads(run.output)
+    assert max(found["soil_temperature"]["values"]) > max(found["leaf_temperature"]["values"]) + 5
+    bad = CliRunner().invoke(
+        main, ["temperature", "--material", "shrub", "--job", str(file), "--leaf-area-index", "much"]
+    )
+    assert bad.exit_code == 2 and "leaf_area_index: found 'much'" in bad.output
+    shown = CliRunner().invoke(main, ["materials", "shrub"])
+    assert "stand.leaf_area_index" in shown.output and "answers to leaf_area_index" in shown.output

@@ -48,7 +48,7 @@ def encoded(light):
     return np.rint(255 * np.clip(curve, 0, 1)).astype(np.uint8)
 
 
-def scene(azimuth, boxes=BOXES, gain=GAIN, lures=True):
+def scene(azimuth, boxes=BOXES, gain=GAIN, lures=True, hidden_by=None):
     """Pixels, light without any shade, and where shade lies on the ground."""
     random = np.random.default_rng(7)
     light = np.empty((SIZE, SIZE, 3))
@@ -72,6 +72,8 @@ def scene(azimuth, boxes=BOXES, gain=GAIN, lures=True):
     grain = np.exp(0.06 * fine + 0.72 * gaussian_filter(rough, (3, 3, 0)))
     lit = gaussian_filter(light, (0.7, 0.7, 0)) * grain
     hidden = gaussian_filter(shaded.astype(float), 0.8)[..., np.newaxis]
+    if hidden_by is not None:  # the first box alone hides part of the Sun, as a thin crown does
+        hidden[:160, :145] *= hidden_by
     return encoded(lit * (1 - hidden * (1 - 1 / np.array(gain)))), lit, shaded
 
 
@@ -181,6 +183,15 @@ def test_near_infrared_has_a_gain_of_its_own():
     four = np.concatenate([pixels, np.rint(255 * np.clip(infrared, 0, 1))[..., np.newaxis].astype(np.uint8)], axis=2)
     gain = found_in(four, 135)[0].gain
     assert len(gain) == 4 and gain[3] == pytest.approx(6.0, rel=0.15)
+
+
+@pytest.mark.parametrize("hidden_by, stored", [(1.0, 1.0), (0.85, 0.85), (0.3, 0.0)])
+def test_half_shade_counts_by_how_much_of_the_sun_is_hidden(hidden_by, stored):
+    """A third of the Sun, as thin cloud and worn ground take too, is none."""
+    pixels, _, shaded = scene(135, hidden_by=hidden_by)
+    core = (gaussian_filter(shaded.astype(float), 3) > 0.9)[:160, :145]
+    fraction = found_in(pixels, 135)[1][:160, :145]
+    assert core.sum() > 300 and np.median(fraction[core]) == pytest.approx(stored, abs=0.06)
 
 
 def test_part_of_the_sun_hidden_takes_part_of_its_light_back():

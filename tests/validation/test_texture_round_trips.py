@@ -12,7 +12,7 @@ from skyshine.tmm import export, map_texture, open_tmm, write_texture
 from skyshine.tmm.cli import main
 from skyshine.tmm.exchange.cdb import read_cdb
 from skyshine.tmm.exchange.cdb_places import parse_tile, place_of
-from skyshine.tmm.exchange.projections import find_projection
+from skyshine.tmm.images.projections import find_projection
 from skyshine.tmm.job.model import TextureJob
 
 pytestmark = pytest.mark.validation

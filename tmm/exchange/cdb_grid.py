@@ -13,8 +13,8 @@ import numpy.typing as npt
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import TmmFile
 from skyshine.tmm.exchange.cdb_places import MAX_LOD, MIN_LOD, TILE_SIDE, Tile, geocell_width
-from skyshine.tmm.exchange.projections import Projection, find_projection
 from skyshine.tmm.images.georeference import Affine
+from skyshine.tmm.images.projections import Projection, find_projection
 
 # The place of a texel is computed at the nodes of a grid and taken as linear between them. In the whole geocell of
 # level 0 a step is 1/32 of a degree, over which a UTM grid bends by .1 m at most: a thousandth of a texel.

@@ -7,7 +7,6 @@ both sides, by channel, is the gain that takes the shade away.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,19 +14,23 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.features.colour import to_linear
+from skyshine.tmm.features.cast_shade import CastShade, Fall
+from skyshine.tmm.features.light import (
+    GUIDED_RADIUS,
+    LEAST_LIGHT,
+    LUMINANCE,
+    guided,
+    light_windows,
+    linear_light,
+    stored_light,
+)
 from skyshine.tmm.images.texture import TextureFile, Windowed
 
-_LEAST_LIGHT = 2e-3  # of white: where sensors and compression leave no ratio of channels
+_TILE = 1024  # texels of a side of a tile whose cast shade is found at once
 _SMOOTH = 1.0  # texels: standard deviation of the filter before the two kinds are told
-_RADIUS = 6  # texels of the guided filter
-_EDGE = 0.02  # variance of the logarithm below which the guided filter takes no edge: a seventh of the light
-_LEAK = 0.05  # of the guided filter, that is taken for none and, likewise, for all
 _NEAR = 3  # texels from the border, over as many more, in which both sides are compared
 _AROUND = 6  # texels over which a side is averaged
-MARGIN = 2 * _RADIUS + 4  # texels beyond a window on which its shade depends
-_WINDOW, _WINDOWS = 512, 16  # texels and number of the windows in which the two kinds are found
-_LUMINANCE = (0.2126, 0.7152, 0.0722)  # of linear Rec. 709
+MARGIN = 2 * GUIDED_RADIUS + 4  # texels beyond a window on which its shade depends
 # Share of the variance between both kinds below which they are one: .64 is that of a single Gaussian cut at its mean.
 _LEAST_PARTED = 0.7
 _LEAST_GAIN = 1.5  # of the least channel: the sky alone gives at most two thirds of clear daylight
@@ -59,6 +62,11 @@ class Shade:
     span: tuple[float, float]
     gain: tuple[float, ...]
 
+    @property
+    def margin(self) -> int:
+        """Texels beyond a window on which its shade depends."""
+        return MARGIN
+
     @classmethod
     def of(cls, texture: Windowed, path: Any) -> Shade:
         """Find the shade of a texture in some windows of it.
@@ -72,7 +80,7 @@ class Shade:
 
         parts = [
             (_darkness(light), light, valid)
-            for light, valid in _windows(texture)
+            for light, valid in light_windows(texture)
             if valid.any()
         ]  # fmt: skip
         values = np.concatenate([_smooth(dark, valid)[valid] for dark, _, valid in parts] or [np.zeros(1)])
@@ -96,8 +104,7 @@ class Shade:
         """Share (h, w) of each texel in the shade, of linear light (h, w, C); the outer `MARGIN` is less sure."""
         dark = _darkness(light)
         inside = _smooth(dark, valid) > self.threshold
-        shade = _guided(inside.astype(float), np.clip(dark, *self.span))
-        shade = np.clip((shade - _LEAK) / (1 - 2 * _LEAK), 0.0, 1.0)
+        shade = guided(inside.astype(float), np.clip(dark, *self.span))
         fraction: npt.NDArray[np.float32] = np.where(valid, shade, 0.0).astype(np.float32)
         return fraction
 
@@ -115,33 +122,10 @@ def _unparted(path: Any) -> InputError:
     )
 
 
-def linear_light(colours: npt.NDArray[Any], encoding: str) -> npt.NDArray[np.float64]:
-    """Linear light (h, w, C) of a window's colours; near infrared is linear as it is stored."""
-    light: npt.NDArray[np.float64] = np.empty(colours.shape)
-    flat = colours.reshape(-1, colours.shape[-1])
-    light[..., :3] = to_linear(flat[:, :3], encoding).reshape(*colours.shape[:2], 3)
-    if colours.shape[-1] > 3:
-        scale = np.iinfo(colours.dtype).max if colours.dtype.kind == "u" else 1.0
-        light[..., 3:] = colours[..., 3:] / np.float64(scale)
-    return np.nan_to_num(light, posinf=0.0, neginf=0.0)
-
-
-def _windows(texture: Windowed) -> Iterator[tuple[npt.NDArray[Any], npt.NDArray[np.bool_]]]:
-    """Linear light and validity of windows spread over a texture; all of a small one."""
-    rows, columns = (max(length // _WINDOW, 1) for length in (texture.height, texture.width))
-    places = [(row, column) for row in range(rows) for column in range(columns)]
-    for number in np.unique(np.linspace(0, len(places) - 1, min(_WINDOWS, len(places))).astype(int)):
-        row, column = places[number]
-        top, left = row * texture.height // rows, column * texture.width // columns
-        bottom, right = (row + 1) * texture.height // rows, (column + 1) * texture.width // columns
-        colours, valid = texture.window(slice(top, bottom), slice(left, right))
-        yield linear_light(colours, texture.encoding), valid.copy()
-
-
 def _darkness(light: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
     """Logarithm of blue over red and luminance: high where light is weak and blue."""
-    least = np.maximum(light, 0.0) + _LEAST_LIGHT
-    dark: npt.NDArray[np.float64] = np.log(least[..., 2] / least[..., 0]) - np.log(least[..., :3] @ _LUMINANCE)
+    least = np.maximum(light, 0.0) + LEAST_LIGHT
+    dark: npt.NDArray[np.float64] = np.log(least[..., 2] / least[..., 0]) - np.log(least[..., :3] @ LUMINANCE)
     return dark
 
 
@@ -165,7 +149,7 @@ def _across_border(
     if inside.all() or not inside.any():
         return np.empty((0, light.shape[-1]))
     within, beyond = distance_transform_edt(inside), distance_transform_edt(~inside)
-    logarithm = np.log(np.maximum(light, 0.0) + _LEAST_LIGHT)
+    logarithm = np.log(np.maximum(light, 0.0) + LEAST_LIGHT)
     sides, weights = [], []
     for distance in (beyond, within):
         ring = ((distance > _NEAR - 1) & (distance <= 2 * _NEAR - 1) & valid).astype(float)
@@ -178,31 +162,17 @@ def _across_border(
     return ratio
 
 
-def _guided(mask: npt.NDArray[Any], guide: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """A mask with the edges of its guide."""
-    from scipy.ndimage import uniform_filter
-
-    def mean(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        filtered: npt.NDArray[Any] = uniform_filter(values, 2 * _RADIUS + 1)
-        return filtered
-
-    of_guide, of_mask = mean(guide), mean(mask)
-    slope = (mean(guide * mask) - of_guide * of_mask) / (mean(guide * guide) - of_guide**2 + _EDGE)
-    offset = of_mask - slope * of_guide
-    filtered: npt.NDArray[Any] = mean(slope) * guide + mean(offset)
-    return filtered
-
-
 class RelitTexture(TextureFile):
     """A texture whose shade is taken away as it is read."""
 
-    def __init__(self, *arguments: Any) -> None:
-        """Open an image as `TextureFile` does, and find its shade.
+    def __init__(self, *arguments: Any, fall: Fall | None = None) -> None:
+        """Open an image as `TextureFile` does, and find its shade: by colour, or by how shadows fall where that is
+        known.
 
         Raises
         ------
         InputError
-            As `TextureFile` and `Shade.of`, or the colours have no encoding that is known here.
+            As `TextureFile`, `Shade.of` and `CastShade.of`, or the colours have no encoding that is known here.
         """
         super().__init__(*arguments)
         if self.encoding not in ("srgb", "linear"):
@@ -211,8 +181,11 @@ class RelitTexture(TextureFile):
                 file=self.path,
             )
         self._drawn: list[tuple[float, Any]] = []
+        self._tiles: dict[tuple[int, int], npt.NDArray[np.float32]] = {}
         self._base = _Plain(self)
-        self.found = Shade.of(self._base, self.path)
+        self.found: Shade | CastShade = (
+            Shade.of(self._base, self.path) if fall is None else CastShade.of(self._base, self.path, fall)
+        )
 
     def draw(self, fraction: float, masks: Any) -> None:
         """Say how much of what polygons cover is in the shade.
@@ -237,21 +210,62 @@ class RelitTexture(TextureFile):
     def window(self, rows: slice, columns: slice) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """Colours without shade, as the file would hold them, and validity; see `Windowed`."""
         light, fraction, valid = self._shaded(rows, columns)
-        return _stored(self.found.relit(light, fraction), self.encoding, self.dtype), valid
+        return stored_light(self.found.relit(light, fraction), self.encoding, self.dtype), valid
 
     def _shaded(
         self, rows: slice, columns: slice
     ) -> tuple[npt.NDArray[Any], npt.NDArray[np.float32], npt.NDArray[np.bool_]]:
-        top, left = max(rows.start - MARGIN, 0), max(columns.start - MARGIN, 0)
-        wide = slice(top, min(rows.stop + MARGIN, self.height)), slice(left, min(columns.stop + MARGIN, self.width))
-        colours, valid = self.plain(*wide)
-        light = linear_light(colours, self.encoding)
-        fraction = self.found.fraction(light, valid)
-        inner = slice(rows.start - top, rows.stop - top), slice(columns.start - left, columns.stop - left)
-        light, fraction, valid = light[inner], fraction[inner], valid[inner]
+        if isinstance(self.found, CastShade):
+            colours, valid = self.plain(rows, columns)
+            light, fraction = linear_light(colours, self.encoding), self._cast(self.found, rows, columns)
+        else:
+            light, fraction, valid = self._by_colour(self.found, rows, columns)
         for share, masks in self._drawn:
             fraction[masks(rows.start, columns.start, fraction.shape) & valid] = share
         return light, fraction, valid
+
+    def _by_colour(
+        self, found: Shade, rows: slice, columns: slice
+    ) -> tuple[npt.NDArray[Any], npt.NDArray[np.float32], npt.NDArray[np.bool_]]:
+        colours, valid, inner = self._wide(found.margin, rows, columns)
+        light = linear_light(colours, self.encoding)
+        return light[inner], found.fraction(light, valid)[inner], valid[inner]
+
+    def _cast(self, found: CastShade, rows: slice, columns: slice) -> npt.NDArray[np.float32]:
+        """Of tiles that are kept while a band of the texture is read: shadows reach far into their neighbours."""
+        fraction = np.empty((rows.stop - rows.start, columns.stop - columns.start), np.float32)
+        for row in range(rows.start // _TILE, -(-rows.stop // _TILE)):
+            for column in range(columns.start // _TILE, -(-columns.stop // _TILE)):
+                top, left = row * _TILE, column * _TILE
+                tile = self._tile(found, row, column)
+                down = slice(max(rows.start, top), min(rows.stop, top + _TILE))
+                across = slice(max(columns.start, left), min(columns.stop, left + _TILE))
+                part = tile[down.start - top : down.stop - top, across.start - left : across.stop - left]
+                fraction[
+                    down.start - rows.start : down.stop - rows.start,
+                    across.start - columns.start : across.stop - columns.start,
+                ] = part
+        return fraction
+
+    def _tile(self, found: CastShade, row: int, column: int) -> npt.NDArray[np.float32]:
+        if (row, column) not in self._tiles:
+            while len(self._tiles) > self.width // _TILE + 1:
+                self._tiles.pop(next(iter(self._tiles)))
+            rows = slice(row * _TILE, min((row + 1) * _TILE, self.height))
+            columns = slice(column * _TILE, min((column + 1) * _TILE, self.width))
+            colours, valid, inner = self._wide(found.margin, rows, columns)
+            self._tiles[row, column] = found.fraction(linear_light(colours, self.encoding), valid)[inner]
+        return self._tiles[row, column]
+
+    def _wide(
+        self, margin: int, rows: slice, columns: slice
+    ) -> tuple[npt.NDArray[Any], npt.NDArray[np.bool_], tuple[slice, slice]]:
+        """Colours and validity of a window with a margin, and where the window is within."""
+        top, left = max(rows.start - margin, 0), max(columns.start - margin, 0)
+        wide = slice(top, min(rows.stop + margin, self.height)), slice(left, min(columns.stop + margin, self.width))
+        colours, valid = self.plain(*wide)
+        inner = slice(rows.start - top, rows.stop - top), slice(columns.start - left, columns.stop - left)
+        return colours, valid, inner
 
 
 class _Plain:
@@ -260,19 +274,3 @@ class _Plain:
     def __init__(self, texture: RelitTexture) -> None:
         self.height, self.width, self.channels = texture.height, texture.width, texture.channels
         self.dtype, self.encoding, self.window = texture.dtype, texture.encoding, texture.plain
-
-
-def _stored(light: npt.NDArray[Any], encoding: str, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
-    """Linear light (h, w, C) as a file of this encoding and type holds it."""
-    values = light
-    if encoding == "srgb":  # IEC 61966-2-1; near infrared is stored as it is
-        colours = light[..., :3]
-        bent = np.where(
-            colours > 0.0031308, 1.055 * np.maximum(colours, 0.0031308) ** (1 / 2.4) - 0.055, 12.92 * colours
-        )
-        values = np.concatenate([bent, light[..., 3:]], axis=-1)
-    if dtype.kind == "f":
-        return values.astype(dtype)
-    limit = np.iinfo(dtype).max
-    stored: npt.NDArray[Any] = np.rint(np.clip(values, 0.0, 1.0) * limit).astype(dtype)
-    return stored

@@ -22,17 +22,18 @@ from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.answers import read_answers
 from skyshine.tmm.inputs.polygons import check_vertices, polygon_mask, seed_names
 from skyshine.tmm.inputs.seeds import SeedTexels, seed_files, seed_texels
+from skyshine.tmm.inputs.sun import shadow_fall
 from skyshine.tmm.job.model import Seeds, TextureJob
 
 
 def open_texture(job: TextureJob, base_folder: Path) -> TextureFile:
-    """The image of a job, read as the job says, without its shade where it says so; see `TextureFile` and
-    `RelitTexture` for what they raise.
+    """The image of a job, read as the job says, without its shade where it says so; see `TextureFile`,
+    `RelitTexture` and `shadow_fall` for what they raise.
     """
     arguments = Path(base_folder) / job.image, job.colour_space, job.alpha, job.near_infrared
     if job.shade is None:
         return TextureFile(*arguments)
-    texture = RelitTexture(*arguments)
+    texture = RelitTexture(*arguments, fall=shadow_fall(job.shade, arguments[0]))
     for fraction, polygons in ((1.0, job.shade.shaded), (0.0, job.shade.sunlit)):
         for polygon in polygons:
             check_vertices("shade", (polygon,), texture, texture.path)

@@ -20,6 +20,7 @@ from skyshine.schemas.errors import nearest
 from skyshine.schemas.paths import job_path
 from skyshine.tmm.job.images import find_images, texture_name
 from skyshine.tmm.job.materials import MaterialName, MaterialOrMixture, is_mixture, parts_of
+from skyshine.tmm.job.shade import Polygon, Shade
 
 MAX_RADIUS = 127
 
@@ -52,7 +53,6 @@ def _within_folder(name: str, info: pydantic.ValidationInfo) -> str:
 
 JobPath = Annotated[str, Field(min_length=1), pydantic.AfterValidator(_within_folder)]
 PaletteKey = Annotated[str, pydantic.BeforeValidator(_palette_key)]
-Polygon = Annotated[tuple[tuple[float, float], ...], Field(min_length=1)]
 Polygons = Annotated[tuple[Polygon, ...], pydantic.AfterValidator(_some_polygons)]
 Probability = Annotated[float, Field(ge=0, le=1)]
 
@@ -156,17 +156,6 @@ class Classifier(StrictModel):
         default=False,
         description="Whether texels of the first level are mixtures of the three likeliest materials, with shares by "
         "their posterior in whole percent, rather than the likeliest alone; mip levels follow from these shares.",
-    )
-
-
-class Shade(StrictModel):
-    """Cast shade, found where the photograph is darker and bluer; polygons correct it."""
-
-    shaded: tuple[Polygon, ...] = Field(
-        default=(), description="Polygons of [x, y] pixel coordinates that lie in the shade, whatever is found there."
-    )
-    sunlit: tuple[Polygon, ...] = Field(
-        default=(), description="Polygons that lie in sunlight, such as dark or blue things; they come after shaded."
     )
 
 
@@ -297,7 +286,7 @@ class TextureJob(StrictModel):
     shade: Shade | None = Field(
         None,
         description="Find the cast shade of a photograph, take it away before materials are found, and store it as a "
-        "layer; {} does, polygons correct it.",
+        "layer; {} does, where the Sun stood helps, polygons correct it.",
     )
     classifier: Classifier = Field(
         Classifier(), description="How texels are classified from seeds, clusters or a model."

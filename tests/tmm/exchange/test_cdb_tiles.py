@@ -17,8 +17,8 @@ from skyshine.tmm.exchange.cdb_materials import load_map
 from skyshine.tmm.exchange.cdb_places import parse_tile, place_of
 from skyshine.tmm.exchange.cdb_table import Composite, Substrate, write_table
 from skyshine.tmm.exchange.export import CdbTarget
-from skyshine.tmm.exchange.projections import Geographic, TransverseMercator, WebMercator, find_projection
 from skyshine.tmm.images.georeference import read_georeference
+from skyshine.tmm.images.projections import Geographic, TransverseMercator, WebMercator, find_projection
 from skyshine.tmm.job.model import TextureJob
 
 PALETTE = {"#0A0A0A": "asphalt_road", "#3C3C3C": "grass_green", "#787878": "soil_sand", "#B4B4B4": "water_fresh"}

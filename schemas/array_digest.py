@@ -58,9 +58,14 @@ def block_digest(planes: Iterable[npt.NDArray[np.uint8]]) -> bytes:
 
 def byte_planes(values: npt.NDArray[Any]) -> list[npt.NDArray[np.uint8]]:
     """The first bytes of all values of an array, little-endian, the second ones, and so on."""
-    little = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
-    octets = little.reshape(-1).view(np.uint8).reshape(-1, little.dtype.itemsize)
-    return [np.ascontiguousarray(octets[:, k]) for k in range(octets.shape[1])]
+    little = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<")).reshape(-1)
+    size = little.dtype.itemsize
+    if size not in (1, 2, 4, 8):
+        octets = little.view(np.uint8).reshape(-1, size)
+        return [np.ascontiguousarray(octets[:, k]) for k in range(size)]
+    # Shifts take a third of the time of bytes picked from memory.
+    whole = little.view(np.dtype(f"<u{size}"))
+    return [(whole >> whole.dtype.type(8 * k) if k else whole).astype(np.uint8) for k in range(size)]
 
 
 def is_constant(plane: npt.NDArray[np.uint8]) -> bool:

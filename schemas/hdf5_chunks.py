@@ -91,7 +91,7 @@ class ChunkWriter:
         this = values.tobytes(), values.shape
         if this == self._last:  # a chunk like the one before, as of one material alone, is not packed again
             return self._made
-        planes = byte_planes(values)
+        planes = byte_planes(np.frombuffer(this[0], values.dtype))
         digest = block_digest(planes)
         chunk = self._dataset.chunks
         if values.shape != chunk:  # HDF5 stores the chunks at the borders whole

@@ -137,10 +137,10 @@ def _fill_levels(
                 level0[name].write((band.start, columns.start, 0)[: values.ndim], values)
         for number, _, part in rows.coarser(stream):
             writers[number - 1].add(part)
-            mixtures.add(part)
+            mixtures.add(part, pure=mapped.mixed)
     if "shade" in level0:
         _fill_shade(file)
-    if not mapped.mixed:
+    if not mapped.mixed:  # a material that has a texel of a coarser level to itself has texels of the finest
         mixtures.add(pure_level(np.flatnonzero(texels)[np.newaxis].astype(np.uint16)))
     with_data = mapped.colours.valid_texels
     in_shade = shaded / with_data if "shade" in level0 else None
@@ -208,6 +208,8 @@ class _RowWriter:
             np.append(0, materials).astype(np.uint16),
             np.uint8 if len(materials) < 256 else np.uint16,
         )
+        self._number = np.zeros(1 << 16, kind)
+        self._number[self._materials] = np.arange(len(self._materials))
         rows = min(CHUNK, self._height), self._width
         self._numbers, self._weights = np.empty((*rows, 3), kind), np.empty((*rows, 2), np.uint16)
         self._kept, self._done = 0, 0
@@ -218,7 +220,7 @@ class _RowWriter:
         while start < len(part.code):
             number = min(len(self._numbers) - self._kept, len(part.code) - start)
             to, of = slice(self._kept, self._kept + number), slice(start, start + number)
-            self._numbers[to] = np.searchsorted(self._materials, part.mix_code[of])
+            self._numbers[to] = np.take(self._number, part.mix_code[of])
             self._weights[to] = part.mix_weight[of, :, :2]
             start, self._kept = start + number, self._kept + number
             if self._kept == len(self._numbers) or self._done + self._kept == self._height:
@@ -227,10 +229,11 @@ class _RowWriter:
     def _write(self) -> None:
         for left in range(0, self._width, STRIP):
             columns = slice(left, min(left + STRIP, self._width))
-            codes = self._materials[self._numbers[: self._kept, columns]]
+            codes = np.take(self._materials, self._numbers[: self._kept, columns])
             two = self._weights[: self._kept, columns]
-            third = WEIGHT_TOTAL - two.sum(axis=-1, keepdims=True, dtype=np.int32)
-            weights = np.concatenate([two, third.astype(np.uint16)], axis=-1)
+            weights = np.empty_like(codes)
+            weights[..., :2] = two
+            weights[..., 2] = np.uint16(WEIGHT_TOTAL) - two[..., 0] - two[..., 1]
             for array, values in zip(self._arrays, (codes[..., 0], codes, weights), strict=True):
                 array.write((self._done, left, 0)[: values.ndim], values)
         self._done, self._kept = self._done + self._kept, 0

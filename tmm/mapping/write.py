@@ -137,10 +137,11 @@ def _fill_levels(
                 level0[name].write((band.start, columns.start, 0)[: values.ndim], values)
         for number, _, part in rows.coarser(stream):
             writers[number - 1].add(part)
-            mixtures.add(part, pure=mapped.mixed)
+            # A texel of one material covers texels of the finest level that have it alone, and these are taken there.
+            mixtures.add(part, pure=False)
     if "shade" in level0:
         _fill_shade(file)
-    if not mapped.mixed:  # a material that has a texel of a coarser level to itself has texels of the finest
+    if not mapped.mixed:
         mixtures.add(pure_level(np.flatnonzero(texels)[np.newaxis].astype(np.uint16)))
     with_data = mapped.colours.valid_texels
     in_shade = shaded / with_data if "shade" in level0 else None

@@ -20,10 +20,12 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
+from skyshine.schemas.array_digest import array_digest
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5_digest import (
     DIGEST,
     DIGEST_VERSION,
+    VERSIONS,
     as_text,
     attributes_of,
     content_hash,
@@ -139,13 +141,12 @@ class Filled:
     ----------
     rest : Group
         What else the root holds.
-    known : dict
-        By the paths of arrays, what gives their values in their order, part by part, where that is sooner than reading
-        them back for the digest.
+    known : dict of str to bytes
+        Digests of `Streamed` arrays by their paths; the others are read back for theirs.
     """
 
     rest: Group
-    known: dict[str, Callable[[], Iterator[npt.NDArray[Any]]]] = field(default_factory=dict)
+    known: dict[str, bytes] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -192,11 +193,11 @@ def write_file(path: StrPath, root: Group, header: Header, fill: Callable[[h5py.
         # Everything that HDF5 1.10 keeps of arrays and groups has a checksum; the indexes of chunks before it have
         # none.
         with h5py.File(target, "w", libver=("v110", "v110"), track_order=True, **cache) as file:
-            _write_group(file, root)
+            known = _write_group(file, root)
             filled = Filled(Group()) if fill is None else fill(file)
-            _write_group(file, filled.rest)
+            known |= filled.known | _write_group(file, filled.rest)
             file.attrs.update(_root_attributes(header))
-            digest = content_hash(file, filled.known)
+            digest = content_hash(file, known)
             file.attrs[DIGEST] = digest
         if fill is None:
             part.write_bytes(image.getbuffer())
@@ -222,22 +223,25 @@ def _root_attributes(header: Header) -> dict[str, str]:
     }
 
 
-def _write_group(target: h5py.Group, group: Group) -> None:
+def _write_group(target: h5py.Group, group: Group) -> dict[str, bytes]:
+    """Write a group; returns the digests of its arrays of numbers by their paths, but for those that are `Streamed`."""
+    known: dict[str, bytes] = {}
     for name, value in group.attributes.items():
         target.attrs[name] = value
     for name, axis in group.axes.items():
-        dataset = _write_array(target, name, np.asarray(axis.values), axis, np.float64, None)
+        dataset = _write_array(target, name, np.asarray(axis.values), axis, np.float64, None, known)
         dataset.make_scale(name)
     for name, variable in group.variables.items():
         data = variable.data if isinstance(variable.data, Streamed) else np.asarray(variable.data)
         expected = tuple(target[dim].shape[0] for dim in variable.dims)
         if data.shape != expected:
             raise ValueError(f"{name} has shape {data.shape}; its axes {variable.dims} have {expected}")
-        dataset = _write_array(target, name, data, variable, np.float32, variable.chunks)
+        dataset = _write_array(target, name, data, variable, np.float32, variable.chunks, known)
         for position, dim in enumerate(variable.dims):
             dataset.dims[position].attach_scale(target[dim])
     for name, child in group.groups.items():
-        _write_group(target.create_group(name, track_order=True), child)
+        known |= _write_group(target.create_group(name, track_order=True), child)
+    return known
 
 
 _REFERENCE, _COMPACT_LIMIT = 16, 60_000  # bytes of one to a text; that fit into a header, which holds 64 KB
@@ -250,6 +254,7 @@ def _write_array(
     described: Axis | Variable,
     float_type: type[np.floating[Any]],
     chunks: tuple[int, ...] | None,
+    known: dict[str, bytes],
 ) -> h5py.Dataset:
     kind: np.dtype[Any] = np.dtype(data.dtype)
     if isinstance(data, np.ndarray) and kind.kind in "UO":
@@ -263,9 +268,10 @@ def _write_array(
         )
     else:
         kind = np.dtype(float_type if kind.kind == "f" else kind).newbyteorder("<")
-        content: dict[str, Any] = (
-            {"shape": data.shape} if isinstance(data, Streamed) else {"data": data.astype(kind, copy=False)}
-        )
+        content: dict[str, Any] = {"shape": data.shape}
+        if not isinstance(data, Streamed):
+            content = {"data": data.astype(kind, copy=False)}
+            known[f"{target.name.rstrip('/')}/{name}"] = array_digest(content["data"])
         filters: dict[str, Any] = {}
         if np.prod(data.shape) > 1:
             shape = tuple(min(c, n) for c, n in zip(chunks, data.shape, strict=True)) if chunks else True
@@ -334,6 +340,9 @@ def check_version(path: StrPath, filetype: str, version: str, *majors: int) -> N
     raise InputError(f"has format_version {version!r}; this reader reads {known}; {remedy}", file=path)
 
 
+_NOT_COMPARED = ("title", "digest_version")
+
+
 def is_current(path: StrPath, header: Header, also: Callable[[h5py.File], bool] | None = None) -> bool:
     """Whether a file is there, undamaged, of this program and with the type, versions and job of a header.
 
@@ -345,8 +354,10 @@ def is_current(path: StrPath, header: Header, also: Callable[[h5py.File], bool] 
     expected = _root_attributes(header)
     try:
         with open_database(path, header.filetype) as file, sound(path):
+            # The rule of the digest is no property of the content: a file of an older rule is kept.
             return (
-                all(file.attrs.get(name) == value for name, value in expected.items() if name != "title")
+                all(file.attrs.get(name) == value for name, value in expected.items() if name not in _NOT_COMPARED)
+                and file.attrs.get("digest_version") in VERSIONS
                 and (also is None or also(file))
                 and digest_holds(file)
             )

@@ -12,11 +12,14 @@ import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from math import prod
 from typing import Any
 
 import h5py
 import numpy as np
 import numpy.typing as npt
+
+from skyshine.schemas.array_digest import block_digest, block_shape, byte_planes, digest_of_blocks, is_constant
 
 _ADLER = 65521  # RFC 1950: the largest prime below 2^16
 _HEADER, _END = b"\x78\x9c", b"\x03\x00"  # of a zlib stream with the usual window; an empty last block
@@ -55,7 +58,9 @@ class ChunkWriter:
     def __init__(self, dataset: h5py.Dataset, packing: Packing) -> None:
         """`dataset` has the filters shuffle, deflate and Fletcher-32 in this order, or is not chunked."""
         self._dataset, self._packing = dataset, packing
-        self._last: tuple[bytes, bytes] = (b"", b"")
+        self._last: tuple[bytes, tuple[int, ...]] = b"", ()
+        self._made = b"", b""  # stored bytes and digest of the last chunk
+        self._blocks: dict[tuple[int, ...], bytes] = {}
 
     def write(self, start: Sequence[int], values: npt.NDArray[Any]) -> None:
         """Write values from the indices `start` on, which begin chunks; they end with chunks or with the array."""
@@ -68,34 +73,52 @@ class ChunkWriter:
         for index in np.ndindex(*counts):
             low = [i * size for i, size in zip(index, dataset.chunks, strict=True)]
             part = values[tuple(slice(at, at + size) for at, size in zip(low, dataset.chunks, strict=True))]
-            if part.shape != dataset.chunks:  # HDF5 stores the chunks at the borders whole
-                part = np.pad(part, [(0, size - n) for n, size in zip(part.shape, dataset.chunks, strict=True)])
             place = tuple(at + offset for at, offset in zip(start, low, strict=True))
-            dataset.id.write_direct_chunk(place, self._packed(part))
+            stored, self._blocks[place] = self._packed(part)
+            dataset.id.write_direct_chunk(place, stored)
 
-    def _packed(self, values: npt.NDArray[Any]) -> bytes:
-        raw = values.tobytes()
-        if raw != self._last[0]:  # a chunk like the one before, as of one material alone, is not packed again
-            self._last = raw, packed(raw, values.itemsize, self._packing)
-        return self._last[1]
+    def digest(self) -> bytes | None:
+        """Digest of the array; None where chunks are not the blocks of digests, or were not all written by this."""
+        shape, chunks = self._dataset.shape, self._dataset.chunks
+        if chunks != block_shape(shape):
+            return None
+        number = prod(-(-length // size) for length, size in zip(shape, chunks, strict=True))
+        whole = len(self._blocks) == number
+        return digest_of_blocks(self._blocks[place] for place in sorted(self._blocks)) if whole else None
+
+    def _packed(self, values: npt.NDArray[Any]) -> tuple[bytes, bytes]:
+        """What HDF5 stores for a chunk, and its digest; values at the borders of the array are fewer than a chunk's."""
+        this = values.tobytes(), values.shape
+        if this == self._last:  # a chunk like the one before, as of one material alone, is not packed again
+            return self._made
+        planes = byte_planes(np.frombuffer(this[0], values.dtype))
+        digest = block_digest(planes)
+        chunk = self._dataset.chunks
+        if values.shape != chunk:  # HDF5 stores the chunks at the borders whole
+            planes = byte_planes(np.pad(values, [(0, size - n) for n, size in zip(values.shape, chunk, strict=True)]))
+        self._last, self._made = this, (packed(planes, self._packing), digest)
+        return self._made
 
 
-def packed(raw: bytes, itemsize: int, packing: Packing) -> bytes:
-    """The bytes that HDF5 stores for a chunk, `raw`, of values of `itemsize` bytes: shuffled, deflated, Fletcher-32.
+def packed(planes: Sequence[npt.NDArray[np.uint8]], packing: Packing) -> bytes:
+    """The bytes that HDF5 stores for a chunk: shuffled, deflated, Fletcher-32.
+
+    Parameters
+    ----------
+    planes : sequence of (n,) uint8
+        Its byte planes; see `byte_planes`.
 
     Raises
     ------
     ValueError
-        `raw` holds no whole number of values, or none.
+        The chunk is empty.
     """
-    if not raw or len(raw) % itemsize:
-        raise ValueError(f"found {len(raw)} bytes; allowed: one value or more, of {itemsize} bytes each")
-    values = np.frombuffer(raw, np.uint8).reshape(-1, itemsize)
+    if not planes or not len(planes[0]):
+        raise ValueError("found a chunk without values; allowed: one value or more")
     parts, low, high = [_HEADER], 1, 0  # Adler-32 is high * 2^16 + low
-    for k in range(itemsize):
-        plane = np.ascontiguousarray(values[:, k])
+    for plane in planes:
         number, value = len(plane), int(plane[0])
-        if (plane == plane[0]).all():
+        if is_constant(plane):
             parts.append(_constant(value, number))
             # Of the same byte n times, both sums follow in closed form.
             high = (high + number * low + value * (number * (number + 1) // 2)) % _ADLER

@@ -1,13 +1,15 @@
 """The digest of a database: SHA-256 over its whole tree, whatever the way in which HDF5 stores it.
 
-Digest version 2 covers groups, axes, arrays and all attributes but the digest itself. Files from before it have no
-attribute ``digest_version``; theirs covers names, types, shapes, units and values of arrays, and is checked so.
+It covers groups, axes, arrays and all attributes but the digest itself. By version 3 each array enters with a digest
+of its own (`array_digest`), which is had while the array is written; by version 2 with its values in row-major order.
+Files from before that have no attribute ``digest_version``; theirs covers names, types, shapes, units and values of
+arrays. A file is checked by the rule that it names.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from math import prod
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +17,7 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
+from skyshine.schemas.array_digest import block_shape, digest_of_bands
 from skyshine.schemas.digest import feed
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5_gate import SCALE_ATTRIBUTES, refuse_large
@@ -22,18 +25,19 @@ from skyshine.schemas.hdf5_gate import SCALE_ATTRIBUTES, refuse_large
 if TYPE_CHECKING:
     from hashlib import _Hash
 
-DIGEST, DIGEST_VERSION = "content_sha256", "2"
+DIGEST, DIGEST_VERSION = "content_sha256", "3"
+VERSIONS = ("2", DIGEST_VERSION)  # of the rules that files name
 PART_BYTES = 1 << 24  # read at a time where an array may be larger than memory
 TEXT_LIMIT = 1024  # characters of one text of an array
 
 
-def content_hash(file: h5py.File, known: Mapping[str, Callable[[], Iterator[npt.NDArray[Any]]]] | None = None) -> str:
+def content_hash(file: h5py.File, known: Mapping[str, bytes] | None = None) -> str:
     """SHA-256 over the content of a file by the rule that it names, as 64 hexadecimal digits.
 
     Parameters
     ----------
-    known : mapping, optional
-        By the names of arrays, what gives their values in their order, part by part, sooner than reading them back.
+    known : mapping of str to bytes, optional
+        Digests of arrays by their paths, for the present rule, so that these arrays are not read back.
 
     Raises
     ------
@@ -43,13 +47,14 @@ def content_hash(file: h5py.File, known: Mapping[str, Callable[[], Iterator[npt.
     version = as_text(file.attrs.get("digest_version"))
     if version is None:
         return _arrays_hash(file)
-    if version != DIGEST_VERSION:
+    if version not in VERSIONS:
+        allowed = ", ".join(f"'{name}'" for name in VERSIONS)
         raise InputError(
-            f"has digest_version {version!r}; allowed: '{DIGEST_VERSION}', or none in older files; upgrade skyshine",
+            f"has digest_version {version!r}; allowed: {allowed}, or none in older files; upgrade skyshine",
             file=file.filename,
         )
     digest = hashlib.sha256()
-    _feed_group(digest, file, "", known or {})
+    _feed_group(digest, file, "", None if version == "2" else known or {})
     return digest.hexdigest()
 
 
@@ -58,9 +63,8 @@ def digest_holds(file: h5py.File) -> bool:
     return bool(content_hash(file) == as_text(file.attrs.get(DIGEST)))
 
 
-def _feed_group(
-    digest: _Hash, group: h5py.Group, place: str, known: Mapping[str, Callable[[], Iterator[npt.NDArray[Any]]]]
-) -> None:
+def _feed_group(digest: _Hash, group: h5py.Group, place: str, known: Mapping[str, bytes] | None) -> None:
+    """Add a group; `known` is None by version 2."""
     feed(digest, ("group", place, attributes_of(group, without=() if place else (DIGEST,))))
     for name in sorted(group):
         item, inner = group[name], f"{place}/{name}"
@@ -73,9 +77,17 @@ def _feed_group(
         feed(digest, (axes, inner, attributes_of(item), kind, list(item.shape)))
         if text:
             feed(digest, texts_of(item))
-            continue
-        for part in known[inner]() if inner in known else parts(item):
-            digest.update(np.ascontiguousarray(part, dtype=part.dtype.newbyteorder("<")).data)
+        elif known is not None:
+            digest.update(known[inner] if inner in known else _digest_of(item))
+        else:
+            for part in parts(item):
+                digest.update(np.ascontiguousarray(part, dtype=part.dtype.newbyteorder("<")).data)
+
+
+def _digest_of(dataset: h5py.Dataset) -> bytes:
+    """Digest of an array of numbers, read a row of its blocks at a time."""
+    shape = dataset.shape or (1,)
+    return digest_of_bands(bands(dataset, block_shape(shape)[0]), shape)
 
 
 def _arrays_hash(file: h5py.File) -> str:
@@ -165,13 +177,26 @@ def parts(dataset: h5py.Dataset) -> Iterator[npt.NDArray[Any]]:
     if not dataset.chunks:
         yield np.asarray(values_of(dataset))
         return
-    row = dataset.dtype.itemsize * prod(dataset.shape[1:])
-    step = max(dataset.chunks[0], PART_BYTES // max(row, 1) // dataset.chunks[0] * dataset.chunks[0])
+    row, chunk = dataset.dtype.itemsize * prod(dataset.shape[1:]), dataset.chunks[0]
+    yield from bands(dataset, max(chunk, PART_BYTES // max(row, 1) // chunk * chunk))
+
+
+def bands(dataset: h5py.Dataset, step: int) -> Iterator[npt.NDArray[Any]]:
+    """The values of a dataset in their order, `step` rows at a time; each is valid until the next.
+
+    Raises
+    ------
+    InputError
+        So many rows are larger than memory should be given for.
+    """
+    if not dataset.shape:
+        yield np.atleast_1d(values_of(dataset))
+        return
     rows = min(step, dataset.shape[0])
-    refuse_large(dataset.file.filename, dataset.name, rows * row)
+    refuse_large(dataset.file.filename, dataset.name, rows * dataset.dtype.itemsize * prod(dataset.shape[1:]))
     # One buffer for all parts: a row of chunks of a wide array is large itself.
     buffer = np.empty((rows, *dataset.shape[1:]), dataset.dtype)
-    for start in range(0, dataset.shape[0], step):
+    for start in range(0, dataset.shape[0], step or 1):
         part = buffer[: min(step, dataset.shape[0] - start)]
         if part.size:
             dataset.read_direct(part, np.s_[start : start + len(part)])

@@ -47,7 +47,8 @@ ATTRIBUTES = {
     "generator": "program and version",
     "job": "the part of the job that the file depends on, as YAML",
     "digest_version": "version of the rule of `content_sha256`; absent in older files, whose digest covers arrays only",
-    "content_sha256": "SHA-256 over groups, axes, arrays and all attributes but this one (`schemas/hdf5_digest.py`)",
+    "content_sha256": "SHA-256 over groups, axes, arrays and all attributes but this one; by rule 3 an array"
+    " enters with a digest of its own (`schemas/hdf5_digest.py`, `schemas/array_digest.py`)",
     "state": "name of the state; by default its preset or profile, `sounding` where it is made from one",
     "made_from": "preset or profile of a state that the job names, `sounding` where it is made from one",
     "sounding": "name of the file of the sounding",

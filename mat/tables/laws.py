@@ -17,12 +17,13 @@ from skyshine.mat.tables.files import ATMQ_CHANNELS
 from skyshine.mat.tables.limits import LIMITS, ROUNDING
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group
-from skyshine.schemas.hdf5_digest import parts
+from skyshine.schemas.hdf5_digest import bands, parts
 
 Array = npt.NDArray[np.float64]
 Law = Callable[[Group], Iterator[str]]
 
 PATH = ("range", "altitude", "elevation")
+TEXEL_ROWS = 256  # of the arrays of a texture read at a time, which have rows in common
 # Of a band, from format 1.5 on: together or not at all.
 _SPECTRA = {"reflectance_spectrum": ("material", WAVELENGTH), "emission_share": ("planck_temperature", WAVELENGTH)}
 
@@ -59,8 +60,8 @@ def broken_texture_laws(file: h5py.File) -> Iterator[str]:
 def _level(place: str, level: h5py.Group, codes: npt.NDArray[np.integer]) -> Iterator[str]:
     if "mix_weight" in level and "mix_code" in level and "code" in level:
         total = int(level["mix_weight"].attrs.get("total", 0))
-        pieces = zip(parts(level["code"]), parts(level["mix_code"]), parts(level["mix_weight"]), strict=False)
-        for code, mix_code, mix_weight in pieces:
+        pieces = (bands(level[plane], TEXEL_ROWS) for plane in ("code", "mix_code", "mix_weight"))
+        for code, mix_code, mix_weight in zip(*pieces, strict=False):
             sums = mix_weight.astype(np.int64).sum(axis=-1)
             known = np.isin(mix_code, codes)
             problems = [

@@ -1,5 +1,6 @@
 """The tutorials: every job, command and Python block of each page runs, in their order, in an empty folder."""
 
+import json
 import re
 import shlex
 from pathlib import Path
@@ -9,6 +10,7 @@ from click.testing import CliRunner
 
 from skyshine.mat.cli import main as mat
 from skyshine.tmm.cli import main as tmm
+from skyshine.tmm.database.reader import open_tmm
 
 FOLDER = Path(__file__).parents[2] / "examples" / "manual" / "tutorials"
 PROGRAMS = {"mat": mat, "tmm": tmm}
@@ -38,9 +40,9 @@ def follow(page, folder, monkeypatch):
     return names
 
 
-def test_these_are_the_five_users():
+def test_these_are_the_five_users_and_the_three_ways():
     users = {"sensor_engineer", "runtime_engineer", "texture_artist", "researcher", "batch_operator"}
-    assert {path.stem for path in FOLDER.iterdir()} == users
+    assert {path.stem for path in FOLDER.iterdir()} == users | {"three_ways"}
 
 
 def test_the_sensor_engineer_finds_contrast_and_transmittance(tmp_path, monkeypatch):
@@ -65,6 +67,27 @@ def test_the_texture_artist_gets_materials_and_masks(tmp_path, monkeypatch):
     assert (tmp_path / "materials.png").stat().st_size > 10_000
     assert len(list((tmp_path / "exchange").rglob("*.png"))) >= 4
     assert (tmp_path / "pine" / "build" / "yellowstone_road.suggest.html").is_file()
+
+
+def seed_texels(job):
+    return json.loads(CliRunner().invoke(tmm, ["check", "--json", job]).output)["textures"][0]["seed_texels"]
+
+
+def test_the_three_ways_find_the_same_road_and_forest(tmp_path, monkeypatch):
+    follow("three_ways", tmp_path, monkeypatch)
+    found = {}
+    for way in ("answers", "labels", "polygons", "all"):
+        with open_tmm(tmp_path / "build" / f"{way}.tmm.h5") as file:
+            assert set(file.usage) == {"asphalt_road", "grass_green", "conifer"}
+            assert 0.06 < file.usage["asphalt_road"] < 0.12  # .08 by the polygons of the example
+            found[way] = file.array("levels/0/code")
+    seeds = {way: seed_texels(f"{way}.yaml") for way in found}
+    for way in ("answers", "labels", "polygons"):
+        assert (found[way] == found["all"]).mean() > 0.85, way
+        assert all(seeds["all"][name] > number for name, number in seeds[way].items())
+    questions = (tmp_path / "build" / "answers.suggest.html").read_text(encoding="utf-8")
+    assert "://" not in re.sub(r"http://www.w3.org/\S+", "", questions)  # works without a network
+    assert (tmp_path / "build" / "answers.suggest.png").stat().st_size > 10_000
 
 
 def test_the_researcher_finds_what_was_planted(tmp_path, monkeypatch):

@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
+from skyshine.schemas.array_digest import array_digest
 from skyshine.schemas.digest import digest_of
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, is_current, open_database, read_file, write_file
@@ -136,10 +137,76 @@ def test_older_files_are_checked_by_the_older_rule(tmp_path):
     assert not holds(path)
 
 
+def test_files_of_the_second_rule_are_checked_by_it(tmp_path):
+    """A file written before arrays had digests of their own, when they were read back in their order."""
+    path = tmp_path / "second.h5"
+    path.write_bytes((Path(__file__).parents[1] / "data" / "second_digest.h5").read_bytes())
+    with open_database(path) as file:
+        assert file.attrs["digest_version"] == "2" and digest_holds(file)
+    with h5py.File(path, "r+") as file:
+        file["value"][0, 1] = 9.0
+    assert not holds(path)
+
+
+def test_a_file_of_the_second_rule_is_kept(good):
+    with h5py.File(good, "r+") as file:
+        file.attrs["digest_version"] = "2"
+        file.attrs["content_sha256"] = content_hash(file)
+    assert is_current(good, HEADER)
+    with h5py.File(good, "r+") as file:
+        file["heat"][0, 1] = 9.0
+    assert not is_current(good, HEADER)
+
+
+def test_a_file_of_the_first_rule_is_made_again(good):
+    """That rule covers no attributes, so that it does not show whether they are as they were."""
+    with h5py.File(good, "r+") as file:
+        del file.attrs["digest_version"]
+        file.attrs["content_sha256"] = content_hash(file)
+    assert holds(good) and not is_current(good, HEADER)
+
+
+def by_the_text(values):
+    """The digest of an array as `array_digest` words it, value by value."""
+
+    def of(data):
+        return hashlib.sha256(data).digest()
+
+    if values.ndim == 1:
+        blocks = [values[i : i + 65536] for i in range(0, len(values), 65536)]
+    else:
+        rows, columns = (range(0, n, 256) for n in values.shape[:2])
+        blocks = [values[i : i + 256, j : j + 256] for i in rows for j in columns]
+    size = values.dtype.itemsize
+    joined = [block.astype(values.dtype.newbyteorder("<")).tobytes() for block in blocks]
+    return of(b"".join(of(b"".join(of(data[k::size]) for k in range(size))) for data in joined))
+
+
+@pytest.mark.parametrize("shape", [(1,), (70_000,), (3, 4), (300, 520), (2, 300, 5, 7), (513, 3, 3), (4, 0), (0,)])
+@pytest.mark.parametrize("kind", ["<u2", ">f4", "u1", "<f8", "<i4"])
+def test_the_digest_of_an_array_is_what_its_text_says(shape, kind):
+    values = np.random.default_rng(1).integers(0, 9, shape).astype(kind)
+    assert array_digest(values) == by_the_text(values)
+    if values.size:
+        changed = values.copy()
+        changed.flat[-1] += 1
+        assert array_digest(changed) != array_digest(values)
+
+
+def test_an_array_read_back_has_the_digest_of_the_one_in_memory(tmp_path):
+    axes = {name: Axis(np.arange(n), "1", "number") for name, n in (("y", 600), ("x", 513))}
+    data = np.random.default_rng(2).normal(size=(600, 513)).astype("f4")
+    digest = write_file(tmp_path / "a.h5", Group(axes, {"a": Variable(("y", "x"), data, "1", "a")}), HEADER)
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert file.attrs["digest_version"] == "3"
+        assert content_hash(file) == digest == content_hash(file, {"/a": array_digest(data)})
+        assert content_hash(file, {"/a": array_digest(data + 1)}) != digest
+
+
 def test_a_rule_of_a_later_version_is_refused(good):
     with h5py.File(good, "r+") as file:
-        file.attrs["digest_version"] = "3"
-    with pytest.raises(InputError, match="has digest_version '3'.*upgrade skyshine"):
+        file.attrs["digest_version"] = "4"
+    with pytest.raises(InputError, match="has digest_version '4'; allowed: '2', '3', or none.*upgrade skyshine"):
         holds(good)
 
 

@@ -20,7 +20,7 @@ from skyshine.schemas.quantity import quantity
 @click.option(
     "--table",
     type=click.Path(),
-    help="CDB: the Composite Material Table of an image of indices that stands outside a CDB.",
+    help="CDB: the Composite Material Table of an image of indices outside a CDB, or of a tile whose own is elsewhere.",
 )
 @json_option
 def command(file: str, out: str, legend: str | None, map_file: str | None, table: str | None, as_json: bool) -> None:

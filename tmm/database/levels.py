@@ -102,14 +102,44 @@ def ranked(codes: npt.NDArray[np.uint16], counts: Iterable[npt.NDArray[Any]], to
     total : int
         Shares are rounded to parts of it, by largest remainders; `WEIGHT_TOTAL` or a smaller number.
     """
-    size: tuple[int, ...] = ()
+    planes = [np.asarray(count) for count in counts]
+    size = planes[0].shape
+    flat = [plane.reshape(-1) for plane in planes]
+    code, present = np.zeros(flat[0].size, np.uint16), np.zeros(flat[0].size, np.uint16)
+    for number, count in zip(codes, flat, strict=True):
+        has = (count > 0).view(np.uint8)
+        present += has
+        code += has * np.uint16(number)  # right where it is the only one
+    mix_code, mix_weight = (np.zeros((code.size, COMPONENTS), np.uint16) for _ in range(2))
+    mix_code[:, 0], mix_weight[:, 0] = code, WEIGHT_TOTAL
+    # Most texels of a photograph have one material: the others alone are ranked.
+    mixed = np.flatnonzero(present > 1)
+    if len(mixed):
+        # Shares of a level that cuts texels of a very large image are counted in units that times `total` pass 64 bits.
+        wide = flat[0].dtype.itemsize == 8
+        bits = max(int(count.max()) for count in flat).bit_length() - _MOST_BITS if wide else 0
+        parts = (count[mixed].astype(np.int64) for count in flat)
+        mix_code[mixed], mix_weight[mixed] = (part.T for part in _ranked(codes, parts, total, max(bits, 0)))
+        code = mix_code[:, 0].copy()
+    return Level(*(part.reshape(*size, *part.shape[1:]) for part in (code, mix_code, mix_weight)))
+
+
+def _ranked(
+    codes: npt.NDArray[np.uint16], counts: Iterable[npt.NDArray[np.int64]], total: int, shift: int
+) -> tuple[npt.NDArray[np.uint16], npt.NDArray[np.uint16]]:
+    """Codes (3, N) and weights (3, N) of the largest of counts (N,) that are not all 0 anywhere."""
+    found, ranks = np.empty(0, np.uint16), np.empty(0, np.int64)
     for number, count in zip(codes, counts, strict=True):
-        if not size:
-            size = count.shape
+        if not ranks.size:
             ranks = np.zeros((COMPONENTS, count.size), np.int64)
             found = np.zeros(ranks.shape, np.uint16)
-        _insert(found, ranks, number, count.ravel())
-    return _level(found, ranks, size, total)
+        _insert(found, ranks, number, count)
+    ranks >>= shift
+    weights = integer_weights(ranks, total)
+    if total != WEIGHT_TOTAL:
+        weights = integer_weights(weights, WEIGHT_TOTAL)
+    found[weights == 0] = 0
+    return found, weights.astype(np.uint16)
 
 
 class _Counter:
@@ -238,18 +268,6 @@ def pure_level(code: npt.NDArray[np.uint16]) -> Level:
     return Level(code, mix_code, mix_weight)
 
 
-def _level(codes: npt.NDArray[np.uint16], ranks: npt.NDArray[np.int64], size: tuple[int, ...], total: int) -> Level:
-    # Shares of a level that cuts texels of a very large image are counted in units that times `total` pass 64 bits.
-    ranks >>= max(int(ranks[0].max(initial=0)).bit_length() - _MOST_BITS, 0)
-    weights = integer_weights(ranks, total)
-    if total != WEIGHT_TOTAL:
-        weights = integer_weights(weights, WEIGHT_TOTAL)
-    weights = weights.astype(np.uint16)
-    codes[weights == 0] = 0
-    mix_code, mix_weight = (np.ascontiguousarray(part.T).reshape(*size, COMPONENTS) for part in (codes, weights))
-    return Level(mix_code[..., 0].copy(), mix_code, mix_weight)
-
-
 def integer_weights(counts: npt.NDArray[np.int64], total: int) -> npt.NDArray[Any]:
     """Shares in integers that sum to `total` exactly, by largest remainders (Hamilton's method).
 
@@ -267,10 +285,11 @@ def integer_weights(counts: npt.NDArray[np.int64], total: int) -> npt.NDArray[An
     mixed = np.flatnonzero(counts[1])
     share, remainder = np.divmod(counts[:, mixed] * total, counts[:, mixed].sum(axis=0))
     missing = total - share.sum(axis=0)
-    order = np.argsort(-remainder, axis=0, kind="stable")
-    for rank in range(COMPONENTS - 1):
-        receiver = order[rank : rank + 1]
-        np.put_along_axis(share, receiver, np.take_along_axis(share, receiver, 0) + (missing > rank), 0)
+    # The rank of each remainder, the first largest; of equal ones the earlier comes first.
+    first, outer, last = (remainder[i] >= remainder[j] for i, j in ((0, 1), (0, 2), (1, 2)))
+    ranks = (~first).astype(np.int8) + ~outer, first.astype(np.int8) + ~last, outer.astype(np.int8) + last
+    for part, rank in zip(share, ranks, strict=True):
+        part += rank < missing
     weights[:, mixed] = share
     return weights
 
@@ -280,13 +299,21 @@ class Composites:
 
     def __init__(self) -> None:
         self._packed = np.empty(0, np.uint64)
+        self._pending: list[npt.NDArray[np.uint64]] = []
 
-    def add(self, level: Level) -> None:
-        """Take the mixtures of rows of a level."""
-        self._packed = np.union1d(self._packed, _packed_mixtures(level))
+    def add(self, level: Level, *, pure: bool = True) -> None:
+        """Take the mixtures of rows of a level; without `pure`, those of two materials or three alone."""
+        self._pending.append(_packed_mixtures(level, pure))
+        if sum(map(len, self._pending)) > PIECE_TEXELS:
+            self._merge()
+
+    def _merge(self) -> None:
+        self._packed = np.unique(np.concatenate([self._packed, *self._pending]))
+        self._pending.clear()
 
     def mixtures(self) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """Material codes (N, 3) uint16, 0 where unused, and their weights (N, 3) uint8, which sum to 100."""
+        self._merge()
         fields = [(self._packed >> np.uint64(shift)) & np.uint64(mask) for shift, mask in _FIELDS]
         components = np.stack(fields[:3], axis=1).astype(np.uint16)
         first, second = (field.astype(np.int64) for field in fields[3:])
@@ -296,14 +323,18 @@ class Composites:
 _FIELDS = ((48, 0xFFFF), (32, 0xFFFF), (16, 0xFFFF), (8, 0xFF), (0, 0xFF))
 
 
-def _packed_mixtures(level: Level) -> npt.NDArray[Any]:
-    """Distinct mixtures of a level, one integer each; the third weight follows from the others."""
-    mixed = level.mix_weight[..., 1] > 0
-    pure = np.unique(level.code[~mixed])
-    codes = np.concatenate([level.mix_code[mixed], np.stack([pure, 0 * pure, 0 * pure], axis=1)]).T
-    counts = np.concatenate([level.mix_weight[mixed], np.tile([[1, 0, 0]], (len(pure), 1))]).T.astype(np.int64)
+def _packed_mixtures(level: Level, pure: bool) -> npt.NDArray[np.uint64]:
+    """Mixtures of a level, one integer each; the third weight follows from the others."""
+    mix_code, mix_weight = (part.reshape(-1, COMPONENTS) for part in (level.mix_code, level.mix_weight))
+    two = mix_weight[:, 1] > 0
+    mixed = np.flatnonzero(two)
+    codes, counts = mix_code[mixed].T, mix_weight[mixed].T.astype(np.int64)
+    if pure:
+        single = np.unique(level.code.reshape(-1)[~two])
+        codes = np.concatenate([codes, np.stack([single, 0 * single, 0 * single])], axis=1)
+        counts = np.concatenate([counts, np.tile([[1], [0], [0]], len(single))], axis=1)
     weights = integer_weights(counts, PERCENT)
     packed = np.zeros(codes.shape[1], np.uint64)
     for (shift, _), part in zip(_FIELDS, (*np.where(weights > 0, codes, 0), *weights[:2]), strict=True):
         packed |= part.astype(np.uint64) << np.uint64(shift)
-    return np.unique(packed)
+    return packed

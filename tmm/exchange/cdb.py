@@ -47,13 +47,15 @@ class CdbRaster:
     table: dict[int, Composite]
 
 
-def read_cdb(path: str | os.PathLike[str]) -> CdbRaster:
+def read_cdb(path: str | os.PathLike[str], table_path: str | os.PathLike[str] | None = None) -> CdbRaster:
     """Read a raster of dataset 005 or 504 with its other layers, its shares and its table.
 
     Parameters
     ----------
     path : path
         Its first layer of indices, ``..._D005_S001_T001_....tif`` or ``D504_S001_T001_....tif``, in its place in a CDB.
+    table_path : path, optional
+        Of its table, where that is not in its own place.
 
     Raises
     ------
@@ -71,9 +73,12 @@ def read_cdb(path: str | os.PathLike[str]) -> CdbRaster:
             raise InputError(
                 "has layers of different sizes, or of other than unsigned integers; write them again", file=path
             )
-    table = read_table(place.table(root))
+    own = place.table(root)
+    if table_path is None and not own.exists():
+        raise InputError("is not there, the Composite Material Table of these rasters; name one with --table", file=own)
+    table = read_table(own if table_path is None else table_path)
     index = np.stack(layers)
-    indices_in(index, table, path, place.table(root).name)
+    indices_in(index, table, path, (own if table_path is None else Path(table_path)).name)
     return CdbRaster(place, index, np.stack(shares), table)
 
 

@@ -179,3 +179,12 @@ def locate(path: Path) -> tuple[Tile | ModelTexture, Path]:
     if full.parts[-len(inside.parts) :] != inside.parts:
         raise InputError(f"is not in its place in a CDB; allowed: {inside} below the CDB's folder", file=path)
     return place, Path(*full.parts[: -len(inside.parts)])
+
+
+def is_placed(path: Path) -> bool:
+    """Whether a path is that of a raster of indices in its place in a CDB."""
+    try:
+        locate(path)
+    except InputError:
+        return False
+    return True

@@ -65,27 +65,49 @@ def read_table(path: str | os.PathLike[str]) -> dict[int, Composite]:
         The file is missing or is not XML, it holds no composite material, an index stands twice or is no whole number,
         or a composite has no base material.
     """
+    return parse_table(read_xml(path), Path(path))
+
+
+def read_xml(path: str | os.PathLike[str]) -> bytes:
+    """The text of an XML file of a CDB.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or is larger than such a table is.
+    """
     path = Path(path)
     try:
         if path.exists() and not path.is_file():
             raise InputError("is no file that can be read; check the path", file=path)
         if path.stat().st_size > BYTE_LIMIT:
             raise InputError(f"found {path.stat().st_size} bytes; allowed: at most {BYTE_LIMIT}", file=path)
-        return parse_table(path.read_bytes(), path)
+        return path.read_bytes()
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}; check the path", file=path) from None
 
 
-def parse_table(text: bytes, path: Path) -> dict[int, Composite]:
-    """Read the text of a table as `read_table` does; `path` stands in its messages."""
+def parse_xml(text: bytes, path: Path) -> Any:
+    """The root element of the text of an XML file; `path` stands in the messages.
+
+    Raises
+    ------
+    InputError
+        It is not XML.
+    """
     from lxml import etree  # an extra that only CDB needs
 
     parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, remove_comments=True)
     try:
-        root: Any = etree.fromstring(text, parser)
+        return etree.fromstring(text, parser)
     except etree.XMLSyntaxError as error:
         line, column = (int(number) for number in error.position)
         raise InputError(f"is not XML: {error.msg}; fix it here", file=path, line=line, column=column) from None
+
+
+def parse_table(text: bytes, path: Path) -> dict[int, Composite]:
+    """Read the text of a table as `read_table` does; `path` stands in its messages."""
+    root = parse_xml(text, path)
     table: dict[int, Composite] = {}
     for element in root.iter("{*}Composite_Material"):
         composite = _composite(element, path)

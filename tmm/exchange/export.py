@@ -124,14 +124,43 @@ def _export_cdb(
     target: CdbTarget,
     progress: Progress,
 ) -> list[Path]:
+    from skyshine.tmm.exchange.cdb import write_cdb
+    from skyshine.tmm.exchange.cdb_bases import add_bases, bases_of, require_bases
+    from skyshine.tmm.exchange.imported import kept_raster
+
+    kept = kept_raster(path) if target == CdbTarget() and level is None else None
+    materials = load_map(library, target.map_file)
+    if kept is not None:
+        composites = list(kept.table.values())
+    else:
+        composites = [materials.composite(name, 1) for name in _used_materials(path)]
+    require_bases(root, composites)
+    if kept is not None:
+        written = write_cdb(root, kept)
+    else:
+        written = _export_materials(path, root, materials, level, target, progress)
+    return [*written, *add_bases(root, {*materials.recipes.bases, *bases_of(composites)})]
+
+
+def _used_materials(path: str | os.PathLike[str]) -> list[str]:
+    """The materials that some texel of a database has."""
+    with open_tmm(path) as file:
+        return [name for name, share in file.usage.items() if share > 0]
+
+
+def _export_materials(
+    path: str | os.PathLike[str],
+    root: Path,
+    materials: CdbMaterials,
+    level: int | None,
+    target: CdbTarget,
+    progress: Progress,
+) -> list[Path]:
+    """Write composite materials of ours into a CDB."""
     from skyshine.tmm.exchange.cdb import from_image, write_cdb
     from skyshine.tmm.exchange.cdb_places import parse_tile
     from skyshine.tmm.exchange.cdb_tiles import cut_tiles
-    from skyshine.tmm.exchange.imported import kept_raster
 
-    if target == CdbTarget() and level is None and (kept := kept_raster(path)) is not None:
-        return write_cdb(root, kept)
-    materials = load_map(library, target.map_file)
     if target.model is not None and target.tile is None:
         return _export_model(path, root, materials, level, target.model, target.lod)
     if target.tile is None:

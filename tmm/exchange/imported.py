@@ -18,7 +18,7 @@ from skyshine.tmm.database.levels import WEIGHT_TOTAL, Composites, Level, LevelS
 from skyshine.tmm.database.reader import open_tmm
 from skyshine.tmm.exchange.cdb import CdbRaster
 from skyshine.tmm.exchange.cdb_materials import CdbMaterials
-from skyshine.tmm.exchange.cdb_places import INDEX, place_of
+from skyshine.tmm.exchange.cdb_places import INDEX, is_placed, place_of
 from skyshine.tmm.exchange.cdb_table import Composite, parse_table, table_text
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.images.raster import file_sha256
@@ -187,7 +187,8 @@ def import_texture(
     map_file : path, optional
         Of a CDB; by default the packaged map.
     table : path, optional
-        Composite Material Table that an image of indices goes with, which then may stand anywhere.
+        Composite Material Table that an image of indices goes with, which then may stand anywhere; of a raster in a
+        CDB, in place of its own.
 
     Raises
     ------
@@ -200,10 +201,10 @@ def import_texture(
     from skyshine.tmm.exchange.legend import read_legend
 
     path, raster = Path(path), None
-    if table is not None:
+    if table is not None and not is_placed(path):
         image, colours = _with_table(path, Path(table), load_map(library, map_file))
     elif path.suffix.lower() in (".tif", ".tiff"):
-        raster, materials = read_cdb(path), load_map(library, map_file)
+        raster, materials = read_cdb(path, table), load_map(library, map_file)
         image, present = to_image(raster, materials), np.unique(raster.index).tolist()
         colours = _first_materials([k for k in present if k in raster.table], raster.table, materials)
     elif path.suffix.lower() == ".png":

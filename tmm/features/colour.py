@@ -10,6 +10,7 @@ import numpy.typing as npt
 from skyshine.tmm.images.texture import Windowed
 
 PIECE_TEXELS = 1 << 21  # looked at at a time
+CACHED_TEXELS = 1 << 17
 TABLED = 1 << 21  # distinct colours of one table: beyond, its posteriors would not fit the memory aimed at
 
 
@@ -110,8 +111,11 @@ class DistinctColours:
             pixels, valid = texture.window(slice(top, min(top + step, texture.height)), slice(0, texture.width))
             whole = valid.all()
             self.valid_texels += valid.size if whole else int(valid.sum())
-            if count:
-                present[_packed(pixels) if whole else _packed(pixels)[valid]] = True
+            # In parts that stay in a processor's cache, by the index type of numpy: half the time.
+            rows = max(CACHED_TEXELS // texture.width, 1)
+            for first in range(0, len(pixels) if count else 0, rows):
+                part = _packed(pixels[first : first + rows])
+                present[(part if whole else part[valid[first : first + rows]]).astype(np.intp)] = True
         if count:
             packed = np.flatnonzero(present)
             self.number = len(packed)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ import numpy.typing as npt
 from skyshine.schemas import hdf5
 from skyshine.schemas.abandoned_parts import remove_abandoned
 from skyshine.schemas.hdf5 import Axis, Filled, Group, Variable, write_file
-from skyshine.schemas.hdf5_digest import parts
+from skyshine.schemas.hdf5_chunks import ChunkWriter
 from skyshine.tmm.database.layout import (
     CHUNK,
     SHADE_TOTAL,
@@ -33,7 +33,7 @@ from skyshine.tmm.images.georeference import read_georeference
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.inputs.load import job_files
 from skyshine.tmm.job.model import TextureJob
-from skyshine.tmm.mapping.texture_map import BAND, STRIP, TextureMap
+from skyshine.tmm.mapping.texture_map import STRIP, TextureMap
 
 LEVEL_TEXELS = 1 << 20  # texels whose mip levels are counted at a time
 
@@ -83,10 +83,10 @@ def write_texture(mapped: TextureMap, path: str | os.PathLike[str]) -> Written:
     counted: list[Written] = []
 
     def fill(file: h5py.File) -> Filled:
-        written, mixtures = _fill_levels(mapped, file)
+        written, mixtures, digests = _fill_levels(mapped, file)
         counted.append(written)
         rest = Group(groups={"usage": _usage(mapped, written), "composites": composite_layout(*mixtures)})
-        return Filled(rest, {} if mapped.mixed else _pure_mixtures(file["levels/0/code"]))
+        return Filled(rest, digests)
 
     height, width = mapped.texture.height, mapped.texture.width
     shaded = isinstance(mapped.texture, RelitTexture)
@@ -105,12 +105,17 @@ def write_texture(mapped: TextureMap, path: str | os.PathLike[str]) -> Written:
     return replace(counted[0], digest=digest)
 
 
-def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[npt.NDArray[Any], npt.NDArray[Any]]]:
-    """Write all levels; returns the counts, and the components and weights of the distinct mixtures."""
+def _fill_levels(
+    mapped: TextureMap, file: h5py.File
+) -> tuple[Written, tuple[npt.NDArray[Any], npt.NDArray[Any]], dict[str, bytes]]:
+    """Write all levels; returns the counts, the components and weights of the distinct mixtures, and the digests of
+    arrays by their paths.
+    """
     stream = LevelStream(mapped.texture.height, mapped.texture.width, mapped.codes)
     mixtures = Composites()
-    writers = [_RowWriter(file[f"levels/{k}"], mapped.codes) for k in range(1, len(file["levels"]))]
-    level0 = chunk_writers(file["levels/0"])
+    arrays = [chunk_writers(file[f"levels/{k}"]) for k in range(len(file["levels"]))]
+    writers = [_RowWriter(level, file[f"levels/{k}/code"].shape, mapped.codes) for k, level in enumerate(arrays) if k]
+    level0 = arrays[0]
     texels, known, total, shaded = np.zeros(1 << 16), 0, 0.0, 0.0
     for band, windows in itertools.groupby(mapped.windows(), key=lambda window: window[0]):
         rows = _Rows(band.stop - band.start, mapped.texture.width, mapped.mixed)
@@ -132,14 +137,22 @@ def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[np
                 level0[name].write((band.start, columns.start, 0)[: values.ndim], values)
         for number, _, part in rows.coarser(stream):
             writers[number - 1].add(part)
-            mixtures.add(part)
+            # A texel of one material covers texels of the finest level that have it alone, and these are taken there.
+            mixtures.add(part, pure=False)
     if "shade" in level0:
         _fill_shade(file)
     if not mapped.mixed:
         mixtures.add(pure_level(np.flatnonzero(texels)[np.newaxis].astype(np.uint16)))
     with_data = mapped.colours.valid_texels
     in_shade = shaded / with_data if "shade" in level0 else None
-    return Written(texels[mapped.codes], with_data, known, total / with_data, in_shade), mixtures.mixtures()
+    digests = {
+        f"/levels/{k}/{name}": digest
+        for k, level in enumerate(arrays)
+        for name, writer in level.items()
+        if (digest := writer.digest()) is not None
+    }
+    written = Written(texels[mapped.codes], with_data, known, total / with_data, in_shade)
+    return written, mixtures.mixtures(), digests
 
 
 class _Rows:
@@ -166,23 +179,6 @@ class _Rows:
                 yield from stream.add(self._code[rows])
 
 
-def _pure_mixtures(code: h5py.Dataset) -> dict[str, Callable[[], Iterator[npt.NDArray[Any]]]]:
-    """The mixtures of the finest level, which are its materials, by the paths of their arrays."""
-    step = max(STRIP * BAND // code.shape[1], 1)
-
-    def codes() -> Iterator[npt.NDArray[Any]]:
-        for part in parts(code):
-            for top in range(0, len(part), step):
-                yield pure_level(part[top : top + step]).mix_code
-
-    def weights() -> Iterator[npt.NDArray[Any]]:
-        whole = pure_level(np.zeros((step, code.shape[1]), np.uint16)).mix_weight
-        for top in range(0, len(code), step):
-            yield whole[: len(code) - top]
-
-    return {"/levels/0/mix_code": codes, "/levels/0/mix_weight": weights}
-
-
 def _fill_shade(file: h5py.File) -> None:
     """Write the shade of all levels but the first, each the mean over what it covers of the one before."""
     for k in range(1, len(file["levels"])):
@@ -203,19 +199,20 @@ def _fill_shade(file: h5py.File) -> None:
 class _RowWriter:
     """Writes the rows of a level as whole chunks, so that each chunk is compressed once."""
 
-    def __init__(self, group: h5py.Group, materials: npt.NDArray[Any]) -> None:
-        """`materials` (K,) are the codes that occur, in ascending order."""
-        writers = chunk_writers(group)
-        self._arrays = [writers[name] for name in ("code", "mix_code", "mix_weight")]
-        self._height, self._width = group["code"].shape
+    def __init__(self, arrays: dict[str, ChunkWriter], shape: tuple[int, int], materials: npt.NDArray[Any]) -> None:
+        """`materials` (K,) are the codes that occur, in ascending order; `shape` is that of the level."""
+        self._arrays = [arrays[name] for name in ("code", "mix_code", "mix_weight")]
+        self._height, self._width = shape
         # Of the wide levels of a large texture these rows are the most that is held: materials are kept as their
         # number, in one byte where that does, and the third weight follows from the others.
         self._materials, kind = (
             np.append(0, materials).astype(np.uint16),
             np.uint8 if len(materials) < 256 else np.uint16,
         )
-        shape = min(CHUNK, self._height), self._width
-        self._numbers, self._weights = np.empty((*shape, 3), kind), np.empty((*shape, 2), np.uint16)
+        self._number = np.zeros(1 << 16, kind)
+        self._number[self._materials] = np.arange(len(self._materials))
+        rows = min(CHUNK, self._height), self._width
+        self._numbers, self._weights = np.empty((*rows, 3), kind), np.empty((*rows, 2), np.uint16)
         self._kept, self._done = 0, 0
 
     def add(self, part: Level) -> None:
@@ -224,7 +221,7 @@ class _RowWriter:
         while start < len(part.code):
             number = min(len(self._numbers) - self._kept, len(part.code) - start)
             to, of = slice(self._kept, self._kept + number), slice(start, start + number)
-            self._numbers[to] = np.searchsorted(self._materials, part.mix_code[of])
+            self._numbers[to] = np.take(self._number, part.mix_code[of])
             self._weights[to] = part.mix_weight[of, :, :2]
             start, self._kept = start + number, self._kept + number
             if self._kept == len(self._numbers) or self._done + self._kept == self._height:
@@ -233,10 +230,11 @@ class _RowWriter:
     def _write(self) -> None:
         for left in range(0, self._width, STRIP):
             columns = slice(left, min(left + STRIP, self._width))
-            codes = self._materials[self._numbers[: self._kept, columns]]
+            codes = np.take(self._materials, self._numbers[: self._kept, columns])
             two = self._weights[: self._kept, columns]
-            third = WEIGHT_TOTAL - two.sum(axis=-1, keepdims=True, dtype=np.int32)
-            weights = np.concatenate([two, third.astype(np.uint16)], axis=-1)
+            weights = np.empty_like(codes)
+            weights[..., :2] = two
+            weights[..., 2] = np.uint16(WEIGHT_TOTAL) - two[..., 0] - two[..., 1]
             for array, values in zip(self._arrays, (codes[..., 0], codes, weights), strict=True):
                 array.write((self._done, left, 0)[: values.ndim], values)
         self._done, self._kept = self._done + self._kept, 0

@@ -52,7 +52,7 @@ def test_the_other_states_are_built_and_the_failed_one_is_retried(
     job, planted, build_inline, monkeypatch, caplog, error, ends, words
 ):
     with monkeypatch.context():
-        planted(Kind.ATMOSPHERE, 1, error)
+        planted(Kind.ATMOSPHERE, 1, error)  # the first, so that the other comes after it
         with caplog.at_level(logging.INFO), pytest.raises(ends) as stop:
             build_inline(job, jobs=1)
         monkeypatch.undo()

@@ -24,7 +24,7 @@ JOB = {
         "source_azimuth_deg": [0, 90, 180],
     },
     "surface_grid": {"altitude_km": [0], "azimuth_deg": [180], "slope_deg": [0]},
-    "output": {"pictures": False},
+    "output": {"folder": "built", "pictures": False},
 }
 
 
@@ -33,9 +33,9 @@ def tables(tmp_path_factory, build_inline):
     def built(factor):
         job = copy.deepcopy(JOB)
         job["states"][0]["night_sky"] = factor
-        folder = tmp_path_factory.mktemp("night") / f"built{factor}"
-        build_inline(load_job(job, folder=folder.parent), out=folder, jobs=1)
-        return skyshine.mat.open(folder / "s01b01.lunar_atmq.h5")
+        loaded = load_job(job, folder=tmp_path_factory.mktemp("night"))
+        build_inline(loaded, jobs=1)
+        return skyshine.mat.open(loaded.output_folder / "s01b01.lunar_atmq.h5")
 
     return built(0.0), built(1.0)
 

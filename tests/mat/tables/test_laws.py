@@ -314,3 +314,29 @@ def test_a_planted_violation_of_a_texture_has_a_line(tmp_path, name, place, valu
         lines = list(broken_texture_laws(file))
     assert any(line in text for text in lines), lines
     assert any(line in text for text in problems(tmp_path / "a.h5"))
+
+
+def test_arrays_of_a_texture_are_compared_row_by_row_however_large(tmp_path):
+    """Of this width 16 MB, which are read at a time elsewhere, are fewer rows of mixtures than of codes."""
+    rows, width = 600, 5000
+    axes = {"y": Axis(np.arange(rows), "1", "y"), "x": Axis(np.arange(width), "1", "x")}
+    axes["component"] = Axis(np.arange(3, dtype=np.uint8), "1", "rank")
+    code = np.full((rows, width), 3, np.uint16)
+    mix_code, mix_weight = np.zeros((2, rows, width, 3), np.uint16)
+    mix_code[..., 0], mix_weight[..., 0] = 3, 100
+    plane, mixed, chunk = ("y", "x"), ("y", "x", "component"), (256, 256)
+    level = Group(
+        axes,
+        {
+            "code": Variable(plane, code, "1", "code", chunks=chunk),
+            "mix_code": Variable(mixed, mix_code, "1", "codes", chunks=(*chunk, 3)),
+            "mix_weight": Variable(mixed, mix_weight, "1", "weights", {"total": 100}, chunks=(*chunk, 3)),
+        },
+    )
+    materials = Group({"material": Axis(np.array([3], np.uint16), "1", "code")})
+    groups = {"materials": materials, "levels": Group(groups={"0": level})}
+    write_file(tmp_path / "a.h5", Group(groups=groups), Header("tmm", "1.1.0", "d", "job"))
+    with h5py.File(tmp_path / "a.h5", "r+") as file:
+        assert list(broken_texture_laws(file)) == []
+        file["levels/0/code"][599, 4999] = 4
+        assert len(list(broken_texture_laws(file))) == 1

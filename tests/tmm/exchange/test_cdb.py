@@ -11,7 +11,9 @@ from click.testing import CliRunner
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.cli import main
 from skyshine.tmm.database.levels import WEIGHT_TOTAL, Level
+from skyshine.tmm.database.reader import open_tmm
 from skyshine.tmm.exchange.cdb import from_image, read_cdb, to_image, write_cdb
+from skyshine.tmm.exchange.cdb_bases import bases_of, read_bases, write_bases
 from skyshine.tmm.exchange.cdb_materials import load_map
 from skyshine.tmm.exchange.cdb_places import model_texture, parse_tile
 from skyshine.tmm.exchange.cdb_table import Composite, Substrate, largest_remainders, read_table, write_table
@@ -295,4 +297,91 @@ def test_command(tmp_path, demo_folder):
     result = run.invoke(
         main, [*export, "--tile", "N44W111_LC10_U0_R0", "--json"]
     )  # the last level, one texel of three materials
-    assert result.exit_code == 0 and len(json.loads(result.output)["written"]) == 7
+    assert result.exit_code == 0 and len(json.loads(result.output)["written"]) == 8
+
+
+# The Base Material Table of a CDB.
+
+
+@pytest.fixture
+def painted(library, tmp_path):
+    """A database of 32 x 32 texels: asphalt, and tar in one corner."""
+    from PIL import Image
+
+    colours = np.zeros((32, 32, 3), np.uint8)
+    colours[20:, 20:] = 255
+    Image.fromarray(colours).save(tmp_path / "field.png")
+    job = "skyshine: 1\ntextures: [{image: field.png, palette: {colours: {'#000000': asphalt_road, '#FFFFFF': tar}}}]\n"
+    (tmp_path / "job.yaml").write_text(job)
+    assert CliRunner().invoke(main, ["classify", str(tmp_path / "job.yaml")]).exit_code == 0
+    return tmp_path / "build" / "field.tmm.h5"
+
+
+def _exported(database, root):
+    arguments = ["export", str(database), "--to", "cdb", "--tile", "N12E044_LC05_U0_R0", "--out", str(root)]
+    return CliRunner().invoke(main, arguments)
+
+
+def test_a_cdb_without_a_base_material_table_gets_one(painted, tmp_path, materials):
+    done = _exported(painted, tmp_path / "cdb")
+    assert done.exit_code == 0, done.output
+    table = tmp_path / "cdb" / "Metadata" / "Materials.xml"
+    assert str(table) in done.output.splitlines()
+    assert read_bases(table) == set(materials.recipes.bases)
+    written = {name for path in (tmp_path / "cdb").rglob("*D006*.xml") for name in bases_of(read_table(path).values())}
+    assert written == {"BM_ASPHALT", "BM_TAR"} and written <= read_bases(table)
+    before = table.read_bytes()
+    assert str(table) not in _exported(painted, tmp_path / "cdb").output and table.read_bytes() == before
+
+
+@pytest.mark.shared_data
+def test_the_base_material_table_is_the_standard_s(painted, tmp_path, shared_data):
+    from lxml import etree
+
+    assert _exported(painted, tmp_path / "cdb").exit_code == 0
+    table = tmp_path / "cdb" / "Metadata" / "Materials.xml"
+    etree.XMLSchema(etree.parse(shared_data / "cdb" / "Base_Material_Table.xsd")).assertValid(etree.parse(table))
+    assert read_bases(table) == read_bases(shared_data / "cdb" / "Materials.xml")
+
+
+def test_a_base_material_table_must_have_what_is_written(painted, tmp_path):
+    table = tmp_path / "cdb" / "Metadata" / "Materials.xml"
+    write_bases(table, ["BM_ASPHALT", "BM_SOIL"])
+    before = table.read_bytes()
+    refused = _exported(painted, tmp_path / "cdb")
+    assert refused.exit_code == 2
+    assert f"{table}: lacks the base material 'BM_TAR', which would be written" in refused.stderr
+    assert "--map" in refused.stderr and len(refused.stderr.splitlines()) == 1
+    assert table.read_bytes() == before and not (tmp_path / "cdb" / "Tiles").exists()
+    write_bases(table, ["BM_TAR", "BM_ASPHALT"])
+    assert _exported(painted, tmp_path / "cdb").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    "text, line",
+    [
+        ("<Base_Material_Table/>", "holds no Base_Material"),
+        ("<Base_Material_Table><Base_Material/></Base_Material_Table>", "holds no Base_Material"),
+        ("<Base_Material_Table>", "Materials.xml:1:22: is not XML"),
+    ],
+)
+def test_a_broken_base_material_table_is_one_line(painted, tmp_path, text, line):
+    table = tmp_path / "cdb" / "Metadata" / "Materials.xml"
+    table.parent.mkdir(parents=True)
+    table.write_text(text)
+    refused = _exported(painted, tmp_path / "cdb")
+    assert refused.exit_code == 2 and line in refused.stderr and len(refused.stderr.splitlines()) == 1
+
+
+def test_a_tile_whose_own_table_is_elsewhere(image, materials, tmp_path, library):
+    written = write_cdb(tmp_path / "cdb", from_image(image, TILE, materials))
+    whole = to_image(read_cdb(written[0]), materials)
+    written[-1].rename(tmp_path / "table.xml")
+    alone = CliRunner().invoke(main, ["import", str(written[0]), "--out", str(tmp_path / "out")])
+    assert alone.exit_code == 2 and len(alone.stderr.splitlines()) == 1
+    assert f"{written[-1]}: is not there" in alone.stderr and "--table" in alone.stderr
+    arguments = ["import", str(written[0]), "--out", str(tmp_path / "out"), "--table", str(tmp_path / "table.xml")]
+    assert CliRunner().invoke(main, arguments).exit_code == 0
+    with open_tmm(tmp_path / "out" / f"{TILE.name}.tmm.h5") as file:
+        np.testing.assert_array_equal(file.array("levels/0/mix_code"), whole.level.mix_code)  # all three layers
+        np.testing.assert_array_equal(file.array("levels/0/mix_weight"), whole.level.mix_weight)

@@ -92,7 +92,7 @@ def test_all_levels_of_a_model_texture_share_one_table(library, tmp_path):
     )
     assert result.exit_code == 0, result.output
     written = json.loads(result.output)["written"]
-    assert len([name for name in written if name.endswith(".xml")]) == 1
+    assert len([name for name in written if name.endswith("Wall.xml")]) == 1
     folder = tmp_path / "cdb" / "GTModel" / "504_GTModelMaterial" / "W" / "A" / "Wall"
     with open_tmm(tmp_path / "wall.tmm.h5") as file:
         for k, lod in enumerate(("L02", "L01", "L00", "LC01", "LC02")):

@@ -173,7 +173,8 @@ def write_job(folder, image, **classifier):
         "grass_green": [[[20, 20], [80, 20], [80, 90], [20, 90]], [[30, 150], [80, 150], [80, 190], [30, 190]]],
         "soil_sand": [[[140, 20], [200, 20], [200, 90], [140, 90]], [[140, 150], [190, 150], [190, 190], [140, 190]]],
     }
-    texture = {"image": image, "seeds": {"polygons": polygons}, "classifier": classifier}
+    held_out = {"folds": 2}  # each is a training
+    texture = {"image": image, "seeds": {"polygons": polygons}, "classifier": classifier, "held_out": held_out}
     (folder / "tmm.yaml").write_text(yaml.safe_dump({"textures": [texture]}))
     return str(folder / "tmm.yaml")
 

@@ -166,3 +166,25 @@ def test_command_gives_leaves_and_soil(tmp_path):
     assert bad.exit_code == 2 and "leaf_area_index: found 'much'" in bad.output
     shown = CliRunner().invoke(main, ["materials", "shrub"])
     assert "stand.leaf_area_index" in shown.output and "answers to leaf_area_index" in shown.output
+
+
+def test_a_built_table_holds_what_is_seen_and_is_built_anew_for_other_leaves(tmp_path):
+    """One temperature a material, as of closed stands, and its response to shade."""
+    grid = {"altitude_km": [0], "azimuth_deg": [0, 180], "slope_deg": [0, 30]}
+    given = {"surface_grid": grid, "materials": ["shrub"], "output": {"folder": "built", "pictures": False}}
+    file, place = tmp_path / "job.yaml", {"material": 114, "altitude": 0.0, "azimuth": 0.0, "slope": 0.0}
+    hours = np.arange(0.0, 24.0, 1.5)
+    noons = []
+    for leaf_area in (4.0, 0.8):
+        file.write_text(json.dumps(job(leaf_area_index={"shrub": leaf_area}, **given)))
+        skyshine.mat.build(file)
+        table = skyshine.mat.open(tmp_path / "built" / "s01.htt.h5")
+        noons.append(float(table.temperature(**place, time=13.0)))
+    day = skyshine.mat.temperature("shrub", job=file)
+    read = table.temperature(**place, time=hours)
+    assert np.abs(read - np.interp(hours, day.time, day.temperature)).max() < 0.5
+    assert noons[1] > noons[0] + 4
+    shaded = float(table.shaded_temperature(**place, time=13.0))
+    whole = skyshine.mat.temperature("shrub", job=file, shade="00:00-24:00")
+    exact = np.interp(13.0, whole.time, whole.temperature)
+    assert exact < noons[1] - 8 and abs(shaded - exact) < 2.5

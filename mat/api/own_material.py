@@ -258,14 +258,17 @@ def _thermal_text(pattern: Material, own: Mapping[str, float], source: str, desc
             value = "daily_mean_air"
         if value is not None:
             lines.append(f"  {field.name}: {shown(f'back.{field.name}', value)}")
-    lines.append("surface:")
-    for field in fields(pattern.surface):
-        lines.append(f"  {field.name}: {shown(f'surface.{field.name}', getattr(pattern.surface, field.name))}")
-    if pattern.stand is not None:
-        lines.append("stand:")
-        for field in fields(pattern.stand):
-            if (key := f"stand.{field.name}") in pattern.sources:
-                lines.append(f"  {field.name}: {shown(key, getattr(pattern.stand, field.name))}")
+    if stack.light:
+        lines.append("light:")
+    for number, light in enumerate(stack.light, 1):
+        lines.append(f"  - share: {shown(f'light.{number}.share', light.share)}")
+        lines.append(f"    extinction: {shown(f'light.{number}.extinction', light.extinction)}")
+    for name, part in (("surface", pattern.surface), ("soil", pattern.soil), ("stand", pattern.stand)):
+        if part is not None:
+            lines.append(f"{name}:")
+            for field in fields(part):
+                if (key := f"{name}.{field.name}") in pattern.sources or name == "surface":
+                    lines.append(f"  {field.name}: {shown(key, getattr(part, field.name))}")
     return "\n".join(lines) + "\n"
 
 

@@ -68,6 +68,15 @@ def test_stand_of_leaves_goes_with_them_and_may_stand_elsewhere(tmp_path, monkey
             skyshine.mat.temperature("mine", job=skyshine.mat.example("starter"), leaf_area_index=1)
 
 
+@pytest.mark.parametrize("like", ["sea_ice", "soil_loam_brown", "shrub"])
+def test_light_within_pores_and_leaves_are_those_of_the_pattern(tmp_path, monkeypatch, like):
+    """Without them ice is a wall to light, and soil does not know its moisture."""
+    new_material("mine", like=like, folder=tmp_path, absorptance=0.5)
+    monkeypatch.setenv("MATERIALS_DATABASE", str(tmp_path))
+    mine, pattern = load_library()["mine"], load_library()[like]
+    assert (mine.thermal.light, mine.soil, mine.stand) == (pattern.thermal.light, pattern.soil, pattern.stand)
+
+
 def test_stand_needs_leaves_and_numbers_in_range(tmp_path):
     pattern = (materials.path("ht/concrete.yaml")).read_text()
     file = tmp_path / "mine.yaml"

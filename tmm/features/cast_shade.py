@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.features.light import LEAST_LIGHT, LUMINANCE, guided, light_windows
+from skyshine.tmm.features.light import GUIDED_RADIUS, LEAST_LIGHT, LUMINANCE, guided, light_windows
 from skyshine.tmm.images.texture import Windowed
 
 REACH = 128  # texels that a shadow is followed at most
@@ -39,7 +39,7 @@ _SAME = 0.35  # likewise, of the light before a caster and beyond its shadow, wh
 _DOUBT = 0.7  # of a run with the same ground at both ends: a dark thing rather than a bridge over its own asphalt
 _BOX = 15  # texels over which runs are counted
 _LIKELY = 0.35  # least share of the runs through a texel that end as shade does
-_NEAR_RUNS = 0.2  # least number of runs a texel, over 5 x 5 of them
+_NEAR_RUNS = 0.22  # least number of runs a texel, over 5 x 5 of them; between two of its steps of .04
 _CELL, _CELLS, _DARKEST = 0.2, 33, -6.3  # of the table of sunlit light; logarithm where it begins
 _LLR_LIMIT = 3.0  # of the logarithm of the ratio of its likelihoods
 _HEADROOM = 0.25  # logarithm above the light of all but 1 % of the texels, that a texel without its shade may have
@@ -124,8 +124,8 @@ class CastShade:
 
     @property
     def margin(self) -> int:
-        """Texels beyond a window on which its shade depends."""
-        return self.fall.reach + 2 * _BOX + 16
+        """Texels beyond a window on which its shade depends: a run, what lies beyond it, and widths of filters."""
+        return self.fall.reach + 3 * _APART + _BOX + 2 * GUIDED_RADIUS + 2 * int(8 * _COARSE)
 
     @classmethod
     def of(cls, texture: Windowed, path: Any, fall: Fall) -> CastShade:

@@ -11,14 +11,14 @@ both sides, and so no caster.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.features.light import LEAST_LIGHT, LUMINANCE, guided, light_windows
+from skyshine.tmm.features.light import GUIDED_RADIUS, LEAST_LIGHT, LUMINANCE, guided, light_windows
 from skyshine.tmm.images.texture import Windowed
 
 REACH = 128  # texels that a shadow is followed at most
@@ -39,7 +39,7 @@ _SAME = 0.35  # likewise, of the light before a caster and beyond its shadow, wh
 _DOUBT = 0.7  # of a run with the same ground at both ends: a dark thing rather than a bridge over its own asphalt
 _BOX = 15  # texels over which runs are counted
 _LIKELY = 0.35  # least share of the runs through a texel that end as shade does
-_NEAR_RUNS = 0.2  # least number of runs a texel, over 5 x 5 of them
+_NEAR_RUNS = 0.22  # least number of runs a texel, over 5 x 5 of them; between two of its steps of .04
 _CELL, _CELLS, _DARKEST = 0.2, 33, -6.3  # of the table of sunlit light; logarithm where it begins
 _LLR_LIMIT = 3.0  # of the logarithm of the ratio of its likelihoods
 _HEADROOM = 0.25  # logarithm above the light of all but 1 % of the texels, that a texel without its shade may have
@@ -124,8 +124,8 @@ class CastShade:
 
     @property
     def margin(self) -> int:
-        """Texels beyond a window on which its shade depends."""
-        return self.fall.reach + 2 * _BOX + 16
+        """Texels beyond a window on which its shade depends: a run, what lies beyond it, and widths of filters."""
+        return self.fall.reach + 3 * _APART + _BOX + 2 * GUIDED_RADIUS + 2 * int(8 * _COARSE)
 
     @classmethod
     def of(cls, texture: Windowed, path: Any, fall: Fall) -> CastShade:
@@ -136,20 +136,25 @@ class CastShade:
         InputError
             No more edges step up away from the Sun than towards it, by a light that is brighter and less blue.
         """
-        parts = [(light, valid) for light, valid in light_windows(texture) if valid.any()]
-        fines = [_fine(light, valid) for light, valid in parts]
-        edges = [
-            found for (light, valid), fine in zip(parts, fines, strict=True)
-            for found in _edges(light, valid, fine, fall, (1, -1))
-        ]  # fmt: skip
+        parts: list[tuple[npt.NDArray[Any], npt.NDArray[np.bool_]]] = []
+        aways: list[_Edges] = []
+        edges: list[_Edges] = []
+        for light, valid in light_windows(texture):
+            if valid.any():
+                parts.append((_fine(light, valid), valid))
+                away, towards = _edges(light, valid, parts[-1][0], fall, (1, -1))
+                aways.append(away)
+                # Runs towards the Sun, which are long, tell nothing more.
+                none = np.empty(0, np.int32)
+                edges += [away, replace(towards, texel=none, edge=none)]
         gain = _gain(edges)
         if gain is None:
             raise _no_shade(path, fall)
-        levels = np.concatenate([fine[..., -1][valid] for (_, valid), fine in zip(parts, fines, strict=True)])
+        levels = np.concatenate([fine[..., -1][valid] for fine, valid in parts])
         low, high = (float(at) for at in np.percentile(levels, (1, 99)))
         first = cls(fall, tuple(np.exp(gain).tolist()), high + _HEADROOM, (low, high), np.zeros((1, 1, 1), np.float32))
         counts, marked, total = np.zeros((_CELLS,) * 3), 0, 0
-        for (_, valid), fine, away in zip(parts, fines, edges[::2], strict=True):
+        for (fine, valid), away in zip(parts, aways, strict=True):
             inside = first._inside(away, valid, fine)[0]
             marked, total = marked + int(inside.sum()), total + int(valid.sum())
             np.add.at(counts, _cells(fine[valid & ~inside]), 1.0)
@@ -306,9 +311,9 @@ def _runs(
     """Runs of texels darker than a limit for each, from edges along a line; their edges, texels, lengths and ends."""
     height, width = level.shape
     dimmest, data = np.ravel(level), np.ravel(valid)
-    active = np.arange(len(limit))
+    active = np.arange(len(limit), dtype=np.int32)
     length, ended = np.zeros(len(limit), int), np.zeros(len(limit), bool)
-    edges, texels = [np.empty(0, int)], [np.empty(0, int)]
+    edges, texels = [np.empty(0, np.int32)], [np.empty(0, np.int32)]
     for count in range(_APART - 1, reach + _APART - 1):
         row = np.rint(start[0][active] + step[1] * count).astype(int)
         column = np.rint(start[1][active] + step[0] * count).astype(int)
@@ -323,7 +328,7 @@ def _runs(
             break
         length[active] = count
         edges.append(active)
-        texels.append(texel)
+        texels.append(texel.astype(np.int32))
     return np.concatenate(edges), np.concatenate(texels), length, ended
 
 
@@ -331,6 +336,8 @@ def _gain(edges: Sequence[_Edges]) -> npt.NDArray[Any] | None:
     """Logarithm (C,) of the ratio of which there are more edges away from the Sun than towards it; None without."""
     from scipy.ndimage import gaussian_filter
 
+    if not edges:
+        return None
     ratio = np.concatenate([part.ratio[part.ended] for part in edges])
     weight = np.concatenate([(part.along * part.cast)[part.ended] for part in edges])
     colours = ratio[:, :3]

@@ -26,7 +26,7 @@ from skyshine.tmm.features.light import (
 )
 from skyshine.tmm.images.texture import TextureFile, Windowed
 
-_TILE = 1024  # texels of a side of a tile whose cast shade is found at once
+_TILE = 512  # texels of a side of a tile whose cast shade is found at once
 _SMOOTH = 1.0  # texels: standard deviation of the filter before the two kinds are told
 _NEAR = 3  # texels from the border, over as many more, in which both sides are compared
 _AROUND = 6  # texels over which a side is averaged

@@ -177,6 +177,11 @@ def test_texels_without_data_are_in_no_shade_and_cast_none():
     assert (fraction > 0.5)[:, :280][shaded[:, :280]].mean() > 0.8
 
 
+def test_an_image_without_data_is_refused():
+    with pytest.raises(InputError, match="no shade that falls away"):
+        found_in(np.zeros((64, 64, 3), np.uint8), 135, np.zeros((64, 64), bool))
+
+
 def test_near_infrared_has_a_gain_of_its_own():
     pixels, lit, shaded = scene(135)
     infrared = lit.mean(axis=2) * np.where(shaded, 1 / 6.0, 1.0)

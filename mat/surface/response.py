@@ -9,6 +9,7 @@ response of one face holds for faces of other azimuths, on which the Sun shines 
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Collection, Hashable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -29,6 +30,9 @@ from skyshine.mat.surface.sun_path import SunPath
 from skyshine.schemas.arrays import Floats, Integers, Singles
 
 RESPONSE_HOURS = np.arange(24.0)
+# m between altitudes at most: leaves draw water by the temperature and dryness of their air, so that what they lose at
+# an offset from it is not linear in altitude. Of grass in calm air 3 km apart, shade errs by 1.8 K rms without it.
+ALTITUDE_STEP = 1000.0
 # h: where the cells of lag begin; the last ends a day after the first begins. The first is the step of the finest
 # solution about the present, others grow with the lag, as the response becomes smooth.
 LAG_STARTS = np.array(
@@ -254,6 +258,15 @@ class FilmTable:
     rain: Singles
 
 
+def _close_enough(altitudes: Floats) -> Floats:
+    """Altitudes with others evenly between those more than `ALTITUDE_STEP` apart."""
+    gaps = [
+        np.linspace(low, high, int(np.ceil((high - low) / ALTITUDE_STEP)), endpoint=False)
+        for low, high in itertools.pairwise(altitudes)
+    ]
+    return np.concatenate([*gaps, altitudes[-1:]])
+
+
 def response_table(
     materials: Sequence[SurfaceMaterial],
     scene: Scene,
@@ -261,7 +274,7 @@ def response_table(
     steps: int = STEPS,
     given: Collection[str] = (),
 ) -> ResponseTable:
-    """Responses of all materials at the altitudes of a scene, for faces of its slopes.
+    """Responses of all materials at the altitudes of a scene and between those far apart, for faces of its slopes.
 
     Parameters
     ----------
@@ -272,7 +285,7 @@ def response_table(
     given : collection of str
         Names of materials whose temperature is given, which no heat changes.
     """
-    altitudes = np.unique(np.asarray(scene.altitude, float))
+    altitudes = _close_enough(np.unique(np.asarray(scene.altitude, float)))
     slopes, azimuths = response_planes(scene.sun, np.asarray(scene.slope, float))
     planes = Scene(scene.sun, scene.weather, scene.sky, altitudes, slopes, azimuths)
     days = planes.days

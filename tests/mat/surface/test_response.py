@@ -84,8 +84,8 @@ def test_materials_of_given_temperature_do_not_respond(sun_path, weather, sky):
     scene = Scene(sun_path, weather, sky, np.array([0.0, 500.0, 2000.0]), np.array([0.0, 45.0]), np.zeros(2))
     materials = [lump(1e5), lump(1e5, "hot"), replace(lump(1e5), name="twin")]
     table = response_table(materials, scene, given=["hot"])
-    assert table.kernel.shape == (3, 3, 2, 24, LAG_STARTS.size)
-    assert table.altitudes_m.tolist() == [0, 500, 2000]
+    assert table.kernel.shape == (3, 4, 2, 24, LAG_STARTS.size)
+    assert table.altitudes_m.tolist() == [0, 500, 1250, 2000]  # one between those more than 1 km apart
     assert not table.kernel[1].any() and not table.loss_excess[1].any() and np.all(table.loss_slope[1] == 1)
     assert np.array_equal(table.kernel[0], table.kernel[2]) and table.kernel[0].any()
 

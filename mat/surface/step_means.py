@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from skyshine.schemas.arrays import Floats
@@ -37,19 +35,9 @@ def step_means(values: Floats, steps: int) -> Floats:
     ratio = samples // steps
     if ratio == 1:
         return values
-    weights = np.zeros(samples)
-    offsets = np.arange(-(ratio // 2), ratio // 2 + 1)
-    ends = 0.5 if ratio % 2 == 0 else 1.0
-    weights[offsets % samples] = np.where(np.abs(offsets) == ratio // 2, ends, 1.0) / ratio
-    kernel = _circulant_rows(tuple(weights), ratio)
-    means: Floats = values @ kernel
-    return means
-
-
-@lru_cache(maxsize=8)
-def _circulant_rows(weights: tuple[float, ...], ratio: int) -> Floats:
-    """(samples, steps) matrix that applies a symmetric periodic kernel and keeps every `ratio`-th result."""
-    samples = len(weights)
-    rows, columns = np.arange(samples)[:, None], np.arange(0, samples, ratio)[None, :]
-    kernel: Floats = np.asarray(weights)[(rows - columns) % samples]
-    return kernel
+    half = ratio // 2
+    around = np.concatenate([values[..., samples - half :], values, values[..., :half]], axis=-1)
+    means: Floats = sum((around[..., k : k + samples : ratio] for k in range(1, ratio)), around[..., :samples:ratio])
+    if ratio % 2 == 0:  # a step ends at a sample: half of it, and of the one at which it begins
+        means = means + 0.5 * (around[..., ratio::ratio] - around[..., :samples:ratio])
+    return means / ratio

@@ -37,7 +37,8 @@ def step_means(values: Floats, steps: int) -> Floats:
         return values
     half = ratio // 2
     around = np.concatenate([values[..., samples - half :], values, values[..., :half]], axis=-1)
-    means: Floats = sum((around[..., k : k + samples : ratio] for k in range(1, ratio)), around[..., :samples:ratio])
+    total = sum((around[..., k : k + samples : ratio] for k in range(1, ratio)), around[..., :samples:ratio])
     if ratio % 2 == 0:  # a step ends at a sample: half of it, and of the one at which it begins
-        means = means + 0.5 * (around[..., ratio::ratio] - around[..., :samples:ratio])
-    return means / ratio
+        total = total + 0.5 * (around[..., ratio::ratio] - around[..., :samples:ratio])
+    means: Floats = total / ratio
+    return means

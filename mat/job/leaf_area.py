@@ -8,36 +8,24 @@ from typing import Annotated, Any, Literal
 import pydantic
 from pydantic import Field
 
+from skyshine.mat.job.by_material import kind_of, value_for
 from skyshine.materials.files import MOST_LEAVES
 from skyshine.materials.library import MaterialLibrary
 from skyshine.materials.records import Material
 from skyshine.schemas.errors import nearest
 from skyshine.tmm.job.materials import MaterialName
 
-
-def _kind(value: object) -> str:
-    if isinstance(value, Mapping):
-        return "by_material"
-    return "word" if isinstance(value, str) else "number"
-
-
 LeafArea = Annotated[
     Annotated[Literal["library"], pydantic.Tag("word")]
     | Annotated[Annotated[float, Field(ge=0, le=MOST_LEAVES)], pydantic.Tag("number")],
-    pydantic.Discriminator(_kind),
+    pydantic.Discriminator(kind_of),
 ]
 LeafAreaIndex = Annotated[
     Annotated[Literal["library"], pydantic.Tag("word")]
     | Annotated[Annotated[float, Field(ge=0, le=MOST_LEAVES)], pydantic.Tag("number")]
     | Annotated[Annotated[dict[MaterialName, LeafArea], Field(min_length=1)], pydantic.Tag("by_material")],
-    pydantic.Discriminator(_kind),
+    pydantic.Discriminator(kind_of),
 ]
-
-
-def leaf_area_of(given: Any, name: str) -> float | str | None:
-    """What a job's `leaf_area_index` says of a material; None where it says nothing."""
-    value: float | str | None = given.get(name) if isinstance(given, Mapping) else given
-    return value
 
 
 def refuse_no_soil(material: Material, library: MaterialLibrary) -> None:
@@ -73,7 +61,7 @@ def open_stands(given: Any, stands: Iterable[str]) -> tuple[str, ...]:
         for name in given:
             if name not in names:
                 raise ValueError(f"found '{name}', which has no stand of leaves; {nearest(name, names)}")
-    found = tuple(name for name in names if leaf_area_of(given, name) is not None)
+    found = tuple(name for name in names if value_for(given, name) is not None)
     if not found:
         raise ValueError("found it for materials of which none has a stand of leaves; allowed: with such as shrub")
     return found

@@ -161,13 +161,20 @@ def _refuse_shared_names(job: Job, document: Document) -> None:
         seen |= {state.name} if state.name else set()
 
 
+def _materials_of(job: Job, library: MaterialLibrary) -> list[str]:
+    """Names of what a job has temperatures of, or has around it."""
+    around = [name for state in job.states for name in state.surrounding_materials]
+    return [*job.materials, *around] if isinstance(job.materials, list) else list(library.names)
+
+
 def _check_soil_moisture(job: Job, document: Document, library: MaterialLibrary) -> None:
     """Refuse moisture of what has no pores, and more of it than they hold."""
     given = job.soil_moisture
     if given is None:
         return
-    around = [name for state in job.states for name in state.surrounding_materials]
-    named = [*job.materials, *around] if isinstance(job.materials, list) else library.names
+    named = _materials_of(job, library)
+    if job.leaf_area_index is not None:
+        named += [stand.soil for name in named if (stand := library[name].stand) is not None and stand.soil in library]
     soils = {name: soil for name in named if (soil := library[name].soil) is not None}
     try:
         if not check_moisture(given, soils):
@@ -181,10 +188,10 @@ def _check_leaf_area(job: Job, document: Document, library: MaterialLibrary) -> 
     given = job.leaf_area_index
     if given is None:
         return
-    around = [name for state in job.states for name in state.surrounding_materials]
-    named = [*job.materials, *around] if isinstance(job.materials, list) else library.names
     try:
-        for name in open_stands(given, [name for name in named if library[name].stand is not None]):
+        for name in open_stands(
+            given, [name for name in _materials_of(job, library) if library[name].stand is not None]
+        ):
             refuse_no_soil(library[name], library)
             if name in job.operated:
                 raise ValueError(f"found {name} in operated too; allowed: in one of them; remove it from one")

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 import pydantic
 from pydantic import Field
 
+from skyshine.mat.job.by_material import kind_of, value_for
 from skyshine.mat.surface.weather_readings import MOST_MOISTURE
 from skyshine.materials.records import Soil
 from skyshine.schemas.errors import nearest
@@ -18,29 +19,17 @@ from skyshine.tmm.job.materials import MaterialName
 SATURATION = {"dry": 0.0, "moist": 0.25, "wet": 1.0}
 
 
-def _kind(value: object) -> str:
-    if isinstance(value, Mapping):
-        return "by_material"
-    return "word" if isinstance(value, str) else "number"
-
-
 Moisture = Annotated[
     Annotated[Literal["dry", "moist", "wet"], pydantic.Tag("word")]
     | Annotated[Annotated[float, Field(ge=0, le=MOST_MOISTURE)], pydantic.Tag("number")],
-    pydantic.Discriminator(_kind),
+    pydantic.Discriminator(kind_of),
 ]
 SoilMoisture = Annotated[
     Annotated[Literal["dry", "moist", "wet"], pydantic.Tag("word")]
     | Annotated[Annotated[float, Field(ge=0, le=MOST_MOISTURE)], pydantic.Tag("number")]
     | Annotated[Annotated[dict[MaterialName, Moisture], Field(min_length=1)], pydantic.Tag("by_material")],
-    pydantic.Discriminator(_kind),
+    pydantic.Discriminator(kind_of),
 ]
-
-
-def moisture_of(given: Any, name: str) -> float | str | None:
-    """What a job's `soil_moisture` says of a material; None where it says nothing."""
-    value: float | str | None = given.get(name) if isinstance(given, Mapping) else given
-    return value
 
 
 def water_fraction(value: float | str, name: str, soil: Soil) -> float:
@@ -79,7 +68,7 @@ def check_moisture(given: Any, soils: Mapping[str, Soil]) -> tuple[str, ...]:
         for name in given:
             if name not in soils:
                 raise ValueError(f"found '{name}', which does not answer to soil moisture; {nearest(name, soils)}")
-    answering = tuple(name for name in soils if moisture_of(given, name) is not None)
+    answering = tuple(name for name in soils if value_for(given, name) is not None)
     for name in answering:
-        water_fraction(moisture_of(given, name) or 0.0, name, soils[name])
+        water_fraction(value_for(given, name) or 0.0, name, soils[name])
     return answering

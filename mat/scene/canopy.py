@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from skyshine.mat.job.leaf_area import leaf_area_of
+from skyshine.mat.job.by_material import value_for
 from skyshine.mat.surface.canopy import gap_towards
 from skyshine.materials.library import MaterialLibrary
 from skyshine.materials.records import Material, OpenStand
@@ -20,7 +20,7 @@ def opened(material: Material, library: MaterialLibrary, given: Any) -> Material
 
     Its spectra are those of leaves and soil in the shares in which they are seen from above.
     """
-    value = leaf_area_of(given, material.name)
+    value = value_for(given, material.name)
     if value is None or material.stand is None:
         return material
     stand, soil = material.stand, library[material.stand.soil]

@@ -11,8 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.sources.solar import ground_sunlight
+from skyshine.mat.job.by_material import value_for
 from skyshine.mat.job.model import Job
-from skyshine.mat.job.moisture import moisture_of, water_fraction
+from skyshine.mat.job.moisture import water_fraction
 from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
 from skyshine.mat.radiometry.water_film import film_reflectance, moist_reflectance
 from skyshine.mat.scene.canopy import opened
@@ -54,7 +55,7 @@ def _moist_library(library: MaterialLibrary, given: Given) -> MaterialLibrary:
 
 
 def _of_job(given: float | str | dict[str, float | str], material: Material) -> Material:
-    value = moisture_of(given, material.name)
+    value = value_for(given, material.name)
     if material.soil is None or value is None:
         return material
     try:

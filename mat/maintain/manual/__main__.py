@@ -7,6 +7,7 @@ nowhere, a page that no page names, a notebook that fails, a page that loads som
 
 from __future__ import annotations
 
+import argparse
 import subprocess
 import sys
 import tempfile
@@ -39,4 +40,9 @@ def build(checkout: Path, out: Path, *, run_notebooks: bool = True) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(build(Path(sys.argv[1]), Path(sys.argv[2]), run_notebooks="--notebooks-as-they-are" not in sys.argv))
+    parser = argparse.ArgumentParser(description="Build the documentation site.")
+    parser.add_argument("checkout", type=Path)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--notebooks-as-they-are", action="store_true", help="Show notebooks without running them.")
+    given = parser.parse_args()
+    sys.exit(build(given.checkout, given.out, run_notebooks=not given.notebooks_as_they_are))

@@ -65,6 +65,15 @@ def test_no_leaves_are_the_soil_to_the_bit():
     np.testing.assert_allclose(at, soil.reflectance, rtol=1e-12)
 
 
+def test_soil_below_leaves_may_be_wet_although_no_material_shows_it():
+    shrub = {"materials": ["shrub"], "leaf_area_index": 0.8}
+    dry = skyshine.mat.temperature("shrub", job=job(**shrub))
+    wet = skyshine.mat.temperature("shrub", job=job(**shrub, soil_moisture="wet"))
+    assert dry.soil_temperature.max() - wet.soil_temperature.max() > 5
+    with pytest.raises(InputError, match="of which none has soil"):
+        load_job(job(materials=["shrub"], soil_moisture="wet"))
+
+
 def test_without_the_key_nothing_changes_and_with_it_only_stands_do():
     assert library_of() is load_library()
     for name in ("soil_loam_brown", "hay", "concrete"):

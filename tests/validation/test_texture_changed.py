@@ -10,9 +10,10 @@ import test_texture_orthophotos as orthophotos
 from PIL import Image
 from test_texture_suggest import NAMES, Clicks
 
-from skyshine.tmm.classify.combined import CombinedMapper, library_classes, survey
+from skyshine.tmm.classify.combined import CombinedMapper, survey
 from skyshine.tmm.classify.gaussian import fit
 from skyshine.tmm.classify.trained import TrainedModel
+from skyshine.tmm.classify.translation import library_classes
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates
 from skyshine.tmm.images.texture import TextureFile
 

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 import test_texture_orthophotos as orthophotos
 
-from skyshine.tmm.classify.combined import CombinedMapper, library_classes, seed_shares, survey
+from skyshine.tmm.classify.combined import CombinedMapper, seed_shares, survey
 from skyshine.tmm.classify.gaussian import fit
 from skyshine.tmm.classify.trained import TrainedModel
+from skyshine.tmm.classify.translation import library_classes
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.mapping.suggest import Known, ask, known_by_library, known_by_seeds

@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from skyshine.materials.library import MaterialLibrary, unknown_material
 from skyshine.schemas.errors import InputError, nearest
-from skyshine.tmm.classify.combined import library_classes
 from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.classify.trained import TrainedModel
+from skyshine.tmm.classify.translation import library_classes
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.features.shade import RelitTexture
 from skyshine.tmm.features.tokens import Encoder, TokenFeatures

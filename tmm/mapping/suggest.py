@@ -11,10 +11,11 @@ import numpy.typing as npt
 
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.classify.combined import Survey, grid_step, library_classes, seed_shares, survey
+from skyshine.tmm.classify.combined import Survey, grid_step, seed_shares, survey
 from skyshine.tmm.classify.model_file import model_path, read_model
-from skyshine.tmm.classify.questions import choose, clearness, doubt, middles, reach, strangeness
+from skyshine.tmm.classify.questions import choose, clearness, contest, doubt, middles, reach, strangeness
 from skyshine.tmm.classify.trained import TrainedModel
+from skyshine.tmm.classify.translation import library_classes
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.answers import Answer, read_answers
 from skyshine.tmm.inputs.load import load_texture, open_texture
@@ -284,7 +285,12 @@ def ask(
     places = []
     unheard = np.zeros_like(strange) if known.vouched else strange
     clear = clearness(superpixels, surveyed.stack[:3], allowed)
-    for place in choose(told, texels, wrong, known.shares, clear, unheard, count):
+    contested = None
+    if known.vouched and known.seeded.any() and len(known.names) > 1:
+        contested = contest(told, texels, known.shares, known.covered, known.seeded)
+        for row, column in barren:
+            contested *= 1 - told[superpixels.label[row // step, column // step]]
+    for place in choose(told, texels, wrong, known.shares, clear, unheard, count, contested):
         i = place.superpixel
         radius = min(int(depth[i]), RADIUS) * step
         places.append((i, int(rows[i]) * step, int(columns[i]) * step, radius, place.gain))

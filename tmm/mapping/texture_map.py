@@ -10,10 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.materials.library import MaterialLibrary
-from skyshine.tmm.classify.combined import CombinedMapper, library_classes, survey
+from skyshine.tmm.classify.combined import CombinedMapper, survey
 from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper
 from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.classify.trained import TrainedModel
+from skyshine.tmm.classify.translation import library_classes
 from skyshine.tmm.database.levels import Level
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.features.tokens import TokenFeatures

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from skyshine.tmm.classify import combined
-from skyshine.tmm.classify.combined import CombinedMapper, clicks, library_classes, survey
+from skyshine.tmm.classify.combined import CombinedMapper, clicks, seed_shares, survey
 from skyshine.tmm.classify.gaussian import fit
 from skyshine.tmm.classify.model_file import write_model
 from skyshine.tmm.classify.superpixels import STIFFNESS, Superpixels, find_superpixels
 from skyshine.tmm.classify.trained import TrainedModel
+from skyshine.tmm.classify.translation import translated
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates
 from skyshine.tmm.features.textured import features, light_planes
 from skyshine.tmm.images.texture import Texture
@@ -51,25 +52,10 @@ def test_superpixels_cover_any_size(size):
     np.testing.assert_allclose(found.size @ found.mean(lab), lab.sum(axis=(1, 2)), rtol=1e-5)
 
 
-def test_classes_by_name_then_by_group():
-    groups = {"oak": "tree", "elm": "tree", "fir": "tree", "mud": "soil", "ice": "water"}
-    shares = library_classes(("oak", "fir", "ice"), ("oak", "elm", "mud"), groups)
-    # Fir is no seed: it stands for the tree that the library does not name. Ice stands for nothing.
-    assert shares.tolist() == [[1, 0, 0], [0, 1, 0], [0, 0, 0]]
-    # Where the library names all trees of the seeds, other trees stand for these: they are trees, and no mud.
-    shares = library_classes(("oak", "fir", "elm", "ice"), ("oak", "elm", "mud"), groups)
-    assert shares.tolist() == [[1, 0, 0], [0.5, 0.5, 0], [0, 1, 0], [0, 0, 0]]
-
-
-def test_what_a_library_does_not_know_keeps_its_share():
-    classes = np.array([[1.0, 0, 0], [0, 1, 0]])
-    np.testing.assert_allclose(combined._named(np.array([[0.9, 0.1]]), classes), [[0.6, 0.2 / 3, 1 / 3]], rtol=1e-6)
-
-
 def test_clicks_are_counted_by_place():
     drawn = np.full((9, 9), -1)
     drawn[0:2, 0:2], drawn[5:7, 5:7], drawn[8, 0:3] = 0, 0, 1
-    assert clicks(drawn, 2) == 1.5
+    assert clicks(drawn, 3).tolist() == [2, 1, 0]
 
 
 @pytest.mark.parametrize("step", [2, 3])
@@ -141,6 +127,26 @@ def test_seeds_win_over_a_library_that_is_wrong(halves):
     surveyed = survey(texture, DistinctColours(texture), model)
     mapper = CombinedMapper(texture, DistinctColours(texture), surveyed, model, np.eye(2)[::-1], seeds)
     assert (mapper.window(0, 96, 0, 80).material[rows, columns] == seeds[2]).mean() > 0.95
+
+
+def test_shares_without_edges_by_hand(halves):
+    """Of a superpixel far from seeds: posteriors to the powers of their shares, as sure as they are right."""
+    texture, model = halves
+    surveyed = survey(texture, DistinctColours(texture), model)
+    label = surveyed.superpixels.label
+    bare = Superpixels(label, surveyed.superpixels.size, np.empty((2, 0), int), np.empty(0))
+    alone, seeds = replace(surveyed, superpixels=bare), (np.array([9, 80]), np.array([40, 40]), np.array([0, 1]))
+    heard = surveyed.library[label[seeds[0], seeds[1]]]
+    word = translated(surveyed.library, np.eye(2), heard, 1 / surveyed.superpixels.size[label[seeds[0], seeds[1]]])
+    odds = 0.3 * np.log(np.maximum(surveyed.posterior(model), 0.1)) + 0.7 * np.log(word)
+    odds = 2.5 * (odds[:, 0] - odds[:, 1])
+    far = np.setdiff1d(label, label[seeds[0], seeds[1]])
+    found = seed_shares(alone, model, np.eye(2), seeds)
+    np.testing.assert_allclose(found[far, 0], (1 / (1 + np.exp(-odds)))[far], rtol=1e-6)
+    # Seeds by themselves are as sure as they say.
+    own = np.maximum(surveyed.posterior(model), 0.1)
+    found = seed_shares(replace(alone, library=np.empty((len(label), 0))), model, np.empty((0, 2)), seeds)
+    np.testing.assert_allclose(found[far], (own / own.sum(axis=1, keepdims=True))[far], rtol=1e-6)
 
 
 def test_seeds_and_model_in_a_job(build, job, two_halves, tmp_path, library):

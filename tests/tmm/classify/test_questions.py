@@ -5,9 +5,11 @@ import pytest
 
 from skyshine.tmm.classify.questions import (
     RARE,
+    RARE_CONTESTED,
     SETTLED,
     choose,
     clearness,
+    contest,
     doubt,
     middles,
     reach,
@@ -82,6 +84,27 @@ def test_gains_never_exceed_what_is_wrong_and_nothing_is_asked_twice():
     assert sorted(chosen) == np.flatnonzero(allowed).tolist()
     assert all(place.gain >= 0 for place in places)
     assert sum(place.gain for place in places) <= wrong @ texels / texels.sum() + 1e-6
+
+
+def test_what_is_contested_by_hand():
+    """Margins of .8, .2 and 0; the last has seeds. Each two are alike: the doubt around is that of the others."""
+    shares, told = np.array([[0.9, 0.1], [0.4, 0.6], [0.5, 0.5]]), np.full((3, 3), 0.5) + 0.5 * np.eye(3)
+    seeded, texels = np.array([False, False, True]), np.array([4.0, 9, 3])
+    found = contest(told.astype(np.float32), texels, shares, np.ones(3), seeded)
+    share = np.array([0.9 * 4 + 0.4 * 9 + 0.5 * 3, 0.1 * 4 + 0.6 * 9 + 0.5 * 3]) / 16
+    rare = shares @ share**-RARE_CONTESTED
+    np.testing.assert_allclose(found, [0.2 * 0.4 * 2 * rare[0], 0.8 * 0.1 * 3 * rare[1], 0], rtol=1e-6)
+    # What the library takes for none of the materials is contested by all.
+    assert contest(told.astype(np.float32), texels, shares, np.array([0, 1, 1]), seeded)[0] > 4 * found[0]
+
+
+def test_contested_places_differ():
+    """The most contested and one alike: the second question goes to the one that is not."""
+    told = np.array([[1, 0.95, 0], [0.95, 1, 0], [0, 0, 1]])
+    arguments = told.astype(np.float32), np.ones(3), np.full(3, 0.5), np.ones((3, 1)), np.ones(3), np.ones(3), 3
+    places = choose(*arguments, contested=np.array([1.0, 0.9, 0.3]))
+    assert [place.superpixel for place in places] == [0, 2, 1]
+    assert sum(place.gain for place in places) <= 0.5
 
 
 def test_without_seeds_each_kind_of_ground_is_asked_about():

@@ -28,6 +28,7 @@ from skyshine.schemas.hdf5_digest import (
     VERSIONS,
     as_text,
     attributes_of,
+    axis_names,
     content_hash,
     digest_holds,
     dims_of,
@@ -407,8 +408,9 @@ def read_file(
         if check_layout is not None:
             check_layout(file)
 
-        def array(item: h5py.Dataset, units: str, long_name: str, extra: dict[str, Any]) -> Variable:
-            dims = dims_of(item)
+        def array(
+            item: h5py.Dataset, dims: tuple[str, ...], units: str, long_name: str, extra: dict[str, Any]
+        ) -> Variable:
             if lazy and not is_text(item):
                 stored = StoredVariable(
                     Path(path),
@@ -453,14 +455,16 @@ def _read_group(source: h5py.Group, array: Callable[..., Variable]) -> Group:
     axes: dict[str, Axis] = {}
     variables: dict[str, Variable] = {}
     groups: dict[str, Group] = {}
-    for name, item in source.items():
+    items = list(source.items())
+    named = axis_names(items)
+    for name, item in items:
         if isinstance(item, h5py.Group):
             groups[name] = _read_group(item, array)
             continue
-        attributes = attributes_of(item, without=("units", "long_name", "_FillValue"))
-        units, long_name = (as_text(item.attrs.get(key, "")) for key in ("units", "long_name"))
+        attributes = attributes_of(item, without=("_FillValue",))
+        units, long_name = (attributes.pop(key, "") for key in ("units", "long_name"))
         if item.is_scale:
             axes[name] = Axis(values_of(item), units, long_name, attributes)
         else:
-            variables[name] = array(item, units, long_name, attributes)
+            variables[name] = array(item, dims_of(item, named), units, long_name, attributes)
     return Group(axes, variables, groups, attributes_of(source))

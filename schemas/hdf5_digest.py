@@ -9,8 +9,9 @@ arrays. A file is checked by the rule that it names.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from math import prod
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import h5py
@@ -66,12 +67,14 @@ def digest_holds(file: h5py.File) -> bool:
 def _feed_group(digest: _Hash, group: h5py.Group, place: str, known: Mapping[str, bytes] | None) -> None:
     """Add a group; `known` is None by version 2."""
     feed(digest, ("group", place, attributes_of(group, without=() if place else (DIGEST,))))
-    for name in sorted(group):
-        item, inner = group[name], f"{place}/{name}"
+    items = sorted(group.items())
+    named = axis_names(items)
+    for name, item in items:
+        inner = f"{place}/{name}"
         if isinstance(item, h5py.Group):
             _feed_group(digest, item, inner, known)
             continue
-        axes = ["axis"] if item.is_scale else ["array", *dims_of(item)]
+        axes = ["axis"] if item.is_scale else ["array", *dims_of(item, named)]
         text = is_text(item)
         kind = "text" if text else item.dtype.newbyteorder("<").str
         feed(digest, (axes, inner, attributes_of(item), kind, list(item.shape)))
@@ -110,8 +113,9 @@ def _arrays_hash(file: h5py.File) -> str:
 
 def attributes_of(item: h5py.Group | h5py.Dataset, without: tuple[str, ...] = ()) -> dict[str, Any]:
     """Attributes of a group or an array, text decoded, without those by which HDF5 links axes."""
-    left_out = {*SCALE_ATTRIBUTES, *without}
-    return {name: as_text(value) for name, value in item.attrs.items() if name not in left_out}
+    left_out, attributes = {*SCALE_ATTRIBUTES, *without}, item.attrs
+    # Those that are left out are not read: references are slow.
+    return {name: as_text(attributes[name]) for name in attributes if name not in left_out}
 
 
 def as_text(value: Any) -> Any:
@@ -119,9 +123,33 @@ def as_text(value: Any) -> Any:
     return value.decode() if isinstance(value, bytes) else value
 
 
-def dims_of(dataset: h5py.Dataset) -> tuple[str, ...]:
-    """Names of a dataset's axes, by its dimension scales."""
-    return tuple(dim[0].name.rsplit("/", 1)[-1] if len(dim) else "" for dim in dataset.dims)
+def axis_names(items: Iterable[tuple[str, h5py.Group | h5py.Dataset]]) -> dict[int, str]:
+    """Names of the axes among the members of a group, by their addresses in the file; for `dims_of`."""
+    return {_address(item.id): name for name, item in items if isinstance(item, h5py.Dataset) and item.is_scale}
+
+
+def dims_of(dataset: h5py.Dataset, axes: Mapping[int, str] = MappingProxyType({})) -> tuple[str, ...]:
+    """Names of a dataset's axes, by its dimension scales.
+
+    Parameters
+    ----------
+    axes : mapping of int to str, optional
+        `axis_names` of its group. For the name of another, HDF5 searches the whole file.
+    """
+    return tuple(_axis_of(dataset, number, axes) for number in range(len(dataset.dims)))
+
+
+def _axis_of(dataset: h5py.Dataset, number: int, axes: Mapping[int, str]) -> str:
+    if not h5py.h5ds.get_num_scales(dataset.id, number):
+        return ""
+    found = h5py.h5ds.iterate(dataset.id, number, _address)  # of the first
+    name: str = axes.get(found) or dataset.dims[number][0].name.rsplit("/", 1)[-1]
+    return name
+
+
+def _address(identifier: h5py.h5g.GroupID | h5py.h5d.DatasetID) -> int:
+    address: int = h5py.h5o.get_info(identifier).addr
+    return address
 
 
 def is_text(dataset: h5py.Dataset) -> bool:

@@ -1,8 +1,9 @@
 """Fixtures that the whole suite shares."""
 
 import os
+import shutil
 from concurrent.futures import Executor, Future
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 # One thread a process for linear algebra, as in a build: the workers of the suite share the cores. Before numpy comes.
@@ -17,7 +18,9 @@ from filelock import FileLock
 from skyshine.mat.builder import build as building
 from skyshine.mat.builder.tasks import run_task
 from skyshine.mat.job.load import load_job
+from skyshine.mat.measure import faces
 from skyshine.mat.plan.plan import Kind, make_plan
+from skyshine.mat.products import atmosphere, channel_tables
 from skyshine.mat.quantities.grid import PathGrid, ScatteringGrid
 from skyshine.mat.tables.atmq import atmq_group
 from skyshine.mat.tables.files import ATMQ
@@ -69,6 +72,7 @@ surface_grid:
   azimuth_deg: [0, 90, 180, 270]
   slope_deg: [0, 45]
   time: [00:00, 06:00, 12:00, 18:00]
+output: {{folder: built, pictures: false}}
 """
 CHANNEL_JOB = f"""\
 skyshine: 1
@@ -86,6 +90,18 @@ atmosphere_grid:
 surface_grid: {{altitude_km: [0], azimuth_deg: [0, 180], slope_deg: [0, 45], time: [00:00, 12:00]}}
 output: {{folder: built, pictures: false}}
 """
+# Random lines of sight of a build, fewer than a user's: on which tables on axes and tables in channels are measured,
+# those of them with sky light, those with tilted faces at their ends; on which channels are placed and their directions
+# of the source chosen. Builds that are not `in_this_process` have all.
+FEW_LINES = (
+    (atmosphere, "LINES", 60),
+    (atmosphere, "AMBIENT", 12),
+    (atmosphere, "_LINES", 40),
+    (atmosphere, "_SKY", 12),
+    (faces, "LINES", 6),
+    (channel_tables, "LINES", 150),
+    (channel_tables, "_SOURCE_LINES", 60),
+)
 
 
 @pytest.fixture(scope="session")
@@ -141,17 +157,42 @@ class Inline(Executor):
         return future
 
 
+@contextmanager
+def few_lines():
+    """Atmospheres are placed and state their errors on some of a build's random lines of sight: to compute the light
+    along all of them takes half of a small build.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        for module, name, count in FEW_LINES:
+            patch.setattr(module, name, count)
+        yield
+
+
+@contextmanager
+def in_this_process():
+    """Builds have no processes of their own, and `few_lines`."""
+    with few_lines(), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(building, "open_executor", lambda *_: nullcontext(Inline()))
+        yield
+
+
 def inline(loaded, **settings):
     """`build` in this process."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(building, "open_executor", lambda *_: nullcontext(Inline()))
+    with in_this_process():
         return building.build(loaded, **settings)
 
 
 @pytest.fixture(scope="session")
 def build_inline():
-    """`build` without processes of its own, for tests of what is built and not of how."""
+    """`build` `in_this_process`, for tests of what is built and not of how."""
     return inline
+
+
+@pytest.fixture(scope="module")
+def builds_here():
+    """Commands and functions of the tests of a module build `in_this_process`."""
+    with in_this_process():
+        yield
 
 
 @pytest.fixture(scope="session")
@@ -188,11 +229,11 @@ def built_once(job):
 
 @pytest.fixture(scope="session")
 def build_once(folder_of_the_run):
-    """Builds a job, of a name, a text and a function that writes the files that it names, where no worker of the run
-    has built it yet; gives the folder of its databases.
+    """Builds a job, of a name, a text and maybe a function that writes the files that it names, where no worker of the
+    run has built it yet; gives the folder of its databases.
     """
 
-    def built(name, text, write_files):
+    def built(name, text, write_files=lambda folder: None):
         return built_once(written_once(folder_of_the_run / name, text, write_files))
 
     return built
@@ -207,9 +248,16 @@ def channel_atmosphere(folder_of_the_run):
     task = next(task for task in plan.tasks if task.kind is Kind.ATMOSPHERE)
     with FileLock(job.parent / "lock"):
         if not (job.parent / "whole").exists():
-            run_task(task, loaded, job.parent, plan.materials, True)
+            with few_lines():
+                run_task(task, loaded, job.parent, plan.materials, True)
             (job.parent / "whole").touch()
     return job.parent / task.files[0]
+
+
+@pytest.fixture(scope="session")
+def tiny_build(build_once):
+    """Folder of the databases of the tiny job."""
+    return build_once("tiny", TINY_JOB)
 
 
 @pytest.fixture(scope="session")
@@ -231,8 +279,11 @@ def extra_job(folder_of_the_run):
 
 
 @pytest.fixture(scope="session")
-def extra_build(extra_job):
-    """Folder of its databases."""
+def extra_build(extra_job, small_build):
+    """Folder of its databases; those that are as the small job's are kept."""
+    with FileLock(extra_job.parent / "lock"):
+        if not (extra_job.parent / "built").exists():
+            shutil.copytree(small_build, extra_job.parent / "built")
     return built_once(extra_job)
 
 

@@ -11,7 +11,7 @@ import h5py
 
 from skyshine import schemas
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5_digest import as_text, dims_of, is_text
+from skyshine.schemas.hdf5_digest import as_text, axis_names, dims_of, is_text
 
 if TYPE_CHECKING:
     from jsonschema import Draft202012Validator
@@ -55,13 +55,16 @@ def refuse_layout(file: h5py.File) -> None:
 def describe(group: h5py.Group) -> dict[str, Any]:
     """Names, axes, types and units of a group's arrays, in the shape that the layout schemas describe."""
     described: dict[str, Any] = {"axes": {}, "variables": {}, "groups": {}}
-    for name, item in group.items():
+    items = list(group.items())
+    named = axis_names(items)
+    for name, item in items:
         if isinstance(item, h5py.Group):
             described["groups"][name] = describe(item)
         elif item.is_scale:
             described["axes"][name] = {"type": _kind(item), "units": _units(item), **_reading(item)}
         else:
-            described["variables"][name] = {"type": _kind(item), "units": _units(item), "dims": list(dims_of(item))}
+            dims = list(dims_of(item, named))
+            described["variables"][name] = {"type": _kind(item), "units": _units(item), "dims": dims}
     return described
 
 

@@ -43,7 +43,7 @@ def test_notebooks_are_of_format_4_5_without_results(name):
     assert content["cells"][0]["source"][0].startswith("# ")
 
 
-def test_the_spectrum_shows_the_windows_of_the_air(monkeypatch):
+def test_the_spectrum_shows_the_windows_of_the_air(builds_here, monkeypatch):
     values = values_of("spectrum", monkeypatch)
     means = values["means"]
     assert max(means[4.2, 4.4], means[5.5, 7.5], means[14.0, 15.4]) < 0.02  # CO2, H2O, CO2
@@ -57,7 +57,7 @@ def test_the_spectrum_shows_the_windows_of_the_air(monkeypatch):
     assert means[0] > 1.5 * means[1] > 3 * means[2] > 0
 
 
-def test_the_day_of_surfaces_has_its_phases(monkeypatch):
+def test_the_day_of_surfaces_has_its_phases(builds_here, monkeypatch):
     values = values_of("day_of_surfaces", monkeypatch)
     days, hours = values["days"], values["hours"]
     warmest = {name: hours[np.argmax(day.temperature)] for name, day in days.items()}
@@ -76,7 +76,7 @@ def test_the_day_of_surfaces_has_its_phases(monkeypatch):
     assert abs(conduction.mean()) < 0.1 * conduction.max()  # little is left over in a day that repeats
 
 
-def test_the_contrast_crosses_over_and_falls_with_range(monkeypatch):
+def test_the_contrast_crosses_over_and_falls_with_range(builds_here, monkeypatch):
     values = values_of("contrast_24h", monkeypatch)
     for result in values["near"].values():
         assert 2 <= len(result.crossovers) <= 4

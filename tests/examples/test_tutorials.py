@@ -45,7 +45,7 @@ def test_these_are_the_five_users_and_the_three_ways():
     assert {path.stem for path in FOLDER.iterdir()} == users | {"three_ways"}
 
 
-def test_the_sensor_engineer_finds_contrast_and_transmittance(tmp_path, monkeypatch):
+def test_the_sensor_engineer_finds_contrast_and_transmittance(builds_here, tmp_path, monkeypatch):
     values = follow("sensor_engineer", tmp_path, monkeypatch)
     hours, transmittance = values["hours"], values["transmittance"]
     for name in ("clear", "haze"):
@@ -55,14 +55,14 @@ def test_the_sensor_engineer_finds_contrast_and_transmittance(tmp_path, monkeypa
     assert transmittance["haze", 10.0] < 0.8 * transmittance["clear", 10.0]
 
 
-def test_the_runtime_engineer_s_pixel_is_the_reference_s(tmp_path, monkeypatch):
+def test_the_runtime_engineer_s_pixel_is_the_reference_s(builds_here, tmp_path, monkeypatch):
     values = follow("runtime_engineer", tmp_path, monkeypatch)
     assert abs(values["difference"]) < 1e-9 * values["total"]
     assert values["terms"]["emitted"] > values["terms"]["path"] > values["terms"]["reflected Sun"] > 0
     assert abs(values["apparent"] - values["kelvin"]) < 15
 
 
-def test_the_texture_artist_gets_materials_and_masks(tmp_path, monkeypatch):
+def test_the_texture_artist_gets_materials_and_masks(builds_here, tmp_path, monkeypatch):
     follow("texture_artist", tmp_path, monkeypatch)
     assert (tmp_path / "materials.png").stat().st_size > 10_000
     assert len(list((tmp_path / "exchange").rglob("*.png"))) >= 4
@@ -73,7 +73,7 @@ def seed_texels(job):
     return json.loads(CliRunner().invoke(tmm, ["check", "--json", job]).output)["textures"][0]["seed_texels"]
 
 
-def test_the_three_ways_find_the_same_road_and_forest(tmp_path, monkeypatch):
+def test_the_three_ways_find_the_same_road_and_forest(builds_here, tmp_path, monkeypatch):
     follow("three_ways", tmp_path, monkeypatch)
     found = {}
     for way in ("answers", "labels", "polygons", "all"):
@@ -90,7 +90,7 @@ def test_the_three_ways_find_the_same_road_and_forest(tmp_path, monkeypatch):
     assert (tmp_path / "build" / "answers.suggest.png").stat().st_size > 10_000
 
 
-def test_the_researcher_finds_what_was_planted(tmp_path, monkeypatch):
+def test_the_researcher_finds_what_was_planted(builds_here, tmp_path, monkeypatch):
     pytest.importorskip("casadi")
     values = follow("researcher", tmp_path, monkeypatch)
     text = (
@@ -105,7 +105,7 @@ def test_the_researcher_finds_what_was_planted(tmp_path, monkeypatch):
     assert 0.2 < values["zenith"].transmittance.mean() < 0.9
 
 
-def test_the_batch_operator_finds_the_warmer_day(tmp_path, monkeypatch):
+def test_the_batch_operator_finds_the_warmer_day(builds_here, tmp_path, monkeypatch):
     noon = follow("batch_operator", tmp_path, monkeypatch)["noon"]
     assert noon["2026-06-03"] > noon["2026-06-01"] + 2
     assert len(list((tmp_path / "june").glob("*.htt.h5"))) == 4

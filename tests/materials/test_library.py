@@ -253,14 +253,6 @@ def test_command_lists_and_shows(library):
     assert run.invoke(main, ["materials", "watr"]).exit_code == 2
 
 
-def test_command_plots(tmp_path):
-    file = tmp_path / "glass.png"
-    assert CliRunner().invoke(main, ["materials", "glass_window", "--plot", str(file)]).exit_code == 0
-    assert file.read_bytes().startswith(b"\x89PNG")
-    wrong = CliRunner().invoke(main, ["materials", "glass_window", "--plot", str(tmp_path / "none" / "glass.png")])
-    assert wrong.exit_code == 2 and "cannot be written" in wrong.output
-
-
 def test_shares_of_light_beyond_all_of_it_are_placed(tmp_path):
     text = materials.path("ht/sea_ice.yaml").read_text(encoding="utf-8").replace("value: 0.18", "value: 0.7")
     extra = '  - share: {value: 0.4, source: "a"}\n    extinction: {value: 2, source: "b"}\nsurface:\n'

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from dataclasses import dataclass
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from itertools import pairwise
 from pathlib import Path
@@ -104,6 +105,7 @@ def imports_of(module: str, file: Path) -> list[tuple[str, int]]:
     return found
 
 
+@cache
 def project_imports() -> list[Import]:
     found = []
     for module, file in MODULES.items():
@@ -114,9 +116,6 @@ def project_imports() -> list[Import]:
                 if target in MODULES:
                     found.append(Import(module, target, file, line))
     return found
-
-
-IMPORTS = project_imports()
 
 
 def folder(module: str) -> str:
@@ -131,7 +130,7 @@ def test_every_module_stands_on_a_floor():
 def test_imports_point_downwards():
     upward = [
         str(found)
-        for found in IMPORTS
+        for found in project_imports()
         if (ends := (folder(found.source), folder(found.target)))[0] != ends[1] and FLOOR[ends[0]] >= FLOOR[ends[1]]
     ]
     assert not upward, "\n".join(upward)
@@ -139,7 +138,7 @@ def test_imports_point_downwards():
 
 def test_no_module_stands_in_a_circle():
     below: dict[str, set[str]] = {module: set() for module in MODULES}
-    for found in IMPORTS:
+    for found in project_imports():
         if found.source != found.target:
             below[found.source].add(found.target)
     try:
@@ -149,7 +148,7 @@ def test_no_module_stands_in_a_circle():
         lines = [
             str(found)
             for after, before in pairwise(circle)
-            for found in IMPORTS
+            for found in project_imports()
             if {found.source, found.target} == {after, before}
         ]
         pytest.fail("\n".join(lines))
@@ -167,7 +166,7 @@ def test_no_module_lies_loose_beside_the_folders():
 def test_textures_read_only_the_tables_of_mat_and_the_sun():
     wrong = [
         str(found)
-        for found in IMPORTS
+        for found in project_imports()
         if found.source.startswith("tmm")
         and folder(found.target).startswith("mat.")
         and folder(found.target) not in TABLES_OF_TMM

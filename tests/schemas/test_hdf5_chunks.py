@@ -66,15 +66,16 @@ def test_a_chunk_like_the_one_before_is_stored_again_and_another_is_not(tmp_path
         np.testing.assert_array_equal(file["a"][()], values)
 
 
-@given(arrays.arrays(np.uint8, st.integers(1, 300)))
+@given(st.binary(min_size=1, max_size=300))
 def test_the_checksum_is_that_of_hdf5(data):
     """What HDF5 appends to a chunk behind its filter Fletcher-32 alone."""
+    values = np.frombuffer(data, np.uint8)
     with h5py.File("x.h5", "w", driver="core", backing_store=False) as file:
-        dataset = file.create_dataset("a", data=data, chunks=data.shape, fletcher32=True)
+        dataset = file.create_dataset("a", data=values, chunks=values.shape, fletcher32=True)
         file.flush()
         stored = dataset.id.read_direct_chunk((0,))[1]
-    assert stored[:-4] == data.tobytes()
-    assert stored[-4:] == fletcher32(data.tobytes()).to_bytes(4, "little")
+    assert stored[:-4] == data
+    assert stored[-4:] == fletcher32(data).to_bytes(4, "little")
 
 
 @given(arrays.arrays(np.uint8, st.integers(1, 200).map(lambda n: 4 * n), elements=st.sampled_from([0, 0, 255, 7])))

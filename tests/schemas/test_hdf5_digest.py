@@ -11,7 +11,7 @@ from skyshine.schemas.array_digest import array_digest
 from skyshine.schemas.digest import digest_of
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, is_current, open_database, read_file, write_file
-from skyshine.schemas.hdf5_digest import content_hash, digest_holds
+from skyshine.schemas.hdf5_digest import axis_names, content_hash, digest_holds, dims_of
 
 HEADER = Header("htt", "1.2.0", "materials 1.0.0", "name: x\n", "A title")
 
@@ -97,6 +97,20 @@ def test_axes_that_trade_places_are_seen(tmp_path):
         root = Group(axes, {"x": Variable(dims, np.zeros((2, 2)), "1", "x")})
         digests.add(write_file(tmp_path / "a.h5", root, HEADER))
     assert len(digests) == 2
+
+
+def test_axes_have_their_names_of_whatever_group(tmp_path):
+    """Of the array's own group, without a search, of another, and none."""
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        own, other, wrong = (file.create_dataset(name, data=np.arange(2.0)) for name in ("own", "inner/other", "wrong"))
+        array = file.create_dataset("array", (2, 2, 2), "f4")
+        for number, axis in enumerate((own, other)):
+            axis.make_scale()
+            array.dims[number].attach_scale(axis)
+        wrong.make_scale()
+        named = axis_names(file.items())
+        assert sorted(named.values()) == ["own", "wrong"]
+        assert dims_of(array, named) == dims_of(array) == ("own", "other", "")
 
 
 def test_the_way_of_storage_is_not_seen(good, tmp_path):

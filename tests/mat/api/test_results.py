@@ -31,7 +31,7 @@ JOB = {
 
 
 @pytest.fixture(scope="module")
-def built(tmp_path_factory):
+def built(builds_here, tmp_path_factory):
     return skyshine.mat.build(JOB, out=tmp_path_factory.mktemp("api") / "built", jobs=1)
 
 

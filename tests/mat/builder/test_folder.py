@@ -2,6 +2,7 @@
 
 import os
 import pty
+import shutil
 import subprocess
 import sys
 
@@ -70,9 +71,9 @@ def test_pictures_are_not_drawn_through_a_link_out_of_the_folder(tmp_path):
     assert len(list((tmp_path / "built" / "pictures").iterdir())) == 1
 
 
-def test_databases_of_an_earlier_job_are_named(build_inline, tiny_job, tmp_path):
+def test_databases_of_an_earlier_job_are_named(build_inline, tiny_job, tiny_build, tmp_path):
     (tmp_path / "job.yaml").write_text(tiny_job(), encoding="utf-8")
-    (tmp_path / "built").mkdir()
+    shutil.copytree(tiny_build, tmp_path / "built")
     (tmp_path / "built" / "s02.htt.h5").write_text("of an earlier job")
     report = build_inline(load_job(tmp_path / "job.yaml"), jobs=1)
     assert report["not_of_this_job"] == ["s02.htt.h5"] and (tmp_path / "built" / "s02.htt.h5").exists()

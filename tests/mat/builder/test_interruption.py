@@ -3,13 +3,12 @@ bytes.
 """
 
 import os
-import shutil
 import subprocess
 import sys
 
 from skyshine.mat.job.load import load_job
 
-FIRST, LAST = "s01.htt.h5", "s01b01.lunar_atmq.h5"
+FIRST, LAST = "s01.htt.h5", "s01b01.atmq.h5"
 # The command, with an interrupt from the terminal at the moment when the first file is finished.
 INTERRUPTED = f"""
 import contextlib, signal
@@ -34,10 +33,8 @@ main()
 """
 
 
-def test_an_interrupted_build_keeps_what_is_finished_and_completes_later(
-    build_inline, small_job, small_build, tmp_path
-):
-    shutil.copyfile(small_job, tmp_path / "job.yaml")
+def test_an_interrupted_build_keeps_what_is_finished_and_completes_later(build_inline, tiny_job, tiny_build, tmp_path):
+    (tmp_path / "job.yaml").write_text(tiny_job(), encoding="utf-8")
     folder = tmp_path / "built"
     command = [sys.executable, "-c", INTERRUPTED, "build", tmp_path / "job.yaml", "--jobs", "2"]
     compiling = {**os.environ, "SKYSHINE_CACHE": ""}  # or the last file may be there as soon as the first
@@ -49,4 +46,4 @@ def test_an_interrupted_build_keeps_what_is_finished_and_completes_later(
     report = build_inline(load_job(tmp_path / "job.yaml"), jobs=1)
     assert report["files"][FIRST]["kept"] and not report["files"][LAST]["kept"]
     for name in report["files"]:
-        assert (folder / name).read_bytes() == (small_build / name).read_bytes()
+        assert (folder / name).read_bytes() == (tiny_build / name).read_bytes()

@@ -22,9 +22,9 @@ AT_SIX = Moment(18.0, Sight(0.5, -45.0))
 
 @pytest.fixture(scope="session")
 def built(tmp_path_factory, small_job, build_once):
-    """The small build, with the Sun of the whole day and a texture, red over green over blue, of a palette."""
-    whole_day = small_job.read_text().replace("[-20, 0, 30, 60]", "[-20, 0, 30, 60, 90]")
-    small_build = build_once("whole_day", whole_day, lambda folder: None)
+    """The small build, with the Sun alone, of the whole day, and a texture, red over green over blue, of a palette."""
+    whole_day = small_job.read_text().replace("[-20, 0, 30, 60]", "[-20, 0, 30, 60, 90]") + "sources: [sun]\n"
+    small_build = build_once("whole_day", whole_day)
 
     def folder(colours):
         out = tmp_path_factory.mktemp("gazebo")

@@ -129,6 +129,7 @@ def shaded_scene(scene):
     return path
 
 
+@pytest.mark.parametrize("scene", ["perspective"], indirect=True)  # a page of a plan: test_viewer.py
 def test_the_shade_of_a_scene_is_that_of_the_library(browser, shaded_scene, tmp_path):
     done = CliRunner().invoke(main, ["view", str(shaded_scene), "--out", str(tmp_path)])
     assert done.exit_code == 0, done.output

@@ -102,14 +102,20 @@ def shaded_build(plan_build, tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize(("hour", "source"), [(9.0, "sun"), (13.0, "sun"), (23.0, "moon")])
-def test_texels_in_the_shade_are_those_of_the_library(browser, shaded_build, tmp_path, hour, source):
-    done = CliRunner().invoke(main, ["view", str(shaded_build), "--out", str(tmp_path), "--altitude", "0.5"])
+@pytest.fixture(scope="module")
+def shaded_page(shaded_build, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("shaded_view")
+    done = CliRunner().invoke(main, ["view", str(shaded_build), "--out", str(folder), "--altitude", "0.5"])
     assert done.exit_code == 0, done.output
+    return folder
+
+
+@pytest.mark.parametrize(("hour", "source"), [(9.0, "sun"), (13.0, "sun"), (23.0, "moon")])
+def test_texels_in_the_shade_are_those_of_the_library(browser, shaded_build, shaded_page, hour, source):
     wanted = {"band": "s01b01", "hour": hour, "source": source, "range": 0.3, "stride": 3}
-    result, pixels, messages, _ = browser.probe(tmp_path / "index.html", **wanted)
+    result, pixels, messages, _ = browser.probe(shaded_page / "index.html", **wanted)
     assert (messages, result["message"], result["error"]) == ([], "", 0)
-    band, library = expected(shaded_build, tmp_path, result, source, wanted["stride"])
+    band, library = expected(shaded_build, shaded_page, result, source, wanted["stride"])
     if hour == 13.0:
         assert np.ptp(library.temperature) > 8
     assert np.abs(pixels[:, 1] - apparent_temperature(band, library.radiance)).max() <= LARGEST_K

@@ -165,12 +165,6 @@ def test_times_that_are_not_written_are_placed_between_the_hours_needed(kept, re
     assert np.abs(read[0] - read[1]).max() < 0.3  # where the day has fewer nodes
 
 
-def test_the_same_job_gives_the_same_bytes(build_inline, kept, tmp_path):
-    _, _, again = made(build_inline, tmp_path / "job", 'needs: {bands: [used], hours: ["22:10", "04:10"]}\n')
-    for path in kept[2].glob("*.h5"):
-        assert path.read_bytes() == (again / path.name).read_bytes()
-
-
 def test_another_tolerance_is_built_anew_and_the_same_is_kept(build_inline, kept, tmp_path):
     loaded, folder = kept[0], shutil.copytree(kept[2], tmp_path / "built")
     assert all(file["kept"] for file in build_inline(loaded, out=folder, jobs=1)["files"].values())

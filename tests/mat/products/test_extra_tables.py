@@ -26,6 +26,7 @@ from skyshine.mat.radiometry.lobe import normalisation
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.tables.files import BAND
+from skyshine.mat.tables.pictures import draw
 from skyshine.mat.tables.raw import export_raw
 from skyshine.mat.tables.verify import problems
 from skyshine.materials.library import load_library
@@ -176,7 +177,8 @@ def test_it_exports_flat_and_is_queried_and_drawn(extra_build, tmp_path):
         main, ["query", str(extra_build / THERMAL), "beta_star_thermal", *asked, "--json"], standalone_mode=False
     )
     assert json.loads(result.output)["value"] == pytest.approx(value, rel=1e-6)
-    assert (extra_build / "pictures" / "s01b01.thermal_atmq.png").stat().st_size > 10_000
+    draw(extra_build / THERMAL, tmp_path / "thermal.png")
+    assert (tmp_path / "thermal.png").stat().st_size > 10_000
 
 
 def test_normalisation_by_angle_reaches_grazing_light(small_build, extra_build):

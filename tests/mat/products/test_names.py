@@ -101,3 +101,6 @@ def test_names_find_databases_and_stand_over_their_pictures(tmp_path, tiny_job, 
     assert table.path.name == "s02b01.atmq.h5" and table.attributes["made_from"] == "midlatitude_summer"
     assert [entry.state for entry in catalogue.find("htt", state="calm")] == [1, 2]
     assert any("s02b01.atmq.h5" in title and title.endswith("calm, lwir, 2026-06-29, sun") for title in titles)
+    for file in (tmp_path / "built").glob("*.h5"):
+        picture = (tmp_path / "built" / "pictures" / file.name).with_suffix(".png")
+        assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n" and picture.stat().st_size > 10_000

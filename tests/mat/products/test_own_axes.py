@@ -19,7 +19,7 @@ FILE = "s01b01.atmq.h5"
 
 
 @pytest.fixture(scope="module")
-def task_of(tiny_job, tmp_path_factory):
+def task_of(builds_here, tiny_job, tmp_path_factory):
     """Builds the air of the tiny job with its source elevations replaced; gives the job, task and folder."""
 
     def built(line):

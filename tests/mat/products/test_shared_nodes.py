@@ -15,6 +15,7 @@ from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.materials.library import load_library
 from skyshine.schemas.kept_arrays import CACHE_VARIABLE
 
+pytestmark = pytest.mark.usefixtures("builds_here")  # nodes are placed on few lines of sight
 TOLERANCE, FINE = 2.0, 0.8  # K
 
 

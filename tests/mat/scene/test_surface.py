@@ -33,11 +33,12 @@ def test_interpolation_between_elevations_and_altitudes(air, sky):
     generator = np.random.default_rng(1)
     elevation = np.sort(generator.uniform(-3, 88, SUN_STEPS))
     altitude = np.array([130.0, 870.0, 2625.0])
-    exact = broadband_fluxes(air, altitude, elevation, 0.2)
+    some = slice(None, None, 6)
+    exact = broadband_fluxes(air, altitude, elevation[some], 0.2)
     direct, diffuse = sky.irradiance(SunPath(0.0, elevation, np.zeros(SUN_STEPS)), 0.0, altitude)
-    sine = np.maximum(np.sin(np.radians(elevation)), 0)
-    assert np.abs((direct - exact.direct_normal) * sine).max() < 1.0
-    assert np.abs(diffuse - exact.diffuse).max() < 1.0
+    sine = np.maximum(np.sin(np.radians(elevation[some])), 0)
+    assert np.abs((direct[:, some] - exact.direct_normal) * sine).max() < 1.0
+    assert np.abs(diffuse[:, some] - exact.diffuse).max() < 1.0
     own = np.interp(altitude, air.altitude, air.temperature)[:, None] + np.zeros(SUN_STEPS)
     assert np.abs(sky.longwave(own, 0.0, altitude)[:, 0] - exact.longwave_down).max() < 0.5
 

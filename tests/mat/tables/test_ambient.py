@@ -29,7 +29,7 @@ def grounded(build_inline, small_job, tmp_path_factory):
     text = small_job.read_text(encoding="utf-8").replace("[asphalt_road, grass_green]", "[grass_green]")
     text = text.replace("    visibility_km", "    ground_material: asphalt_road\n    visibility_km")
     file = tmp_path_factory.mktemp("grounded") / "job.yaml"
-    more = "sources: [sun]\naccuracy: {tilted_faces_k: 0.1}\noutput: {pictures: false}\n"
+    more = "sources: [sun]\naccuracy: {tilted_faces_k: 0.1}\n"
     file.write_text(text + more, encoding="utf-8")
     build_inline(load_job(file), jobs=1)
     return file.parent / "built"
@@ -120,7 +120,7 @@ def test_ground_of_a_material_has_its_emissivity_and_its_temperature_by_the_hour
 
 def test_a_job_of_level_faces_leaves_harmonics_out(build_inline, small_job, tmp_path):
     text = small_job.read_text(encoding="utf-8").replace("slope_deg: [0, 45]", "slope_deg: [0]")
-    (tmp_path / "job.yaml").write_text(text + "sources: [sun]\noutput: {pictures: false}\n", encoding="utf-8")
+    (tmp_path / "job.yaml").write_text(text + "sources: [sun]\n", encoding="utf-8")
     build_inline(load_job(tmp_path / "job.yaml"), jobs=1)
     table = skyshine.mat.open(tmp_path / "built" / "s01b01.atmq.h5")
     assert HARMONICS not in table.root.variables and "ground_radiance" not in table.attributes

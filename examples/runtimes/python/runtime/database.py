@@ -279,18 +279,14 @@ class Database:
     def _parts(self, quantity: str, where: Mapping[str, float], parts: int = 1) -> Floats:
         """Linear interpolation in the axes behind the first ones: the weighted sum over the corners of one cell."""
         axes, values = self.arrays[quantity]
-        located = [axis.locate(where[axis.name]) for axis in axes[parts:]]
+        sides: list[list[tuple[int, float]]] = []  # of the cell, on each axis: those that have a share, with it
+        for axis in axes[parts:]:
+            lower, upper, weight = axis.locate(where[axis.name])
+            sides.append([(node, share) for node, share in ((lower, 1.0 - weight), (upper, weight)) if share])
         total = np.zeros(values.shape[:parts])
-        for corner in itertools.product((0, 1), repeat=len(located)):
-            share = math.prod(
-                weight if up else 1.0 - weight for up, (_, _, weight) in zip(corner, located, strict=True)
-            )
-            if share:
-                at: tuple[Any, ...] = (
-                    ...,
-                    *((lower, upper)[up] for up, (lower, upper, _) in zip(corner, located, strict=True)),
-                )
-                total += share * values[at].astype(float)
+        for corner in itertools.product(*sides):
+            at: tuple[Any, ...] = (..., *(node for node, _ in corner))
+            total += math.prod(share for _, share in corner) * values[at].astype(float)
         return total
 
     def material(self, given: str | float) -> float:

@@ -29,12 +29,13 @@ GRID = PathGrid(
 
 @pytest.fixture(scope="module")
 def band():
-    everything = band_points(AbsorptionTable.open().points(*RESPONSE.wavenumber_range), RESPONSE)
-    return replace(
-        everything,
-        points=everything.points.subset(np.arange(0, everything.weight.size, 5)),
-        weight=everything.weight[::5],
-    )
+    return some_of(band_points(AbsorptionTable.open().points(*RESPONSE.wavenumber_range), RESPONSE), 5)
+
+
+def some_of(band, step):
+    """Some of the points of a band, with their own weights."""
+    points = band.points.subset(np.arange(0, band.weight.size, step))
+    return replace(band, points=points, weight=band.weight[::step])
 
 
 def saturated(state):
@@ -75,6 +76,8 @@ def made(name):
 @pytest.mark.parametrize("name", [*STATES, "saturated", "optical depth 1e4"])
 def test_extremes_are_finite_and_bounded(band, name):
     state = made(name)
+    whole = band.weight.sum()
+    band = some_of(band, 3) if name == "optical depth 1e4" else band  # each takes many directions
     sun = solar_irradiance(band.wavenumber)
     atmosphere = BandAtmosphere.of(state, band)
     if name == "optical depth 1e4":
@@ -89,6 +92,7 @@ def test_extremes_are_finite_and_bounded(band, name):
     top = np.max(sun * band.wavenumber**2 * 1e-4) * band.weight.sum() / np.pi
     assert np.all(table.direct <= top * (1 + 1e-6))
     hottest = 1.001 * band_radiance(RESPONSE, max(state.temperature.max(), state.surface_temperature))
+    hottest *= band.weight.sum() / whole
     # The sky scatters down no more than white ground under a bright sky can return, and emits no more than the hottest
     # air.
     assert np.all(table.ambient <= 2 * top + hottest)

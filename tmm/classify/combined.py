@@ -21,6 +21,7 @@ from skyshine.tmm.classify.mapper import TABLE_ENTRIES, Classified, with_margin,
 from skyshine.tmm.classify.superpixels import HOLD, Superpixels, find_superpixels
 from skyshine.tmm.classify.trained import TYPICAL, TrainedModel
 from skyshine.tmm.classify.translation import translated
+from skyshine.tmm.classify.typicality import Typicality
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates, to_lab
 from skyshine.tmm.features.textured import MARGIN, LightPlanes, features, names
 from skyshine.tmm.images.texture import Windowed
@@ -153,6 +154,7 @@ class CombinedMapper:
         classes: npt.NDArray[np.float64],
         seeds: tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]],
         tabulate: bool = True,
+        typicality: Typicality | None = None,
     ) -> None:
         """Solve for the superpixels' shares.
 
@@ -165,7 +167,10 @@ class CombinedMapper:
             As of `library_classes`.
         seeds : (N,) int, three of them
             Rows, columns and material of the seeds.
+        typicality : Typicality or None
+            Of the boxes of the seeds; None: that of the texels' colours by themselves, averaged over a box.
         """
+        self._typicality = typicality
         self.names, self._texture, self._colours, self._step = model.names, texture, colours, surveyed.step
         self._model = model.colour
         self._shared: tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]] | None = None
@@ -179,7 +184,11 @@ class CombinedMapper:
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify a window; see `Mapper`."""
         guide, typicality, valid, inner = self._looked_up(top, bottom, left, right)
-        typical, valid = averaged(typicality, valid, TYPICAL_RADIUS, inner), valid[inner]
+        if self._typicality is None:
+            typical = averaged(typicality, valid, TYPICAL_RADIUS, inner)
+        else:
+            typical = self._typicality.window(top, bottom, left, right)
+        valid = valid[inner]
         best, total = np.full(valid.shape, -1, np.float32), np.zeros(valid.shape, np.float32)
         material = np.zeros(valid.shape, np.int16)
         for k, share in enumerate(self._filtered(guide, top, bottom, left, right)):

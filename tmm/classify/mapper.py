@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.tmm.classify.box import POSTERIOR_ONE, averaged, means, pairs_of, strongest
+from skyshine.tmm.classify.typicality import Typicality
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.texture import Windowed
 
@@ -26,8 +27,9 @@ class Classified:
     confidence : (h, w) float32
         Posterior of that material averaged over the box; 0 without data.
     typicality : (h, w) float32
-        Of the material that a texel's colour is the most typical of, the share of its texels that would lie farther
-        from its mean (upper tail of chi-squared); averaged over the box; 0 without data.
+        With seeds, see `skyshine.tmm.classify.typicality.Typicality`. Else, of the material that a texel's colour is
+        the most typical of, the share of its texels that would lie farther from its mean (upper tail of chi-squared),
+        averaged over the box. 0 without data.
     """
 
     material: npt.NDArray[Any]
@@ -63,12 +65,20 @@ class ColourModel(Protocol):
 class ColourMapper:
     """A colour model applied to a texture, window by window; each distinct colour is classified once.
 
-    Without `tabulate` the colours of a window are classified for it alone: for a few small windows.
+    Without `tabulate` the colours of a window are classified for it alone: for a few small windows. Without
+    `typicality`, of the boxes of seeds, it is that of the texels' colours by themselves, averaged over the box.
     """
 
     def __init__(
-        self, texture: Windowed, colours: DistinctColours, model: ColourModel, radius: int, tabulate: bool = True
+        self,
+        texture: Windowed,
+        colours: DistinctColours,
+        model: ColourModel,
+        radius: int,
+        tabulate: bool = True,
+        typicality: Typicality | None = None,
     ) -> None:
+        self._typicality = typicality
         self.texture, self.model, self.names, self.radius = texture, model, model.names, radius
         self._colours, shared = colours, colours.colours
         self._shared: tuple[npt.NDArray[Any], npt.NDArray[np.float32]] | None = None
@@ -76,8 +86,10 @@ class ColourMapper:
             self._shared = self._prepared(shared)
 
     def _prepared(self, colours: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-        """Posterior of colours, in pairs where it is to be averaged, and their typicality."""
+        """Posterior of colours, in pairs where it is to be averaged, and their typicality; of boxes, none."""
         posterior, typicality = self.model.tables(colours, self.texture.encoding)
+        if self._typicality is not None:
+            typicality = typicality[:0]
         return (pairs_of(posterior) if self.radius else posterior), typicality
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
@@ -89,7 +101,10 @@ class ColourMapper:
         else:
             gathered = (np.take(pair, index) for pair in posterior)
             material, confidence = strongest(gathered, len(posterior), valid, self.radius, inner)
-        typical = averaged(np.take(typicality, index), valid, self.radius, inner)
+        if self._typicality is None:
+            typical = averaged(np.take(typicality, index), valid, self.radius, inner)
+        else:
+            typical = self._typicality.window(top, bottom, left, right)
         return without_data(Classified(material, confidence, typical), valid[inner])
 
     def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:

@@ -14,6 +14,7 @@ from skyshine.tmm.classify.box import POSTERIOR_ONE, averaged, means, pairs_of, 
 from skyshine.tmm.classify.calibration import IDENTITY, Calibration
 from skyshine.tmm.classify.gaussian import GaussianModel
 from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper, with_margin, without_data
+from skyshine.tmm.classify.typicality import Typicality
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.features.textured import MARGIN, LightPlanes, features
 from skyshine.tmm.features.tokens import TokenFeatures
@@ -102,9 +103,10 @@ class TrainedModel:
         radius: int,
         tabulate: bool = True,
         tokens: TokenFeatures | None = None,
+        typicality: Typicality | None = None,
     ) -> Mapper:
         """The classifier applied to a texture, with posteriors averaged over a box of `radius`; `tokens` are the
-        features of an image encoder that it was trained with.
+        features of an image encoder that it was trained with, and `typicality` is that of seeds, where there are any.
 
         Raises
         ------
@@ -113,8 +115,8 @@ class TrainedModel:
         """
         self.require_channels(texture)
         if self.network is not None:
-            return TexturedMapper(texture, colours, self.names, self.colour, self.network, radius, tokens)
-        return ColourMapper(texture, colours, self.colour, radius, tabulate)
+            return TexturedMapper(texture, colours, self.names, self.colour, self.network, radius, tokens, typicality)
+        return ColourMapper(texture, colours, self.colour, radius, tabulate, typicality)
 
     def require_channels(self, texture: Windowed) -> None:
         """Refuse a texture with near infrared where the model knows none, or the reverse.
@@ -142,8 +144,9 @@ class TexturedMapper:
         network: Network,
         radius: int,
         tokens: TokenFeatures | None = None,
+        typicality: Typicality | None = None,
     ) -> None:
-        self._tokens = tokens
+        self._tokens, self._typicality = tokens, typicality
         self.names, self._texture, self._radius = names, texture, radius
         self._colour, self._network, self._light = colour, network, LightPlanes(texture, colours)
 
@@ -158,9 +161,12 @@ class TexturedMapper:
         else:
             material = planes[(slice(None), *inner)].argmax(axis=0).astype(np.int16)
             confidence = planes[(slice(None), *inner)].max(axis=0) / np.float32(POSTERIOR_ONE)
-        distance = self._colour.squared_distance(stack[TYPICAL].reshape(3, -1).T.astype(np.float64)).min(axis=0)
-        typicality = chdtrc(3, distance).astype(np.float32).reshape(valid.shape)
-        typical = averaged(typicality, valid, self._radius, inner)
+        if self._typicality is None:
+            distance = self._colour.squared_distance(stack[TYPICAL].reshape(3, -1).T.astype(np.float64)).min(axis=0)
+            typicality = chdtrc(3, distance).astype(np.float32).reshape(valid.shape)
+            typical = averaged(typicality, valid, self._radius, inner)
+        else:
+            typical = self._typicality.window(top, bottom, left, right)
         return without_data(Classified(material, confidence, typical), valid[inner])
 
     def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:

@@ -21,7 +21,7 @@ from skyshine.tmm.database.levels import PERCENT, WEIGHT_TOTAL
 from skyshine.tmm.job.model import TextureJob
 
 FILETYPE = "tmm"
-FORMAT_VERSION = "1.4.0"
+FORMAT_VERSION = "1.5.0"
 CHUNK = 256
 # Steps of what is stored. A byte for each would keep 256 steps, whose noise no filter compresses: 7 and 14 MB of a
 # photograph of 4096 x 4096 texels. With these steps, which floats hold with all but their first bits 0, 4 and 2 MB.
@@ -98,7 +98,7 @@ def level_layout(k: int, size: tuple[int, int], height: int, width: int, *, shad
         name = "probability that the material is right: its posterior, averaged over the box and calibrated"
         step = {"step": 1 / CONFIDENCE_STEPS}
         variables["confidence"] = Variable(plane, values, "1", name, step, chunks=chunk)
-        name = "share of the most alike material's texels that lie farther from its mean, averaged over the box"
+        name = "share of the most alike material's boxes (texels, without seeds) that lie farther from their mean"
         ratio = {"ratio": TYPICALITY_RATIO, "least": LEAST_TYPICALITY}
         variables["typicality"] = Variable(plane, values, "1", name, ratio, chunks=chunk)
     return Group(axes, variables)

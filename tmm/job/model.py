@@ -119,9 +119,9 @@ class OverrideTexels(Seeds):
     )
 
 
-# Of aerial sheets by which it was not chosen 2 % of the texels of materials with seeds are below, and 52 % of those of
-# a material left out; of those by which it was, 1 and 40 %. A mean over a box of fewer texels scatters more.
-UNTYPICAL, UNTYPICAL_RADIUS = 0.03, 4
+# The smallest in hundredths by which, of aerial sheets and drone's chips that it was chosen on, 40 % of the texels of a
+# material left out are below; of those of materials with seeds 1.8 % are, at most. A box of few texels scatters more.
+UNTYPICAL, UNTYPICAL_RADIUS = 0.15, 4
 
 
 class Classifier(StrictModel):
@@ -149,7 +149,8 @@ class Classifier(StrictModel):
     )
     typicality_threshold: Probability | None = Field(
         default=None,
-        description="Texels less typical of all materials than this become unknown (code 0). By default "
+        description="Texels less typical of all materials than this become unknown (code 0): with seeds by the colour "
+        "and the contrast of the box about them, else by colour alone. By default "
         f"{UNTYPICAL} where materials come from seeds and the radius is {UNTYPICAL_RADIUS} or more, else 0.",
     )
     mixtures: bool = Field(

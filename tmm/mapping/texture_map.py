@@ -10,11 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.materials.library import MaterialLibrary
-from skyshine.tmm.classify.combined import CombinedMapper, survey
+from skyshine.tmm.classify.combined import TYPICAL_RADIUS, CombinedMapper, survey
 from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper
 from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.classify.trained import TrainedModel
 from skyshine.tmm.classify.translation import library_classes
+from skyshine.tmm.classify.typicality import Boxes
 from skyshine.tmm.database.levels import Level
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.features.tokens import TokenFeatures
@@ -36,6 +37,7 @@ from skyshine.tmm.mapping.ways import (
 )
 from skyshine.tmm.quality.held_out import HeldOut, measure, untested, with_unknown
 from skyshine.tmm.training.examples import examples
+from skyshine.tmm.training.seed_boxes import seed_boxes
 from skyshine.tmm.training.train import train_on_seeds
 
 BAND, STRIP = 256, 512  # texels of a window, whole chunks of the file: what stays in a processor's cache
@@ -156,10 +158,12 @@ def _trained(
     """What is trained on all seeds, and its quality on seeds held out."""
     settings, random_seed = job.classifier, job.held_out.random_seed
     known = examples(texture, seeds, random_seed, tokens=tokens) if settings.method == "textured" else None
+    typical = seed_boxes(Boxes(texture, colours, settings.radius), seeds)
 
     def mapper_of(chosen: npt.NDArray[np.bool_] | None) -> Mapper:
         model = train_on_seeds(texture, seeds, settings, known, random_seed, chosen)
-        return model.mapper(texture, colours, settings.radius, tabulate=chosen is None, tokens=tokens)
+        typicality = typical.typicality(chosen)
+        return model.mapper(texture, colours, settings.radius, chosen is None, tokens, typicality)
 
     quality = measure(job, texture.encoding, seeds, mapper_of)
     return mapper_of(None), quality
@@ -206,6 +210,7 @@ def combined_mappers(
         general.require_channels(texture)
     surveyed = survey(texture, colours, general)
     known = examples(texture, seeds, random_seed) if settings.method == "textured" else None
+    typical = seed_boxes(Boxes(texture, colours, TYPICAL_RADIUS), seeds)
     general_names = () if general is None else general.names
     groups = {name: library[name].group for name in (*general_names, *seeds.names) if name in library}
 
@@ -215,7 +220,8 @@ def combined_mappers(
         number = np.array([model.names.index(name) if name in model.names else -1 for name in seeds.names])
         drawn = seeds.rows[keep], seeds.columns[keep], number[seeds.material[keep]]
         classes = library_classes(general_names, model.names, groups)
-        return CombinedMapper(texture, colours, surveyed, model, classes, drawn, tabulate=chosen is None)
+        typicality = typical.typicality(chosen)
+        return CombinedMapper(texture, colours, surveyed, model, classes, drawn, chosen is None, typicality)
 
     return mapper_of
 

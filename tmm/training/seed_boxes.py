@@ -1,0 +1,56 @@
+"""The boxes that seeds stand in, from which is known how typical a place is of their materials."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.tmm.classify.typicality import Boxes, Typicality, fit_boxes
+from skyshine.tmm.inputs.seeds import SeedTexels
+
+GROUP_CELLS = 64  # rows and columns of cells whose boxes are computed at a time
+
+
+@dataclass(frozen=True)
+class SeedBoxes:
+    """The boxes that seeds stand in.
+
+    Attributes
+    ----------
+    boxes : Boxes
+    features : (M, F) float64
+    seed : (M,) int
+        A seed texel of each; the others of its region in its cell stand in the same box.
+    material, region : (M,) int
+    """
+
+    boxes: Boxes
+    features: npt.NDArray[np.float64]
+    seed: npt.NDArray[Any]
+    material: npt.NDArray[Any]
+    region: npt.NDArray[Any]
+
+    def typicality(self, chosen: npt.NDArray[np.bool_] | None = None) -> Typicality:
+        """Typicality of the materials of all seeds, or of those that `chosen` (N,) bool keeps."""
+        keep = np.ones(len(self.seed), bool) if chosen is None else chosen[self.seed]
+        return Typicality(self.boxes, fit_boxes(self.features[keep], self.material[keep], self.region[keep]))
+
+
+def seed_boxes(boxes: Boxes, seeds: SeedTexels) -> SeedBoxes:
+    """Read the boxes that the seeds of a texture stand in, from the top to the bottom."""
+    row, column = seeds.rows // boxes.cell, seeds.columns // boxes.cell
+    groups = np.lexsort((seeds.material, seeds.region, column, row, column // GROUP_CELLS, row // GROUP_CELLS))
+    keys = np.stack([row, column, seeds.region, seeds.material])[:, groups]
+    first = groups[np.append(True, (keys[:, 1:] != keys[:, :-1]).any(axis=0))]
+    row, column = row[first], column[first]
+    features = np.empty((len(first), boxes.dimensions))
+    group = np.stack([row // GROUP_CELLS, column // GROUP_CELLS])
+    starts = np.flatnonzero(np.append(True, (group[:, 1:] != group[:, :-1]).any(axis=0)))
+    for mine in np.split(np.arange(len(first)), starts[1:]):
+        top, left = row[mine].min(), column[mine].min()
+        found, _ = boxes.features(slice(top, row[mine].max() + 1), slice(left, column[mine].max() + 1))
+        features[mine] = found[:, row[mine] - top, column[mine] - left].T
+    return SeedBoxes(boxes, features, first, seeds.material[first], seeds.region[first])

@@ -70,7 +70,7 @@ def narrowed(
     InputError
         None does.
     """
-    groups = {name: library[name].group for name in (*model.names, *names) if name in library}
+    groups = {name: library.group(name) for name in (*model.names, *names) if name in library}
     shares = library_classes(model.names, names, groups)
     kept = np.flatnonzero(shares.any(axis=1))
     if not len(kept):
@@ -140,7 +140,7 @@ def load_texture(
     for name in names:
         if name not in library:
             raise InputError(f"'{job.name}': {unknown_material(name, library.names)}")
-    names = tuple(sorted(names, key=lambda name: library[name].code))
+    names = tuple(sorted(names, key=lambda name: library.code(name)))
     if job.model is not None:
         model = read_model(model_path(job.model, base_folder))
         model.require_channels(texture)

@@ -243,7 +243,7 @@ def _known(
     own = train_on_seeds(texture, seeds, job.classifier, known, random_seed, None)
     classes = np.empty((0, len(own.names)))
     if model is not None:
-        groups = {name: library[name].group for name in (*model.names, *own.names) if name in library}
+        groups = {name: library.group(name) for name in (*model.names, *own.names) if name in library}
         classes = library_classes(model.names, own.names, groups)
     material = np.array([own.names.index(name) for name in seeds.names])[seeds.material]
     placed = (seeds.rows, seeds.columns, material)

@@ -136,7 +136,7 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
         texture=texture,
         colours=colours,
         names=names,
-        codes=np.array([library[name].code for name in names], np.uint16),
+        codes=np.array([library.code(name) for name in names], np.uint16),
         seeds=seeds,
         quality=quality,
         place=read_georeference(texture.path),
@@ -206,7 +206,7 @@ def combined_mappers(
     surveyed = survey(texture, colours, general)
     known = examples(texture, seeds, random_seed) if settings.method == "textured" else None
     general_names = () if general is None else general.names
-    groups = {name: library[name].group for name in (*general_names, *seeds.names) if name in library}
+    groups = {name: library.group(name) for name in (*general_names, *seeds.names) if name in library}
 
     def mapper_of(chosen: npt.NDArray[np.bool_] | None) -> Mapper:
         keep = np.ones(len(seeds.rows), bool) if chosen is None else chosen

@@ -328,10 +328,10 @@ def plain_value(text: str, file: StrPath, line: int) -> Any:
 
 def _composed(text: str) -> yaml.Node | None:
     try:
-        return cast("yaml.Node | None", yaml.compose(text, Loader=_FastCoreLoader))
+        return yaml.compose(text, Loader=_FastCoreLoader)
     except (yaml.YAMLError, UnicodeError):
         # What is wrong is said in the words of PyYAML, which are the same wherever this runs.
-        return cast("yaml.Node | None", yaml.compose(text, Loader=_CoreLoader))
+        return yaml.compose(text, Loader=_CoreLoader)
 
 
 def _document(text: str, file: Path) -> Document:

@@ -108,7 +108,7 @@ def _quadratic_least(
     high: npt.NDArray[np.float64],
 ) -> npt.NDArray[np.float64]:
     """The step (2,) within limits at which slope . step + step . curvature . step / 2 is least."""
-    inside: npt.NDArray[np.float64] = -np.linalg.solve(curvature, slope)
+    inside: npt.NDArray[Any] = -np.linalg.solve(curvature, slope)
     if (inside >= low).all() and (inside <= high).all():
         return inside
     edges = []

@@ -50,4 +50,4 @@ def _tail(freedom: int, half: float) -> float:
     """Abramowitz and Stegun 1964, Handbook of Mathematical Functions, 26.4.4 and 26.4.5, of half of chi-squared."""
     start = freedom % 2
     total = erfc(sqrt(half)) if start else 0.0
-    return total + exp(-half) * sum(half ** (r / 2) / gamma(r / 2 + 1) for r in range(start, freedom - 1, 2))
+    return total + exp(-half) * sum(float(half ** (r / 2)) / gamma(r / 2 + 1) for r in range(start, freedom - 1, 2))

@@ -83,8 +83,8 @@ class GaussianModel:
 def _log_sum_exp(values: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
     """Logarithm of the sum over the first axis of the exponentials of values (K, ...), the largest taken out first."""
     largest = values.max(axis=0)
-    total: npt.NDArray[np.float64] = np.log(np.exp(values - largest).sum(axis=0))
-    return total + largest
+    total: npt.NDArray[np.float64] = np.log(np.exp(values - largest).sum(axis=0)) + largest
+    return total
 
 
 def fit(

@@ -14,7 +14,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.tmm.classify.combined import Survey, grid_step, library_classes, seed_shares, survey
 from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.classify.questions import choose, clearness, doubt, middles, reach, strangeness
-from skyshine.tmm.classify.trained import TrainedModel
+from skyshine.tmm.classify.trained import TrainedModel, require_no_encoder
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.answers import Answer, read_answers
 from skyshine.tmm.inputs.load import load_texture, open_texture
@@ -143,6 +143,7 @@ def suggest(job: TextureJob, folder: Path, library: MaterialLibrary, count: int)
     model = None if job.model is None else read_model(model_path(job.model, folder))
     if model is not None:
         model.require_channels(texture)
+        require_no_encoder(model, "for suggestions")
     surveyed = survey(texture, colours, model)
     known = _known(job, texture, surveyed, model, seeds, library)
     answered = [(answer.y, answer.x) for answer in kept]

@@ -247,8 +247,9 @@ def _untrained(
         raise ValueError(f"'{job.name}' assigns no materials")
     trained = read_model(model_path(job.model, base_folder))
     quality = replace(quality, calibration=trained.calibration)
+    tokens = token_features(job, texture, base_folder, trained)
     if not job.scene_materials:
-        return trained.mapper(texture, colours, job.classifier.radius), quality
+        return trained.mapper(texture, colours, job.classifier.radius, tokens=tokens), quality
     kept, material = narrowed(job, trained, library, names)
-    among = trained.only(kept.tolist()).mapper(texture, colours, job.classifier.radius)
+    among = trained.only(kept.tolist()).mapper(texture, colours, job.classifier.radius, tokens=tokens)
     return Renamed(among, names, material), quality

@@ -21,6 +21,7 @@ from skyshine.tmm.features.token_basis import EncoderIdentity, TokenBasis
 from skyshine.tmm.features.tokens import TILE, Encoder, TokenFeatures
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.job.model import TextureJob, TmmJob
+from skyshine.tmm.mapping.run import check
 from skyshine.tmm.mapping.suggest import suggest
 from skyshine.tmm.mapping.texture_map import map_texture
 from skyshine.tmm.training.library import library_tokens
@@ -407,8 +408,9 @@ def test_the_basis_is_that_of_all_sheets_in_any_order(encoder, write_image, tmp_
     tokens = np.concatenate([model.sample(TextureFile(tmp_path / image)) for image in sizes])
     peer = decomposition.PCA(whiten=True).fit(tokens)
     np.testing.assert_allclose(found[0].mean, peer.mean_, rtol=1e-5, atol=1e-6)
-    features = (tokens - found[0].mean) @ found[0].components
+    features = found[0].features(tokens.T[:, np.newaxis])[:, 0].T
     spread = np.sqrt(len(tokens) / (len(tokens) - 1))  # theirs divides by one less
+    np.testing.assert_allclose(features.mean(axis=0), 0, atol=1e-3)
     np.testing.assert_allclose(np.abs(features), np.abs(peer.transform(tokens)) * spread, atol=2e-3)
 
 
@@ -441,8 +443,9 @@ def test_another_encoder_than_the_model_had_is_refused(encoder, sheets, trained,
 
 def test_python_refuses_another_encoder_too(trained, library):
     job = TextureJob.model_validate({"image": "c.png", "model": "with.tmm-model.h5"})
-    with pytest.raises(InputError, match="'c': the model takes features of an image encoder"):
-        map_texture(job, trained, library)
+    for call in (map_texture, check):
+        with pytest.raises(InputError, match="'c': the model takes features of an image encoder"):
+            call(job, trained, library)
     with pytest.raises(InputError, match="allowed for suggestions: a model without"):
         suggest(job, trained, library, 3)
 

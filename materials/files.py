@@ -9,7 +9,7 @@ from typing import Annotated, Any, Generic, Literal, NamedTuple, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field, GetJsonSchemaHandler, StringConstraints, model_validator
+from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
@@ -24,13 +24,12 @@ from skyshine.materials.records import (
     ThermalStack,
 )
 from skyshine.schemas.csv_table import CsvTable, data_lines, parse_table, read_text
-from skyshine.schemas.documents import StrictModel, load_model
+from skyshine.schemas.documents import StrictModel, Text, load_model
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.paths import StrPath
 from skyshine.schemas.plain_numbers import plain_number
 
 Value = TypeVar("Value")
-Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 
 # Limits wide enough for every solid, liquid and foil, narrow enough to catch a value in other units.
 Thickness = Annotated[float, Field(ge=1e-6, le=100.0)]

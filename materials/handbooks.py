@@ -9,8 +9,8 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from skyshine import materials
-from skyshine.materials.files import Fraction, Text
-from skyshine.schemas.documents import StrictModel, load_model
+from skyshine.materials.files import Fraction
+from skyshine.schemas.documents import StrictModel, Text, load_model
 from skyshine.schemas.paths import StrPath
 
 QUANTITIES = ("solar_absorptance", "thermal_emissivity")

@@ -13,7 +13,6 @@ from typing import Annotated, Any
 from pydantic import Field, StringConstraints, field_validator
 
 from skyshine import materials
-from skyshine.materials.files import Text, load_spectrum, load_specular, load_thermal
 from skyshine.materials.records import (
     Back,
     Layer,
@@ -23,7 +22,7 @@ from skyshine.materials.records import (
     SurfaceProperties,
     ThermalStack,
 )
-from skyshine.schemas.documents import Document, StrictModel, parse_model, read_yaml
+from skyshine.schemas.documents import Document, StrictModel, Text, parse_model, read_yaml
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.paths import StrPath
 
@@ -129,11 +128,34 @@ class MaterialLibrary:
         InputError
             There is none of this name, or one of its files is wrong.
         """
+        if name not in self._loaded:
+            self._loaded[name] = self._change(_read(self._place(name)))
+        return self._loaded[name]
+
+    def _place(self, name: str) -> _Place:
         if name not in self._places:
             raise InputError(unknown_material(name, self._places))
-        if name not in self._loaded:
-            self._loaded[name] = self._change(_read(self._places[name]))
-        return self._loaded[name]
+        return self._places[name]
+
+    def code(self, name: str) -> int:
+        """Code of the material of this name, by the index alone: no other file is read.
+
+        Raises
+        ------
+        InputError
+            There is none of this name.
+
+        Examples
+        --------
+        >>> library = load_library()
+        >>> library.code("asphalt_road") == library["asphalt_road"].code
+        True
+        """
+        return self._place(name).entry.code
+
+    def group(self, name: str) -> str:
+        """Group of the material of this name; as `code`."""
+        return self._place(name).entry.group
 
     def changed(self, change: Callable[[Material], Material]) -> MaterialLibrary:
         """The same library whose materials went through a function."""
@@ -245,6 +267,9 @@ def _refuse_shared_codes(places: Iterable[_Place]) -> None:
 
 
 def _read(place: _Place) -> Material:
+    # Their models take .06 s to build, which what asks for codes alone does not wait for.
+    from skyshine.materials.files import load_spectrum, load_specular, load_thermal
+
     entry = place.entry
     thermal = load_thermal(place.folder / "ht" / f"{entry.name}.yaml")
     spectrum = load_spectrum(place.folder / "ref" / f"{entry.name}.csv")

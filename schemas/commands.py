@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress
 
+_TERMINAL_NAMED = ("FORCE_COLOR", "TTY_COMPATIBLE")  # variables by which rich takes a pipe for a terminal
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 CHECK_FAILED, INPUT_WRONG, INTERRUPTED = 1, 2, 130
@@ -195,6 +196,9 @@ def progress(total: float, description: str) -> Iterator[Callable[[float], None]
     advance : callable
         ``advance(n)`` says that n more of `total` are done.
     """
+    if not (sys.stderr.isatty() or any(name in os.environ for name in _TERMINAL_NAMED)):
+        yield lambda amount: None
+        return
     from rich.console import Console
 
     with progress_on(Console(stderr=True), total, description) as (_, advance):

@@ -58,6 +58,8 @@ class ChunkWriter:
     def __init__(self, dataset: h5py.Dataset, packing: Packing) -> None:
         """`dataset` has the filters shuffle, deflate and Fletcher-32 in this order, or is not chunked."""
         self._dataset, self._packing = dataset, packing
+        # h5py asks the file for each of these whenever they are read.
+        self._shape, self._dtype, self._chunks = dataset.shape, dataset.dtype, dataset.chunks
         self._last: tuple[bytes, tuple[int, ...]] = b"", ()
         self._made = b"", b""  # stored bytes and digest of the last chunk
         self._blocks: dict[tuple[int, ...], bytes] = {}
@@ -65,21 +67,21 @@ class ChunkWriter:
     def write(self, start: Sequence[int], values: npt.NDArray[Any]) -> None:
         """Write values from the indices `start` on, which begin chunks; they end with chunks or with the array."""
         dataset = self._dataset
-        if dataset.chunks is None:
+        if self._chunks is None:
             dataset[tuple(slice(at, at + length) for at, length in zip(start, values.shape, strict=True))] = values
             return
-        values = values.astype(dataset.dtype, copy=False)
-        counts = [-(-length // size) for length, size in zip(values.shape, dataset.chunks, strict=True)]
+        values = values.astype(self._dtype, copy=False)
+        counts = [-(-length // size) for length, size in zip(values.shape, self._chunks, strict=True)]
         for index in np.ndindex(*counts):
-            low = [i * size for i, size in zip(index, dataset.chunks, strict=True)]
-            part = values[tuple(slice(at, at + size) for at, size in zip(low, dataset.chunks, strict=True))]
+            low = [i * size for i, size in zip(index, self._chunks, strict=True)]
+            part = values[tuple(slice(at, at + size) for at, size in zip(low, self._chunks, strict=True))]
             place = tuple(at + offset for at, offset in zip(start, low, strict=True))
             stored, self._blocks[place] = self._packed(part)
             dataset.id.write_direct_chunk(place, stored)
 
     def digest(self) -> bytes | None:
         """Digest of the array; None where chunks are not the blocks of digests, or were not all written by this."""
-        shape, chunks = self._dataset.shape, self._dataset.chunks
+        shape, chunks = self._shape, self._chunks
         if chunks != block_shape(shape):
             return None
         number = prod(-(-length // size) for length, size in zip(shape, chunks, strict=True))
@@ -93,7 +95,7 @@ class ChunkWriter:
             return self._made
         planes = byte_planes(np.frombuffer(this[0], values.dtype))
         digest = block_digest(planes)
-        chunk = self._dataset.chunks
+        chunk = self._chunks
         if values.shape != chunk:  # HDF5 stores the chunks at the borders whole
             planes = byte_planes(np.pad(values, [(0, size - n) for n, size in zip(values.shape, chunk, strict=True)]))
         self._last, self._made = this, (packed(planes, self._packing), digest)

@@ -114,6 +114,13 @@ def test_flags_mark_what_they_should(library):
             assert leaves.thickness * leaves.density * leaves.heat_capacity < 10_000.0  # J m^-2 K^-1
 
 
+def test_codes_and_groups_are_those_of_the_materials(library):
+    assert [library.code(name) for name in library.names] == [material.code for material in library]
+    assert [library.group(name) for name in library.names] == [material.group for material in library]
+    with pytest.raises(InputError, match="unknown material 'asphalt_rode'.*asphalt_road"):
+        library.code("asphalt_rode")
+
+
 def test_unknown_name_and_code(library):
     with pytest.raises(
         InputError,

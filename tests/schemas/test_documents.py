@@ -1,8 +1,13 @@
 """YAML documents: the traps of the language, places of errors, limits."""
 
+from pathlib import Path
+
 import pytest
+import yaml
 from pydantic import Field
 
+from skyshine import examples, materials
+from skyshine.schemas import documents
 from skyshine.schemas.documents import StrictModel, load_model, read_yaml
 from skyshine.schemas.errors import InputError
 
@@ -95,3 +100,18 @@ def test_a_missing_file_and_bytes_that_are_not_text(tmp_path):
     (tmp_path / "b.yaml").write_bytes(b"a: \xff\xfe\n")
     with pytest.raises(InputError, match="UTF-8"):
         read_yaml(tmp_path / "b.yaml")
+
+
+def test_libyaml_reads_what_pyyaml_reads():
+    """Values and their places, of every document that comes with the package and of what is written in odd ways."""
+    odd = "a: [1, {b: 'x', c: 2}]\n? d\n: |\n  text\n\n  more\n"
+    odd += "'e\u00e9\U0001f600': >-\n  folded\n  line\nf: &x {y: 08:30}\n"
+    files = [*Path(examples.__file__).parent.rglob("*.yaml"), *materials.path().rglob("*.yaml")]
+    assert len(files) > 100
+    for text in (odd, *(file.read_text(encoding="utf-8") for file in files)):
+        fast, slow = (
+            yaml.compose(text, Loader=loader) for loader in (documents._FastCoreLoader, documents._CoreLoader)
+        )
+        read = [documents._Builder(Path("x")) for _ in range(2)]
+        assert read[0].build(fast, ()) == read[1].build(slow, ())
+        assert read[0].places == read[1].places

@@ -12,11 +12,12 @@ from test_texture_suggest import NAMES, RADIUS, SMALLEST
 from skyshine.materials.library import load_library
 from skyshine.tmm.classify.combined import CombinedMapper, survey
 from skyshine.tmm.classify.gaussian import fit
-from skyshine.tmm.classify.model_file import PACKAGED, model_path, read_model
+from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.classify.trained import TrainedModel
 from skyshine.tmm.classify.translation import library_classes
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates
 from skyshine.tmm.images.texture import TextureFile
+from skyshine.tmm.job.model import PACKAGED
 from skyshine.tmm.quality.counts import Tally
 
 pytestmark = [pytest.mark.shared_data, pytest.mark.validation]

@@ -1,12 +1,14 @@
 """Files of trained classifiers.
 
 Layout of a ``.tmm-model.h5``: ``/materials`` (names), ``/colour`` (means, covariances, priors) and, for a textured one,
-``/network`` (scaling of the features, weights).
+``/network`` (scaling of the features, weights); with features of an image encoder also ``/tokens`` (their basis, and
+what tells the encoder from others).
 """
 
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -14,15 +16,17 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, read_file, write_file
+from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, open_database, read_file, write_file
 from skyshine.tmm.classify.calibration import OFFSET_LIMIT, SLOPE_LIMIT, Calibration
 from skyshine.tmm.classify.gaussian import GaussianModel
 from skyshine.tmm.classify.trained import Network, TrainedModel
 from skyshine.tmm.features.textured import names
+from skyshine.tmm.features.token_basis import EncoderIdentity, TokenBasis
+from skyshine.tmm.features.tokens import MOST_SIDE
+from skyshine.tmm.job.model import PACKAGED
 
 FILETYPE = "tmm-model"
-PACKAGED = "library"  # a job's name for the classifier that comes with the package
-FORMAT_VERSION = "1.1.0"
+FORMAT_VERSION = "1.2.0"
 COLOUR_DIMENSIONS = (3, 4)  # L*a*b*, and with near infrared its normalised difference
 PRIOR_ROUNDING = 1e-3  # by which stored probabilities, rounded to float32, may miss 1
 
@@ -30,6 +34,18 @@ PRIOR_ROUNDING = 1e-3  # by which stored probabilities, rounded to float32, may 
 def model_path(name: str, folder: str | os.PathLike[str]) -> Path:
     """Path of the classifier that a job in `folder` names; `PACKAGED` is the one beside this module."""
     return Path(__file__).with_name("library.tmm-model.h5") if name == PACKAGED else Path(folder, name)
+
+
+def is_model(path: str | os.PathLike[str]) -> bool:
+    """Whether a file that can be read as a database says that it is a trained classifier.
+
+    Raises
+    ------
+    InputError
+        The file is missing, damaged or hostile.
+    """
+    with open_database(path) as file:
+        return str(file.attrs["filetype"]) == FILETYPE
 
 
 def write_model(
@@ -55,7 +71,9 @@ def write_model(
     text = Variable(("material",), np.array(model.names, dtype=object), "1", "material name")
     groups = {"materials": Group(materials, {"name": text}), "colour": _colour_group(model.colour, materials, size)}
     if model.network is not None:
-        groups["network"] = _network_group(model.network, materials)
+        groups["network"] = _network_group(model.network, materials, model.tokens)
+    if model.tokens is not None:
+        groups["tokens"] = _tokens_group(model.tokens)
     attributes = {"slope": model.calibration.slope, "offset": model.calibration.offset}
     groups |= {"calibration": Group(attributes=attributes), "quality": Group(attributes=quality)}
     header = Header(FILETYPE, FORMAT_VERSION, data_version, job, "Classifier of textures")
@@ -77,8 +95,34 @@ def _colour_group(colour: GaussianModel, materials: dict[str, Axis], size: int) 
     )
 
 
-def _network_group(network: Network, materials: dict[str, Axis]) -> Group:
-    inputs = Axis(np.array(names(), dtype=object), "1", "feature")
+def _tokens_group(tokens: TokenBasis) -> Group:
+    size, count = tokens.components.shape
+    axes = {
+        "channel": Axis(np.arange(size, dtype=np.int32), "1", "channel of a token of the image encoder"),
+        "component": Axis(np.arange(count, dtype=np.int32), "1", "principal component, the network's feature token_k"),
+    }
+    arrays = {
+        "mean": Variable(("channel",), tokens.mean, "1", "mean of the tokens of all textures"),
+        "basis": Variable(("channel", "component"), tokens.components, "1", "components, each of spread 1"),
+    }
+    identity = {f"encoder_{name}": value for name, value in vars(tokens.encoder).items()}
+    return Group(axes, arrays, attributes={name: _stored(value) for name, value in identity.items()})
+
+
+def _stored(value: Any) -> Any:
+    return np.array(value) if isinstance(value, tuple) else value
+
+
+def _tokens(group: Group) -> TokenBasis:
+    own = {name.removeprefix("encoder_"): value for name, value in group.attributes.items()}
+    mean, deviation = (tuple(np.asarray(own[name], float).tolist()) for name in ("mean", "deviation"))
+    side, rows, columns = (int(own[name]) for name in ("side", "rows", "columns"))
+    identity = EncoderIdentity(str(own["sha256"]), side, rows, columns, str(own["output"]), mean, deviation)
+    return TokenBasis(group.variables["mean"].data, group.variables["basis"].data, identity)
+
+
+def _network_group(network: Network, materials: dict[str, Axis], tokens: TokenBasis | None) -> Group:
+    inputs = Axis(np.array(_inputs(tokens), dtype=object), "1", "feature")
     units = Axis(np.arange(len(network.inner_offset), dtype=np.int32), "1", "hidden unit")
     return Group(
         {"feature": inputs, "unit": units} | materials,
@@ -91,6 +135,11 @@ def _network_group(network: Network, materials: dict[str, Axis]) -> Group:
             "outer_offset": Variable(("material",), network.outer_offset, "1", "offsets of the materials"),
         },
     )
+
+
+def _inputs(tokens: TokenBasis | None) -> tuple[str, ...]:
+    """Names of the features that a network takes."""
+    return names() if tokens is None else (*names(), *tokens.names)
 
 
 def read_model(path: str | os.PathLike[str]) -> TrainedModel:
@@ -110,21 +159,41 @@ def read_model(path: str | os.PathLike[str]) -> TrainedModel:
         )
         calibration = Calibration(*(float(root.groups["calibration"].attributes[name]) for name in ("slope", "offset")))
         network = None
+        tokens = _tokens(root.groups["tokens"]) if "tokens" in root.groups else None
+        if tokens is not None and (problem := _tokens_problem(tokens)):
+            raise InputError(f"is damaged ({problem}); train it again with 'tmm train'", file=path)
         if "network" in root.groups:
             group = root.groups["network"]
-            if tuple(group.axes["feature"].values.tolist()) != names():
+            if tuple(group.axes["feature"].values.tolist()) != _inputs(tokens):
                 raise InputError(
                     "was trained on features of another version; train it again with 'tmm train'", file=path
                 )
             network = Network(**{name: variable.data for name, variable in group.variables.items()})
     except (KeyError, TypeError, ValueError):
         raise InputError("lacks a part of a classifier; train it again with 'tmm train'", file=path) from None
-    if problem := _problem(colour, network, calibration):
+    if problem := _problem(colour, network, calibration, len(_inputs(tokens))):
         raise InputError(f"is damaged ({problem}); train it again with 'tmm train'", file=path)
-    return TrainedModel(materials, colour, network, calibration)
+    return TrainedModel(materials, colour, network, calibration, tokens)
 
 
-def _problem(colour: GaussianModel, network: Network | None, calibration: Calibration) -> str | None:
+def _tokens_problem(tokens: TokenBasis) -> str | None:
+    """What makes a basis of tokens unusable; None where it is sound."""
+    size, encoder = tokens.mean.size, tokens.encoder
+    shape = tokens.components.shape
+    if tokens.mean.shape != (size,) or len(shape) != 2 or shape[0] != size or not 1 <= shape[1] <= max(size, 1):
+        return f"its tokens have a mean {tokens.mean.shape} and a basis {shape}"
+    for name, values in (("mean", tokens.mean), ("basis", tokens.components)):
+        if values.dtype.kind != "f" or not np.isfinite(values).all():
+            return f"tokens/{name} is not finite"
+    if not re.fullmatch("[0-9a-f]{64}", encoder.sha256):
+        return f"its encoder has the SHA-256 {encoder.sha256[:80]!r}"
+    sides = encoder.side, encoder.rows, encoder.columns
+    if not (0 < encoder.rows <= encoder.side and 0 < encoder.columns <= encoder.side <= MOST_SIDE):
+        return f"its encoder takes images and gives maps of {sides}"
+    return None
+
+
+def _problem(colour: GaussianModel, network: Network | None, calibration: Calibration, features: int) -> str | None:
     """What makes a classifier unusable; None where it is sound."""
     count = len(colour.names)
     if not count or not all(isinstance(name, str) and name for name in colour.names) or len(set(colour.names)) < count:
@@ -138,7 +207,7 @@ def _problem(colour: GaussianModel, network: Network | None, calibration: Calibr
         "log_prior": (colour.log_prior, (count,)),
     }
     if network is not None:
-        features, units = len(names()), network.inner_offset.size
+        units = network.inner_offset.size
         shapes |= {
             "network/mean": (network.mean, (features,)),
             "network/scale": (network.scale, (features,)),

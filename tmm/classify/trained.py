@@ -17,6 +17,7 @@ from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper, with_
 from skyshine.tmm.classify.typicality import Typicality
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.features.textured import MARGIN, LightPlanes, features
+from skyshine.tmm.features.token_basis import TokenBasis
 from skyshine.tmm.features.tokens import TokenFeatures
 from skyshine.tmm.images.texture import Windowed
 
@@ -69,12 +70,15 @@ class TrainedModel:
         Classifies by itself where there is no network; beside one, it gives the typicality.
     network : Network or None
     calibration : Calibration
+    tokens : TokenBasis or None
+        Of an image encoder whose features the network takes after its own.
     """
 
     names: tuple[str, ...]
     colour: GaussianModel
     network: Network | None
     calibration: Calibration = IDENTITY
+    tokens: TokenBasis | None = None
 
     def only(self, kept: Sequence[int]) -> TrainedModel:
         """The classifier among some of its materials alone: the others have no posterior."""
@@ -85,7 +89,7 @@ class TrainedModel:
                 network, outer_weight=network.outer_weight[:, part], outer_offset=network.outer_offset[part]
             )
         colour = self.colour.only(kept)
-        return TrainedModel(colour.names, colour, network, self.calibration)
+        return TrainedModel(colour.names, colour, network, self.calibration, self.tokens)
 
     def posterior(self, stack: npt.NDArray[np.float32], coordinates: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
         """Posterior (K, N) float32 of texels with the features `stack` (F, N) and the colours `coordinates` (N, D)."""
@@ -130,6 +134,20 @@ class TrainedModel:
                 f"the model was trained on {self.colour.means.shape[1]} channels and the texture has"
                 f" {texture.channels}; name 'near_infrared' for both or for neither"
             )
+
+
+def require_no_encoder(model: TrainedModel, why: str) -> None:
+    """Refuse a model that takes features of an image encoder, where these are not to be had.
+
+    Raises
+    ------
+    InputError
+    """
+    if model.tokens is not None:
+        raise InputError(
+            f"the model takes features of an image encoder; allowed {why}: a model without; name another, or let the"
+            " model stand alone with its encoder in classifier.features"
+        )
 
 
 class TexturedMapper:

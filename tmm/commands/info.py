@@ -17,9 +17,13 @@ if TYPE_CHECKING:
 @click.argument("file", type=click.Path())
 @json_option
 def command(file: str, as_json: bool) -> None:
-    """Show what FILE holds: texture, materials, levels, quality."""
+    """Show what FILE holds: texture, materials, levels, quality; of a trained model also its image encoder."""
+    from skyshine.tmm.classify.model_file import is_model
     from skyshine.tmm.database.reader import open_tmm
 
+    if is_model(file):
+        _show_model(file, as_json)
+        return
     with open_tmm(file) as source:
         result = {
             "file": file,
@@ -38,6 +42,42 @@ def command(file: str, as_json: bool) -> None:
         emit_json(result)
     else:
         _print(result)
+
+
+def _show_model(file: str, as_json: bool) -> None:
+    from skyshine.schemas.hdf5 import read_file
+    from skyshine.tmm.classify.model_file import FILETYPE, read_model
+
+    model = read_model(file)
+    root, attributes = read_file(file, FILETYPE)
+    keys = ("filetype", "format_version", "data_version", "generator", "content_sha256")
+    encoder = {} if model.tokens is None else {key: _plain(value) for key, value in vars(model.tokens.encoder).items()}
+    quality = {key: _plain(value) for key, value in root.groups["quality"].attributes.items()}
+    result = {
+        "file": file,
+        **{key: str(attributes[key]) for key in keys},
+        "materials": list(model.names),
+        "method": "colour" if model.network is None else "textured",
+        "quality": quality,
+        "encoder": None if model.tokens is None else {**encoder, "components": model.tokens.count},
+    }
+    if as_json:
+        emit_json(result)
+        return
+    for key in keys:
+        click.echo(f"{key}: {result[key]}")
+    click.echo(f"classifier of textures, {result['method']}: {', '.join(model.names)}")
+    if quality.get("tested_texels"):
+        click.echo(
+            f"textures held out: accuracy {quality['overall_accuracy']:.3f}, mean IoU {quality['mean_iou']:.3f} "
+            f"({quality['tested_texels']} texels of {quality['textures']} textures)"
+        )
+    if encoder:
+        click.echo(
+            f"image encoder, which a job names in classifier.features: SHA-256 {encoder['sha256']}, output "
+            f"'{encoder['output']}', {encoder['rows']} x {encoder['columns']} tokens of {encoder['side']} x "
+            f"{encoder['side']} texels, {model.tokens.count if model.tokens else 0} components"
+        )
 
 
 def _confusion(source: TmmFile) -> dict[int, list[int]]:

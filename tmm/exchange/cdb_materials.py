@@ -82,7 +82,7 @@ class CdbMaterials:
             A base material has no counterpart in the map, or only counterparts without weight.
         """
         if composite.name in self.library:
-            return {self.library[composite.name].code: 1.0}
+            return {self.library.code(composite.name): 1.0}
         alike = [
             name
             for name in self.recipes.composites
@@ -91,12 +91,12 @@ class CdbMaterials:
             and (composite.surface or len(composite.primary.materials) > 1)
         ]
         if len(alike) == 1:
-            return {self.library[alike[0]].code: 1.0}
+            return {self.library.code(alike[0]): 1.0}
         shares: dict[int, float] = {}
         for base, weight in (composite.surface or composite.primary).materials:
             name = self._counterpart(base, composite)
             if name is not None:
-                code = self.library[name].code
+                code = self.library.code(name)
                 shares[code] = shares.get(code, 0.0) + weight
         if not shares:
             raise InputError(f"'{composite.name}' consists only of base materials without weight; map one of them")

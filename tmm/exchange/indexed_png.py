@@ -66,7 +66,7 @@ def read_png(
     names = read_legend(legend_path, library)
     lookup = np.zeros(max(int(numbers.max()), *names) + 1, np.uint16)
     for number, name in names.items():
-        lookup[number] = library[name].code
+        lookup[number] = library.code(name)
     code = lookup[numbers]
     if not code.any():
         raise InputError(

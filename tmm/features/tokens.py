@@ -8,8 +8,10 @@ that of a few tiles whatever its size, and a texel has the same features in what
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections import OrderedDict
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +20,10 @@ import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.features.colour import to_linear
+from skyshine.tmm.features.token_basis import EncoderIdentity, TokenBasis, common_basis
+from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.images.texture import Windowed
 
-COMPONENTS = 16  # of the tokens that become features: as many as there are texture features without them
 TILE = 448  # texels a side of what an encoder of any size is given: patches of 14 and of 16 divide it
 MOST_SIDE = 4096  # texels of a side that an encoder may ask for
 _BORDER = 8  # a tile overlaps its neighbours by one such part of its side
@@ -79,7 +82,7 @@ class Encoder:
         self.side = fixed[0] if fixed else TILE
         if not _BORDER <= self.side <= MOST_SIDE:
             raise InputError(f"takes images {shape}; allowed: {_BORDER} to {MOST_SIDE} texels a side", file=path)
-        self._name = inputs[0].name
+        self._name, self._output = inputs[0].name, self._session.get_outputs()[0].name
 
     def tokens(self, colours: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
         """Map of tokens (C, rows, columns) of sRGB colours (side, side, 3) from 0 to 1.
@@ -103,6 +106,63 @@ class Encoder:
         if not np.isfinite(tokens).all():
             raise InputError("gives values that are not finite; check the model", file=self.path)
         return tokens
+
+    def tile(self, texture: Windowed, down: int, across: int) -> npt.NDArray[np.float32]:
+        """Tokens of a tile; beyond the texture its texels are mirrored, those without data have the mean colour."""
+        border = self.side // _BORDER
+        core = self.side - 2 * border
+        rows = _mirrored(down * core - border, self.side, texture.height)
+        columns = _mirrored(across * core - border, self.side, texture.width)
+        top, left = rows.min(), columns.min()
+        pixels, valid = texture.window(slice(top, rows.max() + 1), slice(left, columns.max() + 1))
+        colours = np.broadcast_to(_MEAN, (*valid.shape, 3)).copy()
+        if valid.any():
+            linear = np.clip(to_linear(pixels[valid][:, :3], texture.encoding), 0, 1)
+            # IEC 61966-2-1, whatever the texture is encoded in.
+            colours[valid] = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+        return self.tokens(colours[np.ix_(rows - top, columns - left)])
+
+    def sample(self, texture: Windowed) -> npt.NDArray[np.float64]:
+        """Tokens (N, C) of some of a texture's tiles, spread evenly over it.
+
+        Raises
+        ------
+        InputError
+            See `tokens`.
+        """
+        core = self.side - 2 * (self.side // _BORDER)
+        down, across = (-(-length // core) for length in (texture.height, texture.width))
+        chosen = np.unique(np.linspace(0, down * across - 1, min(_SAMPLE_TILES, down * across)).round().astype(int))
+        samples = []
+        for number in chosen:
+            tokens = self.tile(texture, *divmod(int(number), across))
+            flat = tokens.reshape(len(tokens), -1).T.astype(np.float64)
+            samples.append(flat[:: -(-len(flat) // _SAMPLE_TOKENS)])
+        return np.concatenate(samples)
+
+    def basis(self, textures: Iterable[Windowed]) -> TokenBasis:
+        """The principal components of the tokens of all textures together, each read when its turn comes.
+
+        Raises
+        ------
+        InputError
+            See `tokens`.
+        """
+        samples = (self.sample(texture) for texture in textures)
+        first = next(samples)
+        return common_basis(itertools.chain([first], samples), self.identity())
+
+    def identity(self) -> EncoderIdentity:
+        """What tells this encoder from others.
+
+        Raises
+        ------
+        InputError
+            See `tokens`.
+        """
+        rows, columns = self.tokens(np.broadcast_to(_MEAN, (self.side, self.side, 3)).copy()).shape[1:]
+        mean, deviation = (tuple(float(value) for value in part) for part in (_MEAN, _DEVIATION))
+        return EncoderIdentity(file_sha256(self.path), self.side, rows, columns, self._output, mean, deviation)
 
     def _map(self, found: npt.NDArray[Any], shape: tuple[int, ...]) -> npt.NDArray[np.float32]:
         if found.dtype.kind == "f" and 0 not in shape and shape[:1] == (1,):
@@ -129,12 +189,13 @@ class TokenFeatures:
 
     Attributes
     ----------
+    basis : TokenBasis
     count : int
         Features of a texel.
     """
 
-    def __init__(self, texture: Windowed, encoder: Encoder) -> None:
-        """Find the components in some of the texture's tiles.
+    def __init__(self, texture: Windowed, encoder: Encoder, basis: TokenBasis | None = None) -> None:
+        """Without a basis, find that of the texture's own tokens.
 
         Raises
         ------
@@ -145,17 +206,8 @@ class TokenFeatures:
         self._border = encoder.side // _BORDER
         self._core = encoder.side - 2 * self._border
         self._kept: OrderedDict[tuple[int, int], npt.NDArray[np.float32]] = OrderedDict()
-        down, across = (-(-length // self._core) for length in (texture.height, texture.width))
-        chosen = np.unique(np.linspace(0, down * across - 1, min(_SAMPLE_TILES, down * across)).round().astype(int))
-        samples = []
-        for number in chosen:
-            tokens = self._tokens(*divmod(int(number), across))
-            flat = tokens.reshape(len(tokens), -1).T.astype(np.float64)
-            samples.append(flat[:: -(-len(flat) // _SAMPLE_TOKENS)])
-        sample = np.concatenate(samples)
-        self._mean = sample.mean(axis=0)
-        self._basis = _components(sample - self._mean)
-        self.count = self._basis.shape[1]
+        self.basis = encoder.basis([texture]) if basis is None else basis
+        self.count = self.basis.count
 
     def window(self, rows: slice, columns: slice) -> npt.NDArray[np.float32]:
         """Features (count, h, w) of a window, linear between the middles of tokens."""
@@ -188,41 +240,14 @@ class TokenFeatures:
         """Components (count, rows, columns) of the tokens of a tile."""
         tile = (down, across)
         if tile not in self._kept:
-            tokens = self._tokens(down, across)
-            flat = self._basis.T @ (tokens.reshape(len(tokens), -1) - self._mean[:, np.newaxis])
-            self._kept[tile] = flat.reshape(-1, *tokens.shape[1:]).astype(np.float32)
+            self._kept[tile] = self.basis.features(self._encoder.tile(self._texture, down, across))
             while len(self._kept) > 1 and sum(part.nbytes for part in self._kept.values()) > _CACHE_BYTES:
                 self._kept.popitem(last=False)
         self._kept.move_to_end(tile)
         return self._kept[tile]
-
-    def _tokens(self, down: int, across: int) -> npt.NDArray[np.float32]:
-        """Tokens of a tile; beyond the texture its texels are mirrored, those without data have the mean colour."""
-        rows = _mirrored(down * self._core - self._border, self._encoder.side, self._texture.height)
-        columns = _mirrored(across * self._core - self._border, self._encoder.side, self._texture.width)
-        top, left = rows.min(), columns.min()
-        pixels, valid = self._texture.window(slice(top, rows.max() + 1), slice(left, columns.max() + 1))
-        colours = np.broadcast_to(_MEAN, (*valid.shape, 3)).copy()
-        if valid.any():
-            linear = np.clip(to_linear(pixels[valid][:, :3], self._texture.encoding), 0, 1)
-            # IEC 61966-2-1, whatever the texture is encoded in.
-            colours[valid] = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-        return self._encoder.tokens(colours[np.ix_(rows - top, columns - left)])
 
 
 def _mirrored(first: int, count: int, length: int) -> npt.NDArray[np.int64]:
     """Rows or columns from `first` on, mirrored at the edges of a texture of `length`."""
     at = np.arange(first, first + count) % (2 * length)
     return np.where(at < length, at, 2 * length - 1 - at)
-
-
-def _components(centred: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """The principal components (C, P) of a sample (N, C), those with the largest spread, each of spread 1."""
-    spread, vectors = np.linalg.eigh(centred.T @ centred / len(centred))
-    kept = [k for k in np.argsort(-spread)[:COMPONENTS] if spread[k] > 1e-9 * max(spread[-1], 1e-30)]
-    if not kept:  # all tokens are alike: they say nothing, and one feature of 0 stands for them
-        return np.zeros((centred.shape[1], 1))
-    basis = vectors[:, kept] / np.sqrt(spread[kept])
-    # An eigenvector's sign is free: the largest entry is positive, so that the same job gives the same bytes.
-    signs: npt.NDArray[np.float64] = np.sign(basis[np.abs(basis).argmax(axis=0), np.arange(len(kept))])
-    return basis * signs

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from skyshine.materials.library import MaterialLibrary, unknown_material
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.classify.model_file import model_path, read_model
-from skyshine.tmm.classify.trained import TrainedModel
+from skyshine.tmm.classify.trained import TrainedModel, require_no_encoder
 from skyshine.tmm.classify.translation import library_classes
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.features.shade import RelitTexture
@@ -23,6 +23,7 @@ from skyshine.tmm.inputs.answers import read_answers
 from skyshine.tmm.inputs.polygons import check_vertices, polygon_mask, seed_names
 from skyshine.tmm.inputs.seeds import SeedTexels, seed_files, seed_texels
 from skyshine.tmm.inputs.sun import shadow_fall
+from skyshine.tmm.job.load import encoder_problem
 from skyshine.tmm.job.model import Seeds, TextureJob
 
 
@@ -70,7 +71,7 @@ def narrowed(
     InputError
         None does.
     """
-    groups = {name: library[name].group for name in (*model.names, *names) if name in library}
+    groups = {name: library.group(name) for name in (*model.names, *names) if name in library}
     shares = library_classes(model.names, names, groups)
     kept = np.flatnonzero(shares.any(axis=1))
     if not len(kept):
@@ -81,17 +82,32 @@ def narrowed(
     return kept, shares[kept].argmax(axis=1)
 
 
-def token_features(job: TextureJob, texture: TextureFile, base_folder: Path) -> TokenFeatures | None:
-    """Features of the image encoder that a job names; None where it names none.
+def token_features(
+    job: TextureJob, texture: TextureFile, base_folder: Path, model: TrainedModel | None = None
+) -> TokenFeatures | None:
+    """Features of the image encoder that a job names, by the basis of a model that the job names alone; None where it
+    names none.
 
     Raises
     ------
     InputError
-        The encoder cannot be opened, or fails on the texture.
+        The encoder cannot be opened, fails on the texture, or is not the one that the model was trained with.
     """
-    if job.classifier.features is None:
+    features, basis = job.classifier.features, None if model is None else model.tokens
+    if model is not None:
+        wanted = None if basis is None else basis.encoder.sha256
+        if problem := encoder_problem(wanted, features, base_folder):
+            raise InputError(f"'{job.name}': {problem}")
+    if features is None:
         return None
-    return TokenFeatures(texture, Encoder(Path(base_folder) / job.classifier.features))
+    encoder = Encoder(Path(base_folder) / features)
+    if basis is not None and (found := encoder.identity()) != basis.encoder:
+        raise InputError(
+            f"gives {found.rows} x {found.columns} tokens of {found.side} texels here; the model was trained with "
+            f"{basis.encoder.rows} x {basis.encoder.columns} of {basis.encoder.side}; train it again",
+            file=encoder.path,
+        )
+    return TokenFeatures(texture, encoder, basis)
 
 
 def job_files(job: TextureJob, base_folder: Path) -> dict[str, Path]:
@@ -140,10 +156,12 @@ def load_texture(
     for name in names:
         if name not in library:
             raise InputError(f"'{job.name}': {unknown_material(name, library.names)}")
-    names = tuple(sorted(names, key=lambda name: library[name].code))
+    names = tuple(sorted(names, key=lambda name: library.code(name)))
     if job.model is not None:
         model = read_model(model_path(job.model, base_folder))
         model.require_channels(texture)
+        if job.seeds is not None:
+            require_no_encoder(model, "beside seeds")
         if job.scene_materials:
             narrowed(job, model, library, names)
     return texture, colours, names, None if job.seeds is None else _seeds(job, job.seeds, names, texture, base_folder)

@@ -135,7 +135,8 @@ class Classifier(StrictModel):
     features: JobPath | None = Field(
         default=None,
         description="textured, with seeds alone: ONNX file of an image encoder of one's own (image in, map of tokens "
-        "out), whose tokens join the features (needs the extra 'onnx').",
+        "out), whose tokens join the features (needs the extra 'onnx'); with a model alone: the file that the model "
+        "was trained with.",
     )
     radius: int = Field(
         default=8, ge=0, le=MAX_RADIUS, description="Radius of the box over which posteriors are averaged, in texels."
@@ -332,10 +333,11 @@ class TextureJob(StrictModel):
             raise ValueError(
                 f"found {ways} of the ways to assign materials; allowed: one of {', '.join(WAYS)}, or seeds and model"
             )
-        if self.classifier.features is not None and (given != ["seeds"] or self.classifier.method != "textured"):
+        with_seeds = given == ["seeds"] and self.classifier.method == "textured"
+        if self.classifier.features is not None and not with_seeds and given != ["model"]:
             raise ValueError(
                 f"found classifier.features beside {' and '.join(given)} and method {self.classifier.method}; allowed:"
-                " with seeds alone and method: textured"
+                " with seeds alone and method: textured, or with a model alone"
             )
         if self.scene_materials and given != ["model"]:
             raise ValueError(
@@ -425,6 +427,7 @@ def _own_files(seeds: AnySeeds | None, name: str, folder: Path) -> AnySeeds | No
     return seeds.model_copy(update={**files, "labels": labels})
 
 
+PACKAGED = "library"  # a job's name for the classifier that comes with the package
 WAYS = ("material", "palette", "rules", "seeds", "model", "clusters")
 
 

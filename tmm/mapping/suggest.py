@@ -14,7 +14,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.tmm.classify.combined import Survey, grid_step, seed_shares, survey
 from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.classify.questions import choose, clearness, contest, doubt, middles, reach, strangeness
-from skyshine.tmm.classify.trained import TrainedModel
+from skyshine.tmm.classify.trained import TrainedModel, require_no_encoder
 from skyshine.tmm.classify.translation import library_classes
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.answers import Answer, read_answers
@@ -144,6 +144,7 @@ def suggest(job: TextureJob, folder: Path, library: MaterialLibrary, count: int)
     model = None if job.model is None else read_model(model_path(job.model, folder))
     if model is not None:
         model.require_channels(texture)
+        require_no_encoder(model, "for suggestions")
     surveyed = survey(texture, colours, model)
     known = _known(job, texture, surveyed, model, seeds, library)
     answered = [(answer.y, answer.x) for answer in kept]
@@ -244,7 +245,7 @@ def _known(
     own = train_on_seeds(texture, seeds, job.classifier, known, random_seed, None)
     classes = np.empty((0, len(own.names)))
     if model is not None:
-        groups = {name: library[name].group for name in (*model.names, *own.names) if name in library}
+        groups = {name: library.group(name) for name in (*model.names, *own.names) if name in library}
         classes = library_classes(model.names, own.names, groups)
     material = np.array([own.names.index(name) for name in seeds.names])[seeds.material]
     placed = (seeds.rows, seeds.columns, material)

@@ -139,7 +139,7 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
         texture=texture,
         colours=colours,
         names=names,
-        codes=np.array([library[name].code for name in names], np.uint16),
+        codes=np.array([library.code(name) for name in names], np.uint16),
         seeds=seeds,
         quality=quality,
         place=read_georeference(texture.path),
@@ -212,7 +212,7 @@ def combined_mappers(
     known = examples(texture, seeds, random_seed) if settings.method == "textured" else None
     typical = seed_boxes(Boxes(texture, colours, TYPICAL_RADIUS), seeds)
     general_names = () if general is None else general.names
-    groups = {name: library[name].group for name in (*general_names, *seeds.names) if name in library}
+    groups = {name: library.group(name) for name in (*general_names, *seeds.names) if name in library}
 
     def mapper_of(chosen: npt.NDArray[np.bool_] | None) -> Mapper:
         keep = np.ones(len(seeds.rows), bool) if chosen is None else chosen
@@ -254,8 +254,9 @@ def _untrained(
         raise ValueError(f"'{job.name}' assigns no materials")
     trained = read_model(model_path(job.model, base_folder))
     quality = replace(quality, calibration=trained.calibration)
+    tokens = token_features(job, texture, base_folder, trained)
     if not job.scene_materials:
-        return trained.mapper(texture, colours, job.classifier.radius), quality
+        return trained.mapper(texture, colours, job.classifier.radius, tokens=tokens), quality
     kept, material = narrowed(job, trained, library, names)
-    among = trained.only(kept.tolist()).mapper(texture, colours, job.classifier.radius)
+    among = trained.only(kept.tolist()).mapper(texture, colours, job.classifier.radius, tokens=tokens)
     return Renamed(among, names, material), quality

@@ -72,7 +72,7 @@ def score(
     wanted = load_model(labels, LabelImage, context={"materials": library.names})
     with open_tmm(path) as file:
         materials = {*wanted.palette.values(), *file.materials.values()}
-        names = tuple(sorted(materials, key=lambda name: library[name].code if name in library else -1))
+        names = tuple(sorted(materials, key=lambda name: library.code(name) if name in library else -1))
         truth = Labels(wanted, labels.parent, names).fits(file.height, file.width)
         texture = _texture(file, Path(path), image)
         limits = np.empty(0) if texture is None else _limits(texture, truth, len(names))

@@ -16,9 +16,10 @@ import yaml
 
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.classify.model_file import PACKAGED, model_path, write_model
+from skyshine.tmm.classify.model_file import model_path, write_model
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.job.load import load_job
+from skyshine.tmm.job.model import PACKAGED
 from skyshine.tmm.training.library import train_library
 
 PHOTOGRAPHS = {

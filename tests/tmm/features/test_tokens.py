@@ -1,43 +1,32 @@
 """Features of image encoders in ONNX: small ones with known weights, made here, and what is refused."""
 
+import hashlib
+import json
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import yaml
 from click.testing import CliRunner
 
+from skyshine.mat.tables.verify import problems as mat_problems
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.classify.gaussian import GaussianModel
+from skyshine.tmm.classify.model_file import read_model, write_model
+from skyshine.tmm.classify.trained import Network, TrainedModel
 from skyshine.tmm.cli import main
+from skyshine.tmm.features.textured import names
+from skyshine.tmm.features.token_basis import EncoderIdentity, TokenBasis
 from skyshine.tmm.features.tokens import TILE, Encoder, TokenFeatures
 from skyshine.tmm.images.texture import TextureFile
+from skyshine.tmm.job.model import TextureJob, TmmJob
+from skyshine.tmm.mapping.run import check
+from skyshine.tmm.mapping.suggest import suggest
+from skyshine.tmm.mapping.texture_map import map_texture
+from skyshine.tmm.training.library import library_tokens
 
-onnx = pytest.importorskip("onnx")
-pytest.importorskip("onnxruntime")
-
-OPSET, IR = 13, 8  # of onnxruntime 1.18 and later
 MEAN, DEVIATION = np.array([0.485, 0.456, 0.406]), np.array([0.229, 0.224, 0.225])
-
-
-@pytest.fixture
-def encoder(tmp_path):
-    """Saves a model of nodes, as of `onnx.helper.make_node`, from `image` to `tokens`, and returns its file name."""
-
-    def make(nodes, weights, size=("h", "w"), name="encoder.onnx", channels=3, kind="FLOAT", inputs=("image",)):
-        helper, kinds = onnx.helper, onnx.TensorProto
-        values = [helper.make_tensor_value_info(i, kinds.DataType.Value(kind), [1, channels, *size]) for i in inputs]
-        graph = helper.make_graph(
-            [helper.make_node(kind, list(of), list(to), **settings) for kind, of, to, settings in nodes],
-            "encoder",
-            values,
-            [helper.make_tensor_value_info("tokens", kinds.FLOAT, None)],
-            [onnx.numpy_helper.from_array(np.asarray(value), key) for key, value in weights.items()],
-        )
-        model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=IR)
-        onnx.save(model, tmp_path / name)
-        return name
-
-    return make
 
 
 def patches(weight):
@@ -308,13 +297,202 @@ def test_where_features_do_not_go(write_image, tmp_path, change, message):
     (tmp_path / "tmm.yaml").write_text(yaml.safe_dump(job))
     result = CliRunner().invoke(main, ["check", path])
     (line,) = result.stderr.strip().splitlines()
-    assert result.exit_code == 2 and message in line and "with seeds alone and method: textured" in line
+    assert (
+        result.exit_code == 2
+        and message in line
+        and "with seeds alone and method: textured, or with a model alone" in line
+    )
 
 
-def test_a_trained_file_keeps_no_encoder(encoder, write_image, tmp_path):
+SHEETS = {"a.png": 1, "b.png": 2, "c.png": 3}  # with the seed of the noise of each
+
+
+@pytest.fixture
+def sheets(encoder, write_image, tmp_path):
+    """Sheets of mirrored stripes, an encoder that tells them, and what writes and runs a job of some of the sheets."""
     pytest.importorskip("sklearn")
-    image = write_image("a.png", stripes(np.random.default_rng(1)))
-    job = write_job(tmp_path, image, method="textured", features=encoder(*slopes()))
-    result = CliRunner().invoke(main, ["train", job, "--out", str(tmp_path / "m.tmm-model.h5")])
+    for image, seed in SHEETS.items():
+        write_image(image, stripes(np.random.default_rng(seed)))
+    encoder(*slopes())
+
+    def run(command, images, *options, file="tmm.yaml", **settings):
+        write_job(tmp_path, images[0], method="textured", radius=4)
+        (entry,) = yaml.safe_load((tmp_path / "tmm.yaml").read_text())["textures"]
+        del entry["classifier"]
+        if "model" in settings and "seeds" not in settings:
+            del entry["seeds"], entry["held_out"]
+        settings.pop("seeds", None)
+        entries = [{**entry, "image": image, **settings} for image in images]
+        (tmp_path / file).write_text(yaml.safe_dump({"textures": entries}, sort_keys=False))
+        return CliRunner().invoke(main, [command, str(tmp_path / file), *options])
+
+    return run
+
+
+TEXTURED = {"method": "textured", "radius": 4}
+WITH_TOKENS = TEXTURED | {"features": "encoder.onnx"}
+
+
+@pytest.fixture(scope="module")
+def models():
+    """The files of `trained` by their names, once they are trained."""
+    return {}
+
+
+@pytest.fixture
+def trained(sheets, models, tmp_path):
+    """A model of two sheets with the encoder's features, and one without."""
+    for name, settings in (("with", WITH_TOKENS), ("without", TEXTURED)):
+        path = tmp_path / f"{name}.tmm-model.h5"
+        if name not in models:
+            result = sheets("train", ["a.png", "b.png"], "--out", str(path), classifier=settings)
+            assert result.exit_code == 0, result.output
+            models[name] = path.read_bytes()
+        path.write_bytes(models[name])
+    return tmp_path
+
+
+def test_a_model_tells_on_another_sheet_what_texture_features_do_not(sheets, trained, library):
+    found = {}
+    for name, settings in (("with", {"features": "encoder.onnx", "radius": 4}), ("without", {"radius": 4})):
+        job = {"model": f"{name}.tmm-model.h5", "classifier": settings}
+        for command, options in (("check", ()), ("classify", ("--out", str(trained / name)))):
+            result = sheets(command, ["c.png"], *options, **job)
+            assert result.exit_code == 0, result.output
+        found[name] = right(trained / name / "c.tmm.h5", library)
+    assert found["with"] > 0.97 > 0.85 > found["without"]
+    assert mat_problems(trained / "with.tmm-model.h5") == []
+
+
+def test_a_model_says_what_encoder_it_was_trained_with(sheets, trained):
+    digest = hashlib.sha256((trained / "encoder.onnx").read_bytes()).hexdigest()
+    identity = read_model(trained / "with.tmm-model.h5").tokens.encoder
+    assert (identity.sha256, identity.side, identity.output) == (digest, TILE, "tokens")
+    assert (identity.rows, identity.columns) == (32, 32)  # patches of 14 texels
+    np.testing.assert_allclose([identity.mean, identity.deviation], [MEAN, DEVIATION], rtol=1e-6)
+    shown = CliRunner().invoke(main, ["info", str(trained / "with.tmm-model.h5")]).stdout
+    assert digest in shown and "32 x 32 tokens of 448 x 448 texels, 2 components" in shown
+    plain, own = (
+        json.loads(CliRunner().invoke(main, ["info", "--json", str(trained / f"{name}.tmm-model.h5")]).stdout)
+        for name in ("without", "with")
+    )
+    assert own["encoder"]["sha256"] == digest and own["encoder"]["components"] == 2 and plain["encoder"] is None
+    # Trained again, it is the same to the byte.
+    first = (trained / "with.tmm-model.h5").read_bytes()
+    sheets("train", ["a.png", "b.png"], "--out", str(trained / "again.tmm-model.h5"), classifier=WITH_TOKENS)
+    assert (trained / "again.tmm-model.h5").read_bytes() == first
+
+
+def test_the_basis_is_that_of_all_sheets_in_any_order(encoder, write_image, tmp_path, monkeypatch):
+    """Against scikit-learn's components of all tokens; sheets of unlike size and brightness, which have another mean
+    and other components each. They are added up in an order of their own, so that rounding is the same too.
+    """
+    decomposition = pytest.importorskip("sklearn.decomposition")
+    random = np.random.default_rng(5)
+    weight = random.normal(size=(5, 3, 16, 16)) / 16
+    name = encoder(*patches(weight))
+    sizes = {"dark.png": (64, 80, 40), "light.png": (300, 500, 180), "flat.png": (30, 30, 120)}
+    for image, (height, width, grey) in sizes.items():
+        noise = random.normal(0, 0 if image == "flat.png" else 25, (height, width, 3))
+        write_image(image, np.clip(noise + grey, 0, 255).astype(np.uint8))
+    settings = {"seeds": {"polygons": {"tar": [[[1, 1], [9, 1], [9, 9]]]}}}
+    settings["classifier"] = {"method": "textured", "features": name}
+    textures = [TextureJob.model_validate({"image": image, **settings}) for image in sizes]
+    taken, sample = [], Encoder.sample
+    monkeypatch.setattr(Encoder, "sample", lambda own, of: taken.append(of.path.name) or sample(own, of))
+    found = [library_tokens(TmmJob(textures=order), tmp_path).basis for order in (textures, textures[::-1])]
+    assert taken[:3] == taken[3:] and sorted(taken[:3]) == sorted(sizes)
+    np.testing.assert_array_equal(found[0].components, found[1].components)
+    np.testing.assert_array_equal(found[0].mean, found[1].mean)
+    model = Encoder(tmp_path / name)
+    tokens = np.concatenate([model.sample(TextureFile(tmp_path / image)) for image in sizes])
+    peer = decomposition.PCA(whiten=True).fit(tokens)
+    np.testing.assert_allclose(found[0].mean, peer.mean_, rtol=1e-5, atol=1e-6)
+    features = found[0].features(tokens.T[:, np.newaxis])[:, 0].T
+    spread = np.sqrt(len(tokens) / (len(tokens) - 1))  # theirs divides by one less
+    np.testing.assert_allclose(features.mean(axis=0), 0, atol=1e-3)
+    np.testing.assert_allclose(np.abs(features), np.abs(peer.transform(tokens)) * spread, atol=2e-3)
+
+
+def alone(model, features):
+    return {"model": model, "classifier": {"features": features}}
+
+
+WITH, WITHOUT = "with.tmm-model.h5", "without.tmm-model.h5"
+REFUSED = {
+    "not named": ({"model": WITH}, "tmm.yaml:3:10: the model takes features of an image encoder; name the ONNX file"),
+    "another": (alone(WITH, "other.onnx"), "tmm.yaml:5:15: 'other.onnx' has the SHA-256 "),
+    "absent": (alone(WITH, "no.onnx"), "tmm.yaml:5:15: 'no.onnx' is no file that can be read; name the ONNX file"),
+    "not asked for": (alone(WITHOUT, "encoder.onnx"), "tmm.yaml:5:15: the model takes no image encoder; leave"),
+    "of the package": (alone("library", "encoder.onnx"), "tmm.yaml:5:15: the model takes no image encoder; leave"),
+    "beside seeds": ({"model": WITH, "seeds": True}, "allowed beside seeds: a model without"),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_another_encoder_than_the_model_had_is_refused(encoder, sheets, trained, what):
+    nodes, weights = slopes()
+    encoder(nodes, {"w": 2 * weights["w"]}, name="other.onnx")
+    settings, message = REFUSED[what]
+    for command, options in (("check", ()), ("classify", ("--out", str(trained / "out")))):
+        result = sheets(command, ["c.png"], *options, **settings)
+        lines = [line for line in result.stderr.strip().splitlines() if message in line]
+        assert result.exit_code == 2 and len(lines) == 1, result.stderr
+    assert not list(trained.glob("out/*.h5"))
+
+
+def test_python_refuses_another_encoder_too(trained, library):
+    job = TextureJob.model_validate({"image": "c.png", "model": "with.tmm-model.h5"})
+    for call in (map_texture, check):
+        with pytest.raises(InputError, match="'c': the model takes features of an image encoder"):
+            call(job, trained, library)
+    with pytest.raises(InputError, match="allowed for suggestions: a model without"):
+        suggest(job, trained, library, 3)
+
+
+def test_without_the_extra_other_models_are_applied(sheets, trained, monkeypatch):
+    monkeypatch.setitem(sys.modules, "onnxruntime", None)
+    plain = sheets("classify", ["c.png"], "--out", str(trained / "plain"), model=WITHOUT)
+    assert plain.exit_code == 0, plain.output
+    for command in ("check", "classify"):
+        result = sheets(command, ["c.png"], **alone(WITH, "encoder.onnx"))
+        assert result.exit_code == 2 and 'needs onnxruntime; run: pip install "skyshine[onnx]"' in result.stderr
+
+
+def test_sheets_of_a_model_have_one_encoder(sheets, tmp_path):
+    texture = {"image": "a.png", "seeds": {"polygons": {"tar": [[[1, 1], [9, 1], [9, 9]]]}}}
+    textures = [{**texture, "classifier": WITH_TOKENS}, {**texture, "image": "b.png", "classifier": TEXTURED}]
+    (tmp_path / "tmm.yaml").write_text(yaml.safe_dump({"textures": textures}))
+    result = CliRunner().invoke(main, ["train", str(tmp_path / "tmm.yaml"), "--out", str(tmp_path / "m.h5")])
     (line,) = result.stderr.strip().splitlines()
-    assert result.exit_code == 2 and "'a' has classifier.features, which a model's file does not keep" in line
+    assert result.exit_code == 2 and not (tmp_path / "m.h5").exists()
+    assert "'b' has classifier.features none and 'a' encoder.onnx; allowed: the same file for all textures" in line
+
+
+@pytest.mark.parametrize(
+    "change, encoder, message",
+    [
+        ({"components": np.float32([[np.nan] * 2] * 3)}, {}, "is damaged (tokens/basis is not finite)"),
+        ({"mean": np.float32([0, np.inf, 0])}, {}, "is damaged (tokens/mean is not finite)"),
+        ({"mean": np.zeros(4, "f4"), "components": np.ones((4, 5), "f4")}, {}, "have a mean (4,) and a basis (4, 5)"),
+        ({}, {"sha256": "0" * 63}, "its encoder has the SHA-256"),
+        ({}, {"side": 0}, "its encoder takes images and gives maps of (0, 32, 32)"),
+        ({}, {"rows": 449}, "its encoder takes images and gives maps of (448, 449, 32)"),
+    ],
+)
+def test_a_damaged_basis_is_refused(tmp_path, change, encoder, message):
+    identity = EncoderIdentity("0" * 64, 448, 32, 32, "tokens", (0.5, 0.5, 0.5), (0.2, 0.2, 0.2))
+    whole = TokenBasis(np.zeros(3, np.float32), np.ones((3, 2), np.float32), identity)
+
+    def read(basis):
+        size = len(names()) + basis.count
+        flat = [np.zeros(shape, np.float32) for shape in ((size, 2), (2,), (2, 1), (1,))]
+        network = Network(np.zeros(size, np.float32), np.ones(size, np.float32), *flat)
+        model = TrainedModel(("tar",), GaussianModel(("tar",), np.zeros((1, 3)), np.eye(3)[None], np.zeros(1)), network)
+        write_model(replace(model, tokens=basis), tmp_path / "a.tmm-model.h5", "job", "1", {})
+        return read_model(tmp_path / "a.tmm-model.h5").tokens
+
+    assert read(whole).encoder == identity
+    with pytest.raises(InputError) as raised:
+        read(replace(whole, **change, encoder=replace(identity, **encoder)))
+    assert message in str(raised.value)

@@ -7,11 +7,11 @@ from pydantic import ValidationError
 
 from skyshine.mat.maintain.textures import library_model
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.classify.model_file import PACKAGED, model_path, read_model, write_model
+from skyshine.tmm.classify.model_file import model_path, read_model, write_model
 from skyshine.tmm.classify.trained import TrainedModel
 from skyshine.tmm.features.textured import names as feature_names
 from skyshine.tmm.inputs.load import load_texture, narrowed
-from skyshine.tmm.job.model import TextureJob, TmmJob
+from skyshine.tmm.job.model import PACKAGED, TextureJob, TmmJob
 from skyshine.tmm.mapping.write import is_current
 from skyshine.tmm.training.library import train_library
 

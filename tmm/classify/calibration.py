@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -13,8 +12,6 @@ import numpy.typing as npt
 STEPS = 65535  # confidences are looked up in a table of this fineness
 LIMIT = 1e-4  # confidences are kept this far from 0 and 1, whose log-odds are infinite
 SLOPE_LIMIT, OFFSET_LIMIT = 10.0, 10.0  # of a fit: beyond, the answer is as good as certain
-_LOW, _HIGH = np.array([0.0, -OFFSET_LIMIT]), np.array([SLOPE_LIMIT, OFFSET_LIMIT])
-ROUNDS, PRECISION = 100, 1e-9  # of Newton's method, which settles in about six rounds
 PRIOR = 1.0  # regions that the identity counts as: few held-out regions hardly change what a classifier says of itself
 
 
@@ -54,6 +51,8 @@ def fit_calibration(
     confidence: npt.NDArray[np.float32], right: npt.NDArray[np.bool_], region: npt.NDArray[Any]
 ) -> Calibration:
     """Fit to texels (N,): confidence, whether right, and region; a region counts once, because its texels are alike."""
+    from scipy.optimize import minimize
+
     if not len(confidence):
         return IDENTITY
     number = np.unique(region, return_inverse=True)[1]
@@ -63,63 +62,18 @@ def fit_calibration(
     count_right, count_wrong = weight[right].sum(), weight[~right].sum()
     target = np.where(right, (count_right + 1) / (count_right + 2), 1 / (count_wrong + 2))
 
-    def loss(at: npt.NDArray[np.float64]) -> float:
-        z = at[0] * odds + at[1]
-        return float(np.sum(weight * (np.logaddexp(0, z) - target * z)) + PRIOR / 2 * ((at[0] - 1) ** 2 + at[1] ** 2))
+    def loss(parameters: npt.NDArray[Any]) -> tuple[float, npt.NDArray[Any]]:
+        slope, offset = parameters
+        z = slope * odds + offset
+        value = np.sum(weight * (np.logaddexp(0, z) - target * z)) + PRIOR / 2 * ((slope - 1) ** 2 + offset**2)
+        residual = weight * (_expit(z) - target)
+        return value, np.array([residual @ odds + PRIOR * (slope - 1), residual.sum() + PRIOR * offset])
 
-    def derivatives(at: npt.NDArray[np.float64]) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-        chance = _expit(at[0] * odds + at[1])
-        residual, curvature = weight * (chance - target), weight * chance * (1 - chance)
-        slope = np.array([residual @ odds + PRIOR * (at[0] - 1), residual.sum() + PRIOR * at[1]])
-        mixed = curvature @ odds
-        return slope, np.array([[curvature @ odds**2 + PRIOR, mixed], [mixed, curvature.sum() + PRIOR]])
-
-    slope, offset = _least(loss, derivatives)
-    # Rounded, so that the last bits of a sum do not show in the files.
+    slope, offset = minimize(
+        loss, [1.0, 0.0], jac=True, method="L-BFGS-B", bounds=[(0, SLOPE_LIMIT), (-OFFSET_LIMIT, OFFSET_LIMIT)]
+    ).x
+    # Rounded, so that the last bits of an optimiser do not show in the files.
     return Calibration(round(float(slope), 4), round(float(offset), 4))
-
-
-def _least(
-    loss: Callable[[npt.NDArray[np.float64]], float],
-    derivatives: Callable[[npt.NDArray[np.float64]], tuple[npt.NDArray[Any], npt.NDArray[Any]]],
-) -> npt.NDArray[np.float64]:
-    """Where a strictly convex loss of (slope, offset) is least within the limits, by Newton's method from the identity.
-
-    Each step goes to the least of the quadratic model within the limits, or part of the way (Armijo's rule: Nocedal and
-    Wright 2006, Numerical Optimization, 3.1), so that it stays within them.
-    """
-    at = np.array([1.0, 0.0])
-    for _ in range(ROUNDS):
-        slope, curvature = derivatives(at)
-        step = _quadratic_least(slope, curvature, _LOW - at, _HIGH - at)
-        if np.abs(step).max() < PRECISION:
-            break
-        value, length = loss(at), 1.0
-        while length > PRECISION and loss(at + length * step) > value + 1e-4 * length * float(slope @ step):
-            length /= 2
-        at = at + length * step
-    return at
-
-
-def _quadratic_least(
-    slope: npt.NDArray[np.float64],
-    curvature: npt.NDArray[np.float64],
-    low: npt.NDArray[np.float64],
-    high: npt.NDArray[np.float64],
-) -> npt.NDArray[np.float64]:
-    """The step (2,) within limits at which slope . step + step . curvature . step / 2 is least."""
-    inside: npt.NDArray[Any] = -np.linalg.solve(curvature, slope)
-    if (inside >= low).all() and (inside <= high).all():
-        return inside
-    edges = []
-    for fixed, free in ((0, 1), (1, 0)):
-        for limit in (low[fixed], high[fixed]):
-            step = np.empty(2)
-            step[fixed] = limit
-            least = -(slope[free] + curvature[free, fixed] * limit) / curvature[free, free]
-            step[free] = min(max(least, low[free]), high[free])
-            edges.append(step)
-    return min(edges, key=lambda step: float(slope @ step + step @ curvature @ step / 2))
 
 
 def _log_odds(probability: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -15,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.tmm.classify.box import POSTERIOR_ONE
-from skyshine.tmm.classify.chi_squared import upper_tail
 from skyshine.tmm.features.colour import to_coordinates
 
 PRIOR_SPREAD = 6.0  # CIELAB units: standard deviation within a material, the median over labelled aerial photographs
@@ -46,8 +45,10 @@ class GaussianModel:
 
     def only(self, kept: Sequence[int]) -> GaussianModel:
         """The model of some of its materials alone, whose prior probabilities sum to 1."""
+        from scipy.special import logsumexp
+
         part = list(kept)
-        prior = self.log_prior[part] - _log_sum_exp(self.log_prior[part])
+        prior = self.log_prior[part] - logsumexp(self.log_prior[part])
         return GaussianModel(tuple(self.names[k] for k in part), self.means[part], self.covariances[part], prior)
 
     def squared_distance(self, lab: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
@@ -60,9 +61,11 @@ class GaussianModel:
 
     def log_posterior(self, squared_distance: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
         """Logarithm of the posterior probability of each material, (K, N), normalised by log-sum-exp."""
+        from scipy.special import logsumexp
+
         log_volume = 0.5 * np.linalg.slogdet(self.covariances)[1]
         joint = (self.log_prior - log_volume)[:, np.newaxis] - 0.5 * squared_distance
-        posterior: npt.NDArray[np.float64] = joint - _log_sum_exp(joint)
+        posterior: npt.NDArray[np.float64] = joint - logsumexp(joint, axis=0)
         return posterior
 
     def tables(self, colours: npt.NDArray[Any], encoding: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
@@ -70,21 +73,16 @@ class GaussianModel:
 
         The typicality is that of the material of which a colour is the most typical.
         """
+        from scipy.special import chdtrc
+
         posterior = np.empty((len(self.names), len(colours)), np.uint16)
         typicality = np.empty(len(colours), np.float32)
         for start in range(0, len(colours), BLOCK_COLOURS):
             block = slice(start, start + BLOCK_COLOURS)
             distance = self.squared_distance(to_coordinates(colours[block], encoding))
             posterior[:, block] = np.rint(np.exp(self.log_posterior(distance)) * POSTERIOR_ONE)
-            typicality[block] = upper_tail(self.means.shape[1], distance.min(axis=0))
+            typicality[block] = chdtrc(self.means.shape[1], distance.min(axis=0))
         return posterior, typicality
-
-
-def _log_sum_exp(values: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
-    """Logarithm of the sum over the first axis of the exponentials of values (K, ...), the largest taken out first."""
-    largest = values.max(axis=0)
-    total: npt.NDArray[np.float64] = np.log(np.exp(values - largest).sum(axis=0)) + largest
-    return total
 
 
 def fit(

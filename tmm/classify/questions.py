@@ -127,7 +127,8 @@ def contest(
     alike = np.argpartition(told, -min(NEAREST + 1, len(told)), axis=1)[:, -(NEAREST + 1) :]
     others = alike != np.arange(len(alike))[:, np.newaxis]
     around = (contested[alike] * others).sum(axis=1) / np.maximum(others.sum(axis=1), 1)
-    return contested * around * np.sqrt(texels) * rarity(shares, texels, RARE_CONTESTED)
+    weighed: npt.NDArray[np.float64] = contested * around * np.sqrt(texels) * rarity(shares, texels, RARE_CONTESTED)
+    return weighed
 
 
 def choose(

@@ -162,20 +162,6 @@ def fit_boxes(features: npt.NDArray[np.float64], material: npt.NDArray[Any], reg
     return GaussianModel(tuple(map(str, present)), means, covariances, np.full(count, -np.log(count)))
 
 
-def farther(squared: npt.NDArray[np.float64], dimensions: int) -> npt.NDArray[np.float64]:
-    """Upper tail of chi-squared with an even number of degrees of freedom: a sum of Poisson's, many times faster.
-
-    Abramowitz and Stegun 1964, 26.4.21.
-    """
-    half = np.minimum(squared, 1400.0) / 2  # beyond, the tail is 0 to the last bit, and stays so where it is infinite
-    term = np.exp(-half)
-    tail = term.copy()
-    for k in range(1, dimensions // 2):
-        term *= half / k
-        tail += term
-    return tail
-
-
 def prior_covariance(channels: int) -> npt.NDArray[np.float64]:
     """Covariance (2 D, 2 D) of the features of boxes within a material, before there are seeds, of D coordinates."""
     spread = np.diag((*MEAN_SPREAD[:channels], *CONTRAST_SPREAD[:channels]))
@@ -200,6 +186,7 @@ class Typicality:
     def window(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
         """Typicality (bottom - top, right - left) of a window; 0 where no box has data."""
         from scipy.ndimage import minimum_filter1d
+        from scipy.special import chdtrc
 
         boxes = self._boxes
         cell, around = boxes.cell, boxes.around
@@ -215,6 +202,6 @@ class Typicality:
         nearest[~known] = np.inf
         for axis in (0, 1):
             nearest = minimum_filter1d(nearest, 2 * around + 1, axis=axis, mode="nearest")
-        share = farther(nearest[inner[0], inner[1]], boxes.dimensions).astype(np.float32)
+        share = chdtrc(boxes.dimensions, nearest[inner[0], inner[1]]).astype(np.float32)
         typical: npt.NDArray[np.float32] = np.take(np.take(share, cells[1], axis=1), cells[0], axis=0)
         return typical

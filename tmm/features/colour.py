@@ -9,11 +9,6 @@ import numpy.typing as npt
 
 from skyshine.tmm.images.texture import Windowed
 
-# CIE XYZ of the white D65, and of Rec. 709 primaries: Poynton 1997, Frequently Asked Questions about Color, 18.
-WHITE = np.array([0.95047, 1.0, 1.08883])
-XYZ_FROM_RGB = np.array(
-    [[0.412453, 0.357580, 0.180423], [0.212671, 0.715160, 0.072169], [0.019334, 0.119193, 0.950227]]
-)
 PIECE_TEXELS = 1 << 21  # looked at at a time
 CACHED_TEXELS = 1 << 17
 TABLED = 1 << 21  # distinct colours of one table: beyond, its posteriors would not fit the memory aimed at
@@ -34,15 +29,20 @@ def to_lab(colours: npt.NDArray[Any], encoding: str) -> npt.NDArray[np.float64]:
     (N, 3) float64
         L* is 0 to 100 for colours within white, and goes on beyond for high dynamic range.
     """
-    # CIE 15 (2004), 8.2.1; skimage.color.xyz2lab is the same, but takes .2 s to load.
-    ratio = to_xyz(colours, encoding) / WHITE
-    x, y, z = np.where(ratio > 0.008856, np.cbrt(ratio), 7.787 * ratio + 16 / 116).T
-    return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=1)
+    from skimage.color import xyz2lab
+
+    if not len(colours):
+        return np.empty((0, 3))
+    lab: npt.NDArray[np.float64] = xyz2lab(to_xyz(colours, encoding))
+    return lab
 
 
 def to_xyz(colours: npt.NDArray[Any], encoding: str) -> npt.NDArray[np.float64]:
     """CIE XYZ (N, 3) float64, with Y of white 1, of colours (N, 3); parameters as for `to_lab`."""
-    xyz: npt.NDArray[np.float64] = to_linear(colours, encoding) @ XYZ_FROM_RGB.T
+    from skimage.color import colorconv
+
+    # skimage's rgb2xyz is the same, but for its sRGB curve, which linear values do not have.
+    xyz: npt.NDArray[np.float64] = to_linear(colours, encoding) @ colorconv.xyz_from_rgb.T
     return xyz
 
 

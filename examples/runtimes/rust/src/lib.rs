@@ -24,4 +24,4 @@ pub use tables::{Face, Line, Source, Tables};
 pub use texture::Texture;
 
 /// The newest formats that this version knows; it reads all minor versions of their major ones.
-pub const FORMATS: &[(&str, &str)] = &[("htt", "1.8"), ("band", "1.5"), ("atmq", "2.4"), ("atmq", "3.4"), ("tmm", "1.4")];
+pub const FORMATS: &[(&str, &str)] = &[("htt", "1.8"), ("band", "1.5"), ("atmq", "2.4"), ("atmq", "3.4"), ("tmm", "1.5")];

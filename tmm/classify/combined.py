@@ -256,12 +256,8 @@ def seed_shares(
     held, places = known.sum(axis=1), clicks(drawn, count)
     own = surveyed.posterior(model)
     if len(classes):
-        # Superpixels that a seed has a part of say as little of its material; so do clicks into them. On the 46 sheets
-        # this is worth .003 of accuracy with six clicks a material.
-        pure = known * known / superpixels.size[:, np.newaxis]
-        heard = pure.T @ surveyed.library / np.maximum(pure.sum(axis=0), LEAST)[:, np.newaxis]
-        heard_clicks = places * pure.sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-        word = np.maximum(translated(surveyed.library, classes, heard, heard_clicks), LEAST)
+        heard = known.T @ surveyed.library / np.maximum(known.sum(axis=0), 1)[:, np.newaxis]
+        word = np.maximum(translated(surveyed.library, classes, heard, places), LEAST)
         first = np.maximum(own, DOUBT) ** SEEDS_SHARE * word ** (1 - SEEDS_SHARE)
     else:  # without a library the seeds say all
         first = np.maximum(own, DOUBT / max(np.median(places), 1))

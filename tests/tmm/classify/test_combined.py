@@ -137,7 +137,7 @@ def test_shares_without_edges_by_hand(halves):
     bare = Superpixels(label, surveyed.superpixels.size, np.empty((2, 0), int), np.empty(0))
     alone, seeds = replace(surveyed, superpixels=bare), (np.array([9, 80]), np.array([40, 40]), np.array([0, 1]))
     heard = surveyed.library[label[seeds[0], seeds[1]]]
-    word = translated(surveyed.library, np.eye(2), heard, 1 / surveyed.superpixels.size[label[seeds[0], seeds[1]]])
+    word = translated(surveyed.library, np.eye(2), heard, np.ones(2))
     odds = 0.3 * np.log(np.maximum(surveyed.posterior(model), 0.1)) + 0.7 * np.log(word)
     odds = 2.5 * (odds[:, 0] - odds[:, 1])
     far = np.setdiff1d(label, label[seeds[0], seeds[1]])

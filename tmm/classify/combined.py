@@ -205,7 +205,7 @@ class CombinedMapper:
         return share
 
     def _looked_up(self, top: int, bottom: int, left: int, right: int) -> tuple[Any, ...]:
-        """L* of a window; typicality and validity of it with a margin, and where it lies in that."""
+        """L* of a window; typicality (of colours) and validity of it with a margin, and where it lies in that."""
         rows, columns, inner = with_margin(self._texture, top, bottom, left, right, TYPICAL_RADIUS)
         pixels, valid = self._texture.window(rows, columns)
         colours, index = self._colours.of(pixels, valid)
@@ -215,7 +215,8 @@ class CombinedMapper:
             if colours is None:
                 colours, index = self._colours.in_use(index)
             lightness, typicality = self._tables(colours)
-        return np.take(lightness, index[inner]), np.take(typicality, index), valid, inner
+        typical = np.take(typicality, index) if self._typicality is None else typicality
+        return np.take(lightness, index[inner]), typical, valid, inner
 
     def _filtered(
         self, guide: npt.NDArray[np.float32], top: int, bottom: int, left: int, right: int
@@ -234,8 +235,10 @@ class CombinedMapper:
             yield np.clip(share, LEAST, 1, out=share)
 
     def _tables(self, colours: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-        """L* (U,) of colours and their typicality (U,)."""
+        """L* (U,) of colours, and their typicality (U,); none where it is of boxes."""
         lightness = to_lab(colours[:, :3], self._texture.encoding)[:, 0].astype(np.float32)
+        if self._typicality is not None:
+            return lightness, np.empty(0, np.float32)
         return lightness, self._model.tables(colours, self._texture.encoding)[1]
 
 

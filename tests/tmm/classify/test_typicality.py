@@ -230,3 +230,13 @@ def test_textured_way_too(job, contrasts, build):
 def test_with_seeds_of_the_contrast_nothing_is_unknown(job, contrasts, build):
     polygons = {GREEN: _squares(0), GREY: _squares(100), "gravel_limestone": _squares(200)}
     assert np.mean(build(job(contrasts, polygons)).code == 0) < 0.02
+
+
+def test_up_to_a_border_within_a_cell_a_material_is_as_typical_as_inside():
+    """Grey up to column 41, the second of its cell of four, then red: the box one cell beyond holds grey alone."""
+    pixels = np.full((64, 80, 3), 120, np.uint8)
+    pixels[:, 42:] = (200, 40, 40)
+    lightness = to_coordinates(pixels[:1, 0], "srgb")[0, 0]
+    found = Typicality(_boxes(pixels), _model([lightness + 5, 0, 0, 0, 0, 0])).window(0, 64, 0, 80)
+    np.testing.assert_array_equal(found[:, :42], found[0, 0])
+    assert (found[:, 60:] < 0.01 * found[0, 0]).all()

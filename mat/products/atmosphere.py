@@ -21,7 +21,7 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.measure.atmosphere_nodes import Placed, placed_grids
 from skyshine.mat.measure.channel_nodes import quantities_of
 from skyshine.mat.measure.faces import FaceProbes
-from skyshine.mat.measure.probes import AMBIENT, LINES, NEAR_KM, NIGHT_DEG, Probes
+from skyshine.mat.measure.probes import AMBIENT, DRAWN, LINES, Probes
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.scale import REFLECTANCE, Scale
 from skyshine.mat.products.channel_tables import ChannelTables
@@ -247,7 +247,7 @@ class _SourceTables:
                 own, kelvin, percent = (
                     faces.errors_in_channels(placed.table, scale) for scale in (None, *self._scales(irradiance))
                 )
-                measures.append(measure(AMBIENT_HARMONICS, own, kelvin, percent))
+                measures.append(measure(AMBIENT_HARMONICS, own, kelvin, percent, regions=faces.regions()))
         report.notes.append(f"{self.source}: {channels.words(placed)}")
         notes = notes | {"tolerance": text} | channels.notes(placed)
         accuracy = _accuracy(measures, self.compiled, seed, notes)
@@ -364,7 +364,7 @@ class _SourceTables:
         generator = random_stream(self.loaded.trimmed.accuracy.seed, Stream.TILTED_FACES)
         faces = FaceProbes.drawn(self.air, base, irradiance, generator)
         own, kelvin, percent = (faces.errors(level, harmonics, scale) for scale in (None, *self._scales(irradiance)))
-        return measure(AMBIENT_HARMONICS, own, kelvin, percent)
+        return measure(AMBIENT_HARMONICS, own, kelvin, percent, regions=faces.regions())
 
 
 def _one_source(grid: PathGrid) -> PathGrid:
@@ -404,12 +404,11 @@ def _accuracy(measures: list[ErrorMeasure], compiled: CompiledBand, seed: int, l
     notes = {
         "seed": seed,
         "method": (
-            "linear interpolation against direct computation on random lines of sight, as many in every cell, above"
-            " the ground; kelvin: change of a black body at 300 K seen through the path; a surface that reflects"
+            f"linear interpolation against direct computation above the ground, {DRAWN}; kelvin: change of a black body"
+            " at 300 K seen through the path; a surface that reflects"
             f" {REFLECTANCE:g} faces sky and source; percent: of that black body's radiance, in bands that end before"
-            " 2.5 um of the light that such a surface reflects of the source outside the atmosphere; near: up to"
-            f" {NEAR_KM:g} km; twilight: source 0 to {-NIGHT_DEG:g} degree down; {AMBIENT_HARMONICS}: ambient"
-            " radiance of faces in random directions"
+            " 2.5 um of the light that such a surface reflects of the source outside the atmosphere;"
+            f" {AMBIENT_HARMONICS}: ambient radiance of faces in all directions, half of them beside walls"
         ),
         "spectral_points": int(compiled.index.size),
         "spectral_points_in_band": int(compiled.total_points),

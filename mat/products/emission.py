@@ -10,9 +10,8 @@ import numpy.typing as npt
 
 from skyshine.mat.atmosphere.band.points import BandPoints, band_points
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.measure.probes import lines_in_cells
 from skyshine.mat.measure.random_streams import Stream, random_stream
-from skyshine.mat.measure.sampling import random_places
+from skyshine.mat.measure.sampling import lines_in_cells, random_places
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.quantities.emission import (

@@ -9,7 +9,7 @@ from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.measure.probes import lines_in_cells
+from skyshine.mat.measure.sampling import lines_in_cells
 from skyshine.mat.quantities.emission import EmissionClasses, emission_weights, lines_of_sight
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber

@@ -1,8 +1,11 @@
 """Grids by tolerance on air whose quantities are known in closed form."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.job.atmosphere import AtmosphereGrid
 from skyshine.mat.measure.atmosphere_nodes import placed_grids
 from skyshine.mat.measure.probes import Probes
@@ -20,7 +23,9 @@ SCALE = Scale(10.0, 1.0, 1.0)
 
 
 class Air:
-    """Air that thins with height, bright around the source; no ground."""
+    """Air that thins with height, bright around the source; lines that meet the ground are drawn to end there."""
+
+    air = SimpleNamespace(shells=Shells.of(np.array([0.0, 1e4, 1e5]), np.array([2.5e25, 8e24, 1e20]), 1000.0))
 
     def quantities(self, r, a, e, s, angle):
         beta = 20.0 * np.exp((a + 0.02 * r * np.sin(np.radians(e))) / 2.0) + 0 * r

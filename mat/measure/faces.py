@@ -11,7 +11,6 @@ from skyshine.mat.measure.probes import NIGHT_DEG
 from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.measure.scene_lines import SceneLines
-from skyshine.mat.quantities.ambient_harmonics import GROUND_TEMPERATURES, AmbientHarmonics
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.facet_light import Faces, Walls, light_among_walls
 from skyshine.mat.quantities.formulas import mean_transmittance
@@ -21,11 +20,9 @@ from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.radiometry.spherical_harmonics import ambient_of_faces
 from skyshine.mat.runtime.walls import beside_walls
 from skyshine.mat.surface.surroundings import WALL_EMISSIVITY
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS
-from skyshine.mat.tables.axes import AxisRule
-from skyshine.mat.tables.channel_table import ChannelTable
-from skyshine.mat.tables.gridded import AXES, FIELDS, Gridded
-from skyshine.mat.tables.interpolation import interpolate
+from skyshine.mat.tables.gridded import AXES
 from skyshine.schemas.arrays import Booleans, Floats
 
 LINES, FEWEST_LINES, FACES = 16, 6, 24
@@ -134,33 +131,14 @@ class FaceProbes:
             "wall": walled,
         }
 
-    def errors(self, level: Gridded, harmonics: AmbientHarmonics, scale: Scale | None) -> Floats:
-        """Errors (n, F) of faces read from the tables, in the scale's unit; without a scale in W m^-2 sr^-1."""
-        nodes = {name: getattr(harmonics.grid, field) for name, field in zip(AXES, FIELDS, strict=True)}
-
-        def read(values: Floats, places: dict[str, Floats]) -> Floats:
-            last = np.arange(1, values.shape[-1] + 1)
-            rules = [AxisRule(name, nodes.get(name, np.array(GROUND_TEMPERATURES))) for name in places]
-            where = {name: at[:, None] for name, at in places.items()} | {"harmonic": last}
-            return interpolate(values, [*rules, AxisRule("harmonic", last, "exact")], where)
-
-        warmth = {name: self.places[name] for name in AXES[:3]} | {"ground_temperature": self.ground_temperature}
-        light, ground = read(harmonics.radiance, self.places), read(harmonics.ground, warmth)
-        flat = level.read(self.places)[:, None]
-        return self._errors(flat, light, ground, scale)
-
-    def errors_in_channels(self, table: ChannelTable, scale: Scale | None) -> Floats:
-        """As `errors`, of a database in channels."""
+    def errors(self, table: AtmosphereTable, scale: Scale | None) -> Floats:
+        """Errors (n, F) of faces read from a table, in the scale's unit; without a scale in W m^-2 sr^-1."""
         at = {name: values[:, None] for name, values in self.places.items()}
         path = {name: at[name] for name in AXES[:3]} | {"ground_temperature": self.ground_temperature[:, None]}
         codes, axial = (table.root.axes[name].values for name in ("harmonic", "zonal_harmonic"))
         light = table.value(AMBIENT_HARMONICS, out_of_range="clamp", **at, harmonic=codes)
         ground = table.value(GROUND_HARMONICS, out_of_range="clamp", **path, zonal_harmonic=axial)
         flat = table.value("ambient_radiance", out_of_range="clamp", **at)
-        return self._errors(flat, light, ground, scale)
-
-    def _errors(self, flat: Floats, light: Floats, ground: Floats, scale: Scale | None) -> Floats:
-        """Errors (n, F) of level light (n, 1) and coefficients (n, H) and (n, L)."""
         in_the_open = ambient_of_faces(
             flat, light[:, None], ground[:, None], self.ground_radiance[:, None], self.normal
         )

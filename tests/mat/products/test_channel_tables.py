@@ -18,8 +18,7 @@ from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.channels.nodes import NodeCounts
 from skyshine.mat.quantities.channels.path_fields import BandLight
 from skyshine.mat.quantities.channels.wavelength_shares import PartedLight
-from skyshine.mat.quantities.emission import lines_of_sight
-from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.quantities.grid import PathGrid, lines_of_sight
 from skyshine.mat.radiometry.band_wavelengths import band_wavelengths, emission_shares
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.mat.tables.channel_reader import ChannelReader
@@ -113,7 +112,7 @@ def test_reads_agree_with_direct_computation(table, points, name):
 def test_faces_agree_with_the_integral_over_their_hemispheres(table, air, sun):
     """Beside walls, the part of the sky that they hide counts as bright as all of it: that is the larger error."""
     faces = FaceProbes.drawn(air, BASE, sun, np.random.default_rng(3))
-    error, regions = np.abs(faces.errors_in_channels(table, SCALE)), faces.regions()
+    error, regions = np.abs(faces.errors(table, SCALE)), faces.regions()
     assert error[regions["open"]].max() < 0.1 and error[regions["wall"]].max() < 0.6
     assert np.all(regions["open"] ^ regions["wall"]) and 0.3 < regions["wall"].mean() < 0.7
 
@@ -348,12 +347,7 @@ def test_emitted_light_by_wavelength_is_let_through_as_the_path_lets_it(table, p
     assert np.sqrt(np.mean(error[exact.valid] ** 2)) < 5e-3
 
 
-def test_a_file_without_shares_says_that_it_cannot_part_its_light(table):
-    variables = {name: held for name, held in table.root.variables.items() if not name.endswith("wavelength_share")}
-    older = replace(table, root=replace(table.root, variables=variables))
-    assert not older.has_wavelengths
-    with pytest.raises(InputError, match="build it again"):
-        older.value_by_wavelength("optical_depth", **WHERE)
+def test_an_optical_depth_is_read_by_wavelength_and_beta_star_is_not(table):
     with pytest.raises(InputError, match="call value_by_wavelength"):
         table.value("optical_depth", **WHERE)
     with pytest.raises(InputError, match="found the quantity 'beta_star'"):

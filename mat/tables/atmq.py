@@ -55,13 +55,8 @@ _AXES = {
 class GridTable(Table):
     """The tables on five axes of an ``.atmq`` or ``.lunar_atmq`` database, read by linear interpolation.
 
-    Examples
-    --------
-    >>> from skyshine.mat.api.examples import atmosphere_on_axes
-    >>> import skyshine.mat
-    >>> air = skyshine.mat.open(atmosphere_on_axes(), grid=True)
-    >>> float(air.value("beta_star", range=1.0, altitude=0.5, elevation=-30.0)) > 0
-    True
+    Opened by ``skyshine.mat.open(path, grid=True)``. Between the nodes it errs by what the group ``grid/accuracy`` of
+    the file states; `AtmosphereTable` reads the channels of the same file, which err far less.
     """
 
     def stored_bytes(self, quantity: str) -> int:

@@ -24,7 +24,6 @@ Law = Callable[[Group], Iterator[str]]
 
 PATH = ("range", "altitude", "elevation")
 TEXEL_ROWS = 256  # of the arrays of a texture read at a time, which have rows in common
-# Of a band, from format 1.5 on: together or not at all.
 _SPECTRA = {"reflectance_spectrum": ("material", WAVELENGTH), "emission_share": ("planck_temperature", WAVELENGTH)}
 
 
@@ -194,16 +193,14 @@ def broken_spectrum_laws(root: Group) -> Iterator[str]:
     ----------
     root : Group
     """
-    if not set(_SPECTRA) & set(root.variables):
-        return
     for name, dims in _SPECTRA.items():
         if name not in root.variables:
-            yield f"the array '{name}' is missing; a file with spectra must hold it"
+            yield f"the array '{name}' is missing; a band must hold it"
         elif tuple(root.variables[name].dims) != dims:
             yield f"'{name}' is on the axes {', '.join(root.variables[name].dims)}; allowed: {', '.join(dims)}"
     for name in sorted({dim for dims in _SPECTRA.values() for dim in dims}):
         if name not in root.axes:
-            yield f"the axis '{name}' is missing; a file with spectra must hold it"
+            yield f"the axis '{name}' is missing; a band must hold it"
         elif np.any(np.asarray(root.axes[name].attributes.get("period", 0.0)) != 0.0):
             yield f"{name}: found a period; allowed: none"
     shares = _values(root, "emission_share")

@@ -37,7 +37,9 @@ def test_beta_star_as_stored_gives_the_transmittance_back(small_job):
 
 
 def test_cells_behind_the_ground_are_marked(sun):
-    valid = sun.root.groups["grid"].variables["valid"].data  # range 0.001, 1, 5, 20 km; altitude 0.01, 1; elevation -90 ... 90
+    valid = (
+        sun.root.groups["grid"].variables["valid"].data
+    )  # range 0.001, 1, 5, 20 km; altitude 0.01, 1; elevation -90 ... 90
     assert valid[0].all() and valid[:, :, 3:].all()
     assert not valid[2:, 1, 0].any() and not valid[1:, 0, 0].any() and not valid[3, 1, 1]
 

@@ -34,7 +34,7 @@ from skyshine.mat.scene.air_cells import shared_cell
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band
-from skyshine.mat.scene.grids import path_grid, path_scope
+from skyshine.mat.scene.grids import path_grid, path_scope, table_grid
 from skyshine.mat.scene.ground import band_albedo, ground_albedo, over_ground
 from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
@@ -216,7 +216,7 @@ class _SourceTables:
         groups = {"accuracy": _accuracy(measures, self.compiled, seed, notes)}
         if axes.writes_tables:
             with report.stage("grid"):
-                tables = tables_on_axes(placed.table, base)
+                tables = tables_on_axes(placed.table, table_grid(job))
                 errors = probes.measured(tables, *self._scales(irradiance))
                 groups["grid"] = grid_group(tables, accuracy_group(errors, {}, {}, {"seed": seed, "method": METHOD}))
         root = placed.table.root

@@ -100,14 +100,15 @@ def bench_band(
     sun = solar_irradiance(everything.wavenumber, everything.width)
     compiled = compile_band(state, everything, GRID, sun)
     few = sun[compiled.index]
-    ladders: dict[str, list[AtmosphereRung]] = {}
-    for ladder, measured in (
-        ("points", lambda: points_ladder(state, everything, sun)),
-        ("directions", lambda: directions_ladder(state, compiled.band)),
-        ("layers", lambda: layers_ladder(state, compiled.band, few)),
-        ("streams", lambda: streams_ladder(compiled.band, few)),
-    ):
-        ladders[ladder] = measured()
+    measured: dict[str, Callable[[], list[AtmosphereRung]]] = {
+        "points": partial(points_ladder, state, everything, sun),
+        "directions": partial(directions_ladder, state, compiled.band),
+        "layers": partial(layers_ladder, state, compiled.band, few),
+        "streams": partial(streams_ladder, compiled.band, few),
+    }
+    ladders = {}
+    for ladder, rungs in measured.items():
+        ladders[ladder] = rungs()
         advance(1)
     return AtmosphereBench(name, compiled.index.size, compiled.total_points, ladders)
 

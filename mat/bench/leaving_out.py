@@ -80,11 +80,11 @@ def compare(loaded: LoadedJob, folder: Path, seed: int) -> Comparison:
     generator = np.random.default_rng(seed)
     differences: dict[str, tuple[float, float]] = {}
     for file in sorted((folder / "kept").glob("s*.h5")):
-        one, other = (open_table(folder / name / file.name) for name in ("kept", "whole"))
-        if isinstance(one, AtmosphereTable) and isinstance(other, AtmosphereTable):
-            differences |= air_differences(one, other, path_grid(job), generator)
+        kept, whole = (open_table(folder / name / file.name) for name in ("kept", "whole"))
+        if isinstance(kept, AtmosphereTable) and isinstance(whole, AtmosphereTable):
+            differences |= air_differences(kept, whole, path_grid(job), generator)
         else:
-            differences |= table_differences(one, other, generator)
+            differences |= table_differences(kept, whole, generator)
     return Comparison(costs["kept"], costs["whole"], differences)
 
 
@@ -124,7 +124,7 @@ def air_differences(
     """
     ends = dict(zip(AXES, (getattr(grid, field)[[0, -1]] for field in FIELDS), strict=True))
     nearest, farthest = np.maximum(ends["range"], _NEAREST_KM)
-    places = {name: generator.uniform(low, high, _READS) for name, (low, high) in ends.items()}
+    places: dict[str, Any] = {name: generator.uniform(low, high, _READS) for name, (low, high) in ends.items()}
     places["range"] = np.exp(generator.uniform(np.log(nearest), np.log(farthest), _READS))
     in_air = kept.value(VALID, **{name: places[name] for name in AXES[:3]}) == 1
     places = {name: values[in_air] for name, values in places.items()}

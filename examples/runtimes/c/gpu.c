@@ -159,7 +159,7 @@ static void read_air(struct frame *frame, const char *path)
     frame->air = malloc(sizeof(double) * (size_t)(places * frame->components));
     if (!frame->air) fail(path, "is too large");
     for (int group = 0; group < frame->components / 4; ++group) {
-        char name[8];
+        char name[16];
         snprintf(name, sizeof name, "air%d", group);
         double *values = texels(path, text, bytes, size, name, &count);
         if (count != places * 4) fail(path, "holds a texture that does not fit its axes");

@@ -223,8 +223,8 @@ def test_more_mixtures_than_numbers_are_rounded_and_the_header_says_by_how_much(
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--gpu", "--raw"], "found both --raw and --gpu"),
-        ([], "no form is named; allowed: --raw, --gpu"),
+        (["--gpu", "--raw"], "found several forms"),
+        ([], "no form is named; allowed: one of --raw, --gpu, --axes"),
         (["--raw", "--frame", "3", "--altitude", "1"], "--frame and --altitude go with --gpu"),
         (["--gpu", "--frame", "3"], "give both --frame and --altitude"),
         (["--gpu", "--frame", "3", "--altitude", "90"], "altitude: found 90"),

@@ -32,7 +32,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
@@ -138,12 +137,15 @@ class ForwardPeak:
         source to observer and cosines (K, S) of the scattering angle, (K, S, P) sr^-1.
         """
         light = np.zeros((*cosine.shape, self._peak.shape[1]), np.float32)
-        none, whole = _THIN
-        share = np.clip((depth - none) / (whole - none), 0.0, 1.0).astype(np.float32) / np.float32(4 * np.pi)
+        none, whole = (np.float32(bound) for bound in _THIN)
+        share = np.clip((depth - none) / (whole - none), 0, 1) / np.float32(4 * np.pi)
+        share *= np.minimum(depth / np.float32(_DEPTHS[0]), 1)
+        place, turn, deep = self._places(segments.layer, depth, cosine)
         for air, step in ((segments.lower, 0), (segments.upper, 1)):
-            level = segments.layer + step
-            amount: Singles = (air[:, None] * self._peak[level])[:, None].astype(np.float32)
-            light += amount * ((share * self._change(level, depth, cosine)) @ self._spread)
+            amount: Singles = (air[:, None] * self._peak[segments.layer + step])[:, None].astype(np.float32)
+            change = self._change(place + step * self._mixed[0].size, turn, deep)
+            change *= share
+            light += amount * (change @ self._spread)
         return light
 
     @cached_property
@@ -181,24 +183,40 @@ class ForwardPeak:
         depth[depth >= HIDDEN] = 0.0
         return depth
 
-    def _change(self, level: Integers, depth: Singles, cosine: Floats) -> Singles:
-        """`table` at levels (K,), depths (K, S, Q) and scattering angles of cosines (K, S): (K, S, Q)."""
-        angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
-        place = np.interp(angle, _DEGREES, np.arange(_DEGREES.size))
-        direction = np.minimum(place.astype(int), _DEGREES.size - 2)
-        share = (place - direction)[..., None].astype(np.float32)
-        place = np.log(np.maximum(depth / np.float32(_DEPTHS[0]), 1)) / np.log(_DEPTHS[1] / _DEPTHS[0])
-        first = np.minimum(place.astype(int), _DEPTHS.size - 2)
-        next_share = np.minimum(place - first, 1).astype(np.float32)
-        change = np.zeros(depth.shape, np.float32)
-        for (turn, deep), (table, of_wavelength) in product(
-            product((0, 1), (0, 1)),
-            zip(self.table, self.optics.phase_share[:, self._few].astype(np.float32), strict=True),
-        ):
-            weight = (share if turn else 1 - share) * (next_share if deep else 1 - next_share) * of_wavelength
-            change += weight * table[level[:, None, None], direction[..., None] + turn, first + deep]
-        change *= np.minimum(depth / _DEPTHS[0], 1.0).astype(np.float32)
-        return change
+    def _places(self, level: Integers, depth: Singles, cosine: Floats) -> tuple[Integers, Singles, Singles]:
+        """Where in `_mixed`, as numbers of its flat array, levels (K,), depths (K, S, Q) and scattering angles of
+        cosines (K, S) lie: (K, S, Q), and shares of the next angle (K, S, 1) and of the next depth (K, S, Q).
+        """
+        angle = np.interp(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))), _DEGREES, np.arange(_DEGREES.size))
+        direction = np.minimum(angle.astype(int), _DEGREES.size - 2)
+        step = np.log(np.maximum(depth / np.float32(_DEPTHS[0]), 1))
+        step /= np.float32(np.log(_DEPTHS[1] / _DEPTHS[0]))
+        first = np.minimum(step.astype(int), _DEPTHS.size - 2)
+        row = ((level[:, None] * _DEGREES.size + direction) * _DEPTHS.size)[..., None]
+        place: Integers = (row + first) * depth.shape[2] + np.arange(depth.shape[2])
+        return place, (angle - direction)[..., None].astype(np.float32), np.minimum(step - first, 1).astype(np.float32)
+
+    def _change(self, place: Integers, turn: Singles, deep: Singles) -> Singles:
+        """`_mixed` at places and shares of `_places`: (K, S, Q)."""
+        points = deep.shape[2]
+        at_angles = []
+        for angle in (place, place + _DEPTHS.size * points):
+            change = np.take(self._mixed, angle)
+            change += (np.take(self._mixed, angle + points) - change) * deep
+            at_angles.append(change)
+        near, far = at_angles
+        far -= near
+        far *= turn
+        near += far
+        result: Singles = near
+        return result
+
+    @cached_property
+    def _mixed(self) -> Singles:
+        """`table` of the mixture of particles at `_few`, (N, angles, depths, Q)."""
+        share = self.optics.phase_share[:, self._few].astype(np.float32)
+        mixed: Singles = np.tensordot(self.table, share, axes=(0, 0))
+        return mixed
 
     @cached_property
     def table(self) -> Singles:

@@ -413,6 +413,11 @@ def _azimuth_cosines(upward_cosine: Floats, to_source: Floats, deflection: Float
     """
     rise = upward_cosine[:, None]
     across = np.sqrt(np.maximum((1 - rise**2) * (1 - to_source**2), 1e-12))
-    azimuth = np.arccos(np.clip((deflection + rise * to_source) / across, -1.0, 1.0))
-    cosines: Singles = np.cos(azimuth[..., None] * np.arange(count)).astype(np.float32)
+    cosine = np.clip((deflection + rise * to_source) / across, -1.0, 1.0).astype(np.float32)
+    cosines = np.empty((*cosine.shape, count), np.float32)
+    cosines[..., 0] = 1
+    if count > 1:
+        cosines[..., 1] = cosine
+    for multiple in range(2, count):  # Chebyshev's recurrence
+        cosines[..., multiple] = 2 * cosine * cosines[..., multiple - 1] - cosines[..., multiple - 2]
     return cosines

@@ -10,7 +10,6 @@ from scipy.optimize import nnls
 
 from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
 from skyshine.mat.atmosphere.transfer.segments import Depths
 from skyshine.schemas.arrays import Floats, Integers
 
@@ -66,9 +65,8 @@ class ScatteringPoints:
                 return ScatteringPoints(self.air.part(chosen), self.index[chosen], self.weight[chosen] * factor)
         return self
 
-    def depths(self, path: LineOfSight) -> Depths:
-        """Optical depth of a path's segments at these points."""
-        whole = path.segment_depths
+    def depths(self, whole: Depths) -> Depths:
+        """Optical depths of segments at these points, of those at all points of the band."""
         if self.index.size == whole.per_segment.shape[1]:
             return whole
-        return Depths(np.ascontiguousarray(whole.per_segment[:, self.index]))
+        return Depths(np.ascontiguousarray(whole.per_segment[:, self.index]), whole.first)

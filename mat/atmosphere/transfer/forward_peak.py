@@ -38,9 +38,9 @@ from numpy.polynomial.legendre import legvander
 
 from skyshine.mat.atmosphere.particles.moments import moment_weights
 from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES, SpectralOptics
-from skyshine.mat.atmosphere.transfer.segments import Segments
+from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.source_paths import HIDDEN, SourcePaths, SourceRays
-from skyshine.schemas.arrays import Floats, Integers, Singles
+from skyshine.schemas.arrays import Booleans, Floats, Integers, Singles
 
 # As many moments as the angles of the phase functions resolve.
 _ORDERS = PHASE_ANGLES.size
@@ -57,6 +57,7 @@ _THIN = (5e-3, 1e-2)
 _STEP = 1.02
 # Fraction of the scattering below which it is no forward peak.
 _SMALLEST = 1e-4
+_ONE_LINE = np.zeros(1, int)  # the first end of segments of one line alone
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,21 +86,34 @@ class ForwardPeak:
     air: Floats
     rays: SourceRays
 
-    def near(self, segments: Segments, to_source: Floats, deflection: Floats) -> Integers:
-        """Which sources are so close to a line of sight, through so much peak scattering, that the peak matters.
-
-        Arguments as of `by_segment`; indices of the sources.
+    def near(self, segments: Segments, to_source: Floats, deflection: Floats, first: Integers = _ONE_LINE) -> Booleans:
+        """Which sources are so close to a line of sight, through so much peak scattering, that the peak matters: (L, S)
+        of L joined lines whose first ends are (L,); other arguments as of `by_segment`.
         """
-        near: Integers = np.flatnonzero(np.max(deflection, axis=0) > np.cos(np.radians(_NONE)))
-        if not near.size or not np.any(self._peak):
-            return near[:0]
-        ends = [0, -1]
-        depth = self._source_depth(segments.altitude[ends], to_source[ends][:, near]).max(axis=0)
-        depth = depth + segments.column(self._peak[:, self._few]).sum(axis=0)
-        found: Integers = near[np.any(depth > _THIN[0], axis=1)]
-        return found
+        near: Booleans = np.maximum.reduceat(deflection, first, axis=0) > np.cos(np.radians(_NONE))
+        lines, sources = np.nonzero(near)
+        if not lines.size or not np.any(self._peak):
+            return np.zeros_like(near)
+        last = np.append(first[1:], len(deflection)) - 1
+        depth = np.maximum(
+            *(
+                self._source_depth(segments.altitude[end], to_source[end, sources][:, None])[:, 0]
+                for end in (first[lines], last[lines])
+            )
+        )
+        column = segments.column(self._peak[:, self._few])
+        along = np.stack([column[start:stop].sum(axis=0) for start, stop in zip(first, last, strict=True)])
+        near[lines, sources] = np.any(depth + along[lines] > _THIN[0], axis=1)
+        return near
 
-    def by_segment(self, segments: Segments, attenuation: Singles, to_source: Floats, deflection: Floats) -> Singles:
+    def by_segment(
+        self,
+        segments: Segments,
+        attenuation: Singles,
+        to_source: Floats,
+        deflection: Floats,
+        first: Integers = _ONE_LINE,
+    ) -> Singles:
         """Change of the light that each segment scatters to the observer.
 
         Parameters
@@ -109,15 +123,16 @@ class ForwardPeak:
             `single_scattering.segment_attenuation` without peak scattering.
         to_source, deflection : (K+1, S) arrays
             Cosines of the source's zenith angle and of the scattering angle at the segment ends.
+        first : (L,) int array
+            First end of each of L joined lines.
 
         Returns
         -------
         (K, S, P) array
             Per unit of the source's irradiance, sr^-1; single precision.
         """
-        along = np.zeros((segments.altitude.size, 1, self._few.size), np.float32)
-        np.cumsum(segments.column(self._peak[:, self._few]), axis=0, out=along[1:, 0])
-        depth: Singles = along + self._source_depth(segments.altitude, to_source)
+        along = Depths(segments.column(self._peak[:, self._few]), first).cumulative.astype(np.float32)
+        depth: Singles = along[:, None] + self._source_depth(segments.altitude, to_source)
         middle = (0.5 * (depth[1:] + depth[:-1])).astype(np.float32)
         light = self._scattered(segments, middle, 0.5 * (deflection[1:] + deflection[:-1]))
         light *= attenuation

@@ -199,7 +199,7 @@ class OrdinateLight:
     def band(
         self, segments: Segments, depths: Depths, scaled: Depths, cosine: Floats, deflection: Floats, weight: Floats
     ) -> Floats:
-        """Radiance of a band from all segments up to each end, (K+1, S); `weight` (P,) as in
+        """Radiance of a band from each segment at the observer, (K, S); `weight` (P,) as in
         `single_scattering.scattered_band`, other arguments as of `spectral`.
         """
         nodes, share, azimuth = self._along(segments, cosine, deflection)
@@ -216,8 +216,8 @@ class OrdinateLight:
             by_elevation *= _by_function(weights.factor, azimuthal)[:, None]
             light += weights.summed(by_elevation @ moment, len(light))
         by_azimuth = np.matmul(share, light)  # (K, S, M)
-        radiance = np.zeros(cosine.shape)
-        np.cumsum(np.maximum(np.sum(by_azimuth * azimuth, axis=-1), 0.0) * scale, axis=0, out=radiance[1:], dtype=float)
+        by_azimuth *= azimuth
+        radiance: Floats = np.maximum(by_azimuth.sum(axis=-1), 0.0).astype(float) * scale
         return radiance
 
     def by_segment(

@@ -160,7 +160,7 @@ class ThermalField:
     def along(self, segments: Segments, depths: Depths, levels: Floats) -> Reals:
         """As `ThermalSource.along`, with the altitudes (N,) [m] of the levels."""
         functions, layer = self.ordinates.functions(segments.upward_cosine), segments.layer
-        scaled = Depths(segments.column(self.scaled))
+        scaled = Depths(segments.column(self.scaled), depths.first)
         radiance = self._straight_along(segments, depths, scaled, levels)
         cut = self.parts.count[layer] > 1
         whole = np.flatnonzero(~cut)

@@ -15,7 +15,8 @@ import numpy as np
 from skyshine.mat.atmosphere.transfer.line_of_sight import lines_of_sight
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.channels.parts import fitted_parts, pivots
-from skyshine.mat.quantities.channels.path_fields import BandLight, depth_of, scattered_over
+from skyshine.mat.quantities.channels.path_fields import BandLight, LightOver
+from skyshine.mat.quantities.joined_paths import JoinedPaths, in_groups
 from skyshine.mat.quantities.line_sources import LineSources
 from skyshine.mat.threads import parallel_map
 from skyshine.schemas.arrays import Floats, Integers
@@ -73,16 +74,16 @@ def sampled_radiance(
     altitude, line_elevation, ranges = lines
     atmosphere.air.prepare()
     paths = list(lines_of_sight(atmosphere.air, ranges * 1e3, altitude * 1e3, np.radians(line_elevation)))
+    up, away = np.radians(elevation), np.radians(angle)
 
-    def seen(number: int) -> tuple[Integers, Floats]:
-        path = paths[number]
-        sources = LineSources.of_axes(path.elevation, np.radians(elevation), np.radians(angle), True)
-        divisor = -np.expm1(-depth_of(atmosphere, path)) @ light.source
-        radiance = scattered_over(atmosphere, path, sources, light) * divisor[:, None]
-        return np.full(ranges.shape[1], number), radiance
+    def seen(some: slice) -> Floats:
+        reference = LightOver.of(atmosphere, JoinedPaths.of(paths[some]))
+        sources = [LineSources.of_axes(path.elevation, up, away, True) for path in paths[some]]
+        divisor = reference.absorbed @ light.source
+        return (reference.scattered(sources, light) * divisor[..., None]).reshape(-1, up.size * away.size)
 
-    numbers, radiance = (np.concatenate(part) for part in zip(*parallel_map(seen, range(len(paths))), strict=True))
-    return numbers, radiance
+    groups = in_groups(len(paths), elevation.size * angle.size)
+    return np.repeat(np.arange(len(paths)), ranges.shape[1]), np.concatenate(parallel_map(seen, groups))
 
 
 def source_parts(

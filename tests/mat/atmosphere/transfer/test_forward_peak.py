@@ -104,13 +104,13 @@ def test_smooth_peaks_have_no_core_and_diffraction_by_drops_does(air, fog):
 def test_thin_air_and_air_without_particles_change_nothing(air):
     for clear in (air(), air(clouds=[CloudLayer("water", 1e3, 2e3, 10.0, 1e-4)])):
         segments, depths, to_source, deflection = path(clear, 0.0, 0.5, 0.5, np.zeros(1))
-        assert clear.forward_peak.near(segments, to_source, deflection).size == 0
+        assert not clear.forward_peak.near(segments, to_source, deflection).any()
         assert np.all(clear.scattered_radiance(segments, depths, to_source, deflection) > 0)
 
 
 def test_sources_far_from_the_line_are_left_as_they_are(fog):
     segments, _, *angles = path(fog, 0.0, 0.5, 0.5, np.radians([0.0, 20.0, 60.0, 180.0]))
-    assert fog.forward_peak.near(segments, *angles).tolist() == [0, 1]
+    assert np.flatnonzero(fog.forward_peak.near(segments, *angles)).tolist() == [0, 1]
     table = fog.forward_peak.table
     assert np.all(np.isfinite(table)) and np.all(table[:, :, -1] == 0) and np.any(table[:, :, 0] < 0)
 

@@ -1,10 +1,11 @@
 """The table builder: atmospheric quantities and surface temperatures for infrared scene runtimes.
 
 `build` and `check` take a job as `mat build` and `mat check` do; `open` reads a database as a `TemperatureTable`,
-`AtmosphereTable` or `BandTable`, `open_catalog` finds one by date, band or source; `spectrum`, `temperature` and `band`
-compute one thing without a job's tables; `report` measures how wrong built tables are; `fit_material` finds a
-material's parameters from a measured record; `Scene` draws pictures from built tables, and `contrast` compares two
-materials through the day; `example` names a packaged job. Results are small objects; those of numbers have `to_xarray`.
+`AtmosphereTable` or `BandTable`, and with ``grid=True`` the tables on a job's five axes as a `GridTable`;
+`open_catalog` finds one by date, band or source; `spectrum`, `temperature` and `band` compute one thing without a job's
+tables; `report` measures how wrong built tables are; `fit_material` finds a material's parameters from a measured
+record; `Scene` draws pictures from built tables, and `contrast` compares two materials through the day; `example` names
+a packaged job. Results are small objects; those of numbers have `to_xarray`.
 
 Examples
 --------
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from skyshine.mat.api.spectrum import spectrum
     from skyshine.mat.api.temperature import temperature
     from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+    from skyshine.mat.tables.atmq import GridTable
     from skyshine.mat.tables.catalog import open_catalog
     from skyshine.mat.tables.loader import open_table as open
     from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
@@ -40,6 +42,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "AtmosphereTable": ("tables.atmosphere_table", "AtmosphereTable"),
     "BandTable": ("tables.surface_tables", "BandTable"),
+    "GridTable": ("tables.atmq", "GridTable"),
     "Scene": ("api.scene", "Scene"),
     "TemperatureTable": ("tables.surface_tables", "TemperatureTable"),
     "band": ("api.band", "band"),
@@ -58,6 +61,7 @@ _HOMES = {
 __all__ = [
     "AtmosphereTable",
     "BandTable",
+    "GridTable",
     "Scene",
     "TemperatureTable",
     "band",

@@ -10,7 +10,6 @@ COMMANDS = {
     "build": "Build the databases of a job.",
     "info": "Show what a database holds.",
     "verify": "Check layout, values, physical laws and digest of databases.",
-    "convert": "Write databases of an older format in the present one.",
     "query": "Interpolate one value, with its stated error.",
     "plot": "Draw a database.",
     "render": "Draw a scene from built databases, by hour and band.",

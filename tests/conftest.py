@@ -1,7 +1,6 @@
 """Fixtures that the whole suite shares."""
 
 import os
-import shutil
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -11,7 +10,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("SKYSHINE_THREADS", "1")
 
-import numpy as np
 import pytest
 from filelock import FileLock
 
@@ -21,12 +19,7 @@ from skyshine.mat.job.load import load_job
 from skyshine.mat.measure import faces
 from skyshine.mat.plan.plan import Kind, make_plan
 from skyshine.mat.products import atmosphere, channel_tables
-from skyshine.mat.quantities.grid import PathGrid, ScatteringGrid
-from skyshine.mat.tables.atmq import atmq_group
-from skyshine.mat.tables.files import ATMQ
-from skyshine.mat.tables.gridded import QUANTITIES, Gridded
 from skyshine.materials.library import load_library
-from skyshine.schemas.hdf5 import Group, Header, write_file
 
 TINY_JOB = """\
 skyshine: 1
@@ -41,6 +34,7 @@ sources: [sun]
 materials: [asphalt_road]
 output: {folder: built, pictures: false}
 atmosphere_grid:
+  tolerance: 5 K
   range_km: [0.001, 5]
   altitude_km: [0.01, 1]
   elevation_deg: [-90, 0, 90]
@@ -62,6 +56,7 @@ name: small
   - wavelength_um: [8, 8.4]
 materials: [asphalt_road, grass_green]
 atmosphere_grid:
+  tolerance: 5 K
   range_km: [0.001, 1, 5, 20]
   altitude_km: [0.01, 1]
   elevation_deg: [-90, -30, -5, 0, 30, 90]
@@ -83,21 +78,18 @@ sources: [sun]
 materials: [asphalt_road]
 atmosphere_grid:
   tolerance: 5 K
-  layout: channels
   range_km: [0, 20]
   altitude_km: [0.01, 2]
   source_elevation_deg: [-8, 60]
 surface_grid: {{altitude_km: [0], azimuth_deg: [0, 180], slope_deg: [0, 45], time: [00:00, 12:00]}}
 output: {{folder: built, pictures: false}}
 """
-# Random lines of sight of a build, fewer than a user's: on which tables on axes and tables in channels are measured,
-# those of them with sky light, those with tilted faces at their ends; on which channels are placed and their directions
-# of the source chosen. Builds that are not `in_this_process` have all.
+# Random lines of sight of a build, fewer than a user's: on which tables are measured, those of them with sky light,
+# those with tilted faces at their ends; on which channels are placed and their directions of the source chosen. Builds
+# that are not `in_this_process` have all.
 FEW_LINES = (
-    (atmosphere, "LINES", 60),
-    (atmosphere, "AMBIENT", 12),
-    (atmosphere, "_LINES", 40),
-    (atmosphere, "_SKY", 12),
+    (atmosphere, "LINES", 40),
+    (atmosphere, "SKY", 12),
     (faces, "LINES", 6),
     (channel_tables, "LINES", 150),
     (channel_tables, "_SOURCE_LINES", 60),
@@ -269,39 +261,3 @@ def small_job(folder_of_the_run):
 def small_build(small_job):
     """Folder of the databases of the small job."""
     return built_once(small_job)
-
-
-@pytest.fixture(scope="session")
-def extra_job(folder_of_the_run):
-    """The small job with all extra tables."""
-    extra = "extra_tables: [weighted_transmittance, normalisation_by_angle]\n"
-    return written_once(folder_of_the_run / "extra", SMALL_JOB + extra)
-
-
-@pytest.fixture(scope="session")
-def extra_build(extra_job, small_build):
-    """Folder of its databases; those that are as the small job's are kept."""
-    with FileLock(extra_job.parent / "lock"):
-        if not (extra_job.parent / "built").exists():
-            shutil.copytree(small_build, extra_job.parent / "built")
-    return built_once(extra_job)
-
-
-@pytest.fixture(scope="session")
-def own_axes(tmp_path_factory):
-    """A database of random values with every quantity on axes of its own, path radiance by scattering angle; and its
-    tables.
-    """
-    draw, tables = np.random.default_rng(12), {}
-    ends = ((0.001, 20.0), (0.01, 1.0), (-90.0, 90.0), (-20.0, 60.0), (0.0, 180.0))
-    for number, (name, (_, count)) in enumerate(QUANTITIES.items()):
-        axes = [np.unique(np.concatenate([limits, draw.uniform(*limits, 2 + number)])) for limits in ends]
-        grid = (ScatteringGrid if count == 5 else PathGrid)(*axes)
-        values = draw.uniform(1.0, 9.0, grid.shape[:count]).astype(np.float32)
-        if name == "beta_star":  # less over longer ranges, so that transmittance falls with range
-            values = np.sort(values, axis=0)[::-1]
-        tables[name] = Gridded(grid, values, np.ones(grid.shape[:3], bool))
-    file = tmp_path_factory.mktemp("own") / "s01b01.atmq.h5"
-    group = atmq_group(tables, Group(), {"source": "sun", "state": "none", "wavelength_um": [8.0, 12.0]})
-    write_file(file, group, Header(ATMQ.name, ATMQ.format_version, "none", "none"))
-    return file, tables

@@ -12,8 +12,6 @@ from skyshine.schemas.commands import allow_outside_option, emit_json, json_opti
 from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
-    from pydantic import BaseModel
-
     from skyshine.mat.api.check import JobCheck
     from skyshine.mat.job.model import Job
 
@@ -39,20 +37,6 @@ _UNKNOWN = (
     "their number is not known before the build has computed the {0}, so the size and time above do not include them:"
     " at most {1:,} nodes of 4 bytes in a table; a build that needs more stops and names the axis that needs the most"
 )
-_IN_CHANNELS = "tables in channels: the size and time above are those of 0.5 K"
-
-
-def _table(grid: str) -> str:
-    return "air along each axis" if grid == "atmosphere_grid" else "temperatures along each axis"
-
-
-def _tolerance_text(tolerance: str | BaseModel) -> str:
-    if isinstance(tolerance, str):
-        return tolerance
-    named = {name: value for name, value in tolerance if value is not None}
-    if len(named) == len(type(tolerance).model_fields) and len(set(named.values())) == 1:
-        return str(next(iter(named.values())))
-    return ", ".join(f"{value} of {name}" for name, value in named.items()) or "nothing"
 
 
 def _shares(job: Job) -> str:
@@ -60,13 +44,12 @@ def _shares(job: Job) -> str:
     accuracy = job.accuracy
     return (
         f"accuracy: {accuracy.pixel} of a pixel, shared out:"
-        f" {_tolerance_text(job.atmosphere_grid.tolerance or 'nothing')} in tables of the air,"
-        f" {_tolerance_text(job.surface_grid.tolerance or 'nothing')} in those of temperatures,"
+        f" {job.atmosphere_grid.tolerance} in tables of the air,"
+        f" {job.surface_grid.tolerance or 'the nodes written'} in those of temperatures,"
         f" {accuracy.spectral_tolerance:.2g} of a value between spectral points,"
-        f" {accuracy.class_tolerance:.2g} of transmittance between materials,"
         f" {accuracy.tilted_faces_k:.2g} K on tilted faces ({job.ambient_harmonics} harmonics),"
-        f" {accuracy.solver_steps} steps of the heat balance, {accuracy.negligible_k:.2g} K left out;"
-        " what the equations average over the band comes on top: mat report measures the pixel"
+        f" {accuracy.solver_steps} steps of the heat balance, {accuracy.negligible_k:.2g} K left out; mat"
+        " report measures the pixel"
     )
 
 
@@ -117,16 +100,16 @@ def _print(result: JobCheck) -> None:
     for source, spans in result.source_up.items():
         times = ", ".join(f"{start} to {end}" for start, end in spans) or "at no time of the day"
         click.echo(f"{source} up on {loaded.trimmed.on_date_of_state(1).site.date}: {times}")
-    if loaded.trimmed.accuracy.pixel:
-        click.echo(_shares(loaded.trimmed))
+    click.echo(_shares(loaded.trimmed))
     click.echo(f"size of the tables before compression: {result.bytes / 1e6:.1f} MB")
     stages = ", ".join(f"{stage} {seconds:.2g}" for stage, seconds in result.seconds.items() if seconds)
     click.echo(f"processor time, estimated within a factor of two: {sum(result.seconds.values()):.0f} s ({stages})")
-    for name in ("atmosphere_grid", "surface_grid"):
-        grid = getattr(loaded.trimmed, name)
-        in_channels = name == "atmosphere_grid" and loaded.trimmed.atmosphere_grid.in_channels
-        if grid.tolerance:
-            click.echo(
-                f"{name}: nodes are placed until {_tolerance_text(grid.tolerance)} holds;"
-                f" {_IN_CHANNELS if in_channels else _UNKNOWN.format(_table(name), grid.most_nodes)}"
-            )
+    job = loaded.trimmed
+    if job.atmosphere_grid.writes_tables:
+        shape = " x ".join(str(len(nodes)) for nodes in job.atmosphere_axes().values())
+        click.echo(f"atmosphere_grid: tables on the five axes of the job too, {shape} nodes")
+    if job.surface_grid.tolerance:
+        click.echo(
+            f"surface_grid: nodes are placed until {job.surface_grid.tolerance} holds;"
+            f" {_UNKNOWN.format('temperatures along each axis', job.surface_grid.most_nodes)}"
+        )

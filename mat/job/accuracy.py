@@ -2,8 +2,7 @@
 
 The error of a pixel is shared out by judgement: nodes of the tables, which cost most, may take all of it, for their
 errors seldom add up, and it is their worst reads that ask for most nodes; spectral points, steps of the heat balance
-and harmonics are cheap and take a third at most. `mat report` measures the sum, and in classic tables what the
-equations of the runtime average over the band, which no table changes.
+and harmonics are cheap and take a third at most. `mat report` measures the sum.
 """
 
 from __future__ import annotations
@@ -18,15 +17,16 @@ from skyshine.mat.job.fields import Tolerance, tolerance, tolerance_parts
 from skyshine.schemas.documents import StrictModel
 
 # Of the pixel's kelvin: relative error of a compiled band (in 3-5 um 3e-3 leave .016 K and 1e-2 .1 K of 99 % of pixels:
-# `mat bench parts`, choice of points), difference of transmittance between materials, ambient light on tilted faces,
-# and what is left out.
-_SPECTRAL, _CLASSES, _FACES, _NEGLIGIBLE = 6e-3, 6e-3, 0.5, 1 / 15
+# `mat bench parts`, choice of points), ambient light on tilted faces, and what is left out.
+_SPECTRAL, _FACES, _NEGLIGIBLE = 6e-3, 0.5, 1 / 15
 _PATHS, _TEMPERATURES = 1.0, 1.0  # of the pixel's kelvin, which the nodes of atmospheric tables and of T may miss
 # Steps of the heat balance a day, from the pixel's kelvin on. On all library materials 99 % of the temperatures are
 # within .32 K with 48, .1 K with 96, .04 K with 192, .012 K with 288; 48 cost as much as 96, 192 a fifth more, 288
 # twice as much as 192.
 _STEPS = ((1.0, 96), (0.2, 192), (0.0, 288))
 SMALLEST_PIXEL_K, LARGEST_PIXEL_K = 0.05, 5.0
+DEFAULT_PIXEL = "0.5 K"
+_SURFACE_NODES = {"azimuth_deg", "slope_deg", "time"}  # axes of temperatures that a job without an accuracy keeps
 
 
 def pixel_kelvin(value: str) -> str:
@@ -48,15 +48,14 @@ def pixel_kelvin(value: str) -> str:
 class Accuracy(StrictModel):
     """How closely the tables are to be computed and measured."""
 
-    pixel: Annotated[Tolerance, pydantic.AfterValidator(pixel_kelvin)] | None = Field(
-        None,
+    pixel: Annotated[Tolerance, pydantic.AfterValidator(pixel_kelvin)] = Field(
+        DEFAULT_PIXEL,
         description=(
-            "Of 99 % of the pixels, such as 0.3 K, the worst within three times; in bands that end before 2.5 um 3 % of"
-            " the light of a sunlit surface that reflects 0.3 counts as 1 K. It gives the other keys, and the"
-            " tolerances of both grids, their values; those that are written keep theirs. Written alone, it may stand"
-            " in the place of all keys: accuracy: 0.3 K. With atmosphere_grid: {layout: classic}, what the equations"
-            " average over the band (reflectance, 1.7 K of 99 % of the pixels of the starter job in 3-5 um) comes on"
-            " top. mat report measures the sum."
+            "Error of 99 % of the pixels, such as 0.3 K, the worst within three times; in bands that end before 2.5 um"
+            " 3 % of the light of a sunlit surface that reflects 0.3 counts as 1 K. It gives the other keys, and the"
+            " tolerances of both grids, their values; those that are written keep theirs. A surface_grid with axes of"
+            " its own keeps these unless the job writes an accuracy. Written alone, it may stand in the place of all"
+            " keys: accuracy: 0.3 K. mat report measures the sum."
         ),
     )
     spectral_tolerance: float = Field(1e-3, ge=1e-4, le=0.05, description="Relative, of a compiled band.")
@@ -72,12 +71,6 @@ class Accuracy(StrictModel):
     )
     solver_steps: Literal[48, 96, 192, 288] = Field(
         192, description="Of the heat balance a day, at least; thin surfaces are solved in 192 or more."
-    )
-    class_tolerance: float = Field(
-        2e-3,
-        ge=1e-4,
-        le=0.1,
-        description="Of transmittance, between materials that share a table of weighted transmittance.",
     )
     tilted_faces_k: float = Field(
         0.15,
@@ -108,21 +101,23 @@ def with_shares(job: Any) -> Any:
 
     Whatever is no mapping, or names no pixel in the right form, is given back as it is, for the models to refuse.
     """
-    if not isinstance(job, dict) or "accuracy" not in job:
+    if not isinstance(job, dict):
         return job
     try:
-        written = by_number(job["accuracy"])
+        written = {"pixel": DEFAULT_PIXEL} | by_number(job.get("accuracy", {}))
         kelvin = tolerance_parts(pixel_kelvin(written["pixel"]))[0]
-    except (ValueError, TypeError, KeyError):
+    except (ValueError, TypeError):
         return job
     shares: dict[str, Any] = {
         "spectral_tolerance": float(np.clip(_SPECTRAL * kelvin, 1e-4, 0.05)),
         "negligible_k": _NEGLIGIBLE * kelvin,
         "solver_steps": next(steps for least, steps in _STEPS if kelvin >= least),
-        "class_tolerance": float(np.clip(_CLASSES * kelvin, 1e-4, 0.1)),
         "tilted_faces_k": float(np.clip(_FACES * kelvin, 0.05, 1.0)),
     }
-    tolerances = {"atmosphere_grid": _PATHS * kelvin, "surface_grid": _TEMPERATURES * kelvin}
+    tolerances = {"atmosphere_grid": _PATHS * kelvin}
+    surface = job.get("surface_grid", {})
+    if "accuracy" in job or not (isinstance(surface, dict) and _SURFACE_NODES & surface.keys()):
+        tolerances["surface_grid"] = _TEMPERATURES * kelvin
     shared = job | {"accuracy": shares | written}
     for name, share in tolerances.items():
         grid = job.get(name, {})

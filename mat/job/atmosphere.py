@@ -22,7 +22,7 @@ from skyshine.mat.atmosphere.state.state import MOST_AIRGLOW
 from skyshine.mat.job.aerosols import MOST_LAYERS, AerosolLayer
 from skyshine.mat.job.clouds import Cloud, Rain
 from skyshine.mat.job.default_nodes import ELEVATIONS_DEG, RANGES_KM, SOURCE_AZIMUTHS_DEG, SOURCE_ELEVATIONS_DEG
-from skyshine.mat.job.fields import Fraction, TimeOfDay, Tolerance, ascending, axis, one_of, tolerance
+from skyshine.mat.job.fields import Fraction, TimeOfDay, Tolerance, ascending, axis, one_of
 from skyshine.mat.job.files import JobFile
 from skyshine.mat.job.presets import presets, with_preset
 from skyshine.mat.job.series import Series
@@ -34,6 +34,8 @@ from skyshine.schemas.errors import nearest
 from skyshine.tmm.job.materials import MaterialName
 
 Edges = tuple[float, float]
+HIGHEST_OBSERVER_KM = 100.0  # top of the atmosphere, from which lines of sight have coordinates
+DEFAULT_TOLERANCE = "0.5 K"
 AUTO = "auto"  # a profile blended by the site's latitude and the date
 TYPICAL = "typical"  # an optical depth by place and month
 
@@ -380,64 +382,45 @@ class Band(StrictModel):
         return self
 
 
-class Tolerances(StrictModel):
-    """By quantity of the atmospheric tables."""
-
-    beta_star: Tolerance | None = Field(
-        None, description="Of transmittance, as the extinction coefficient that stands for it."
-    )
-    path_radiance_ratio: Tolerance | None = Field(
-        None, description="Of the light that the air between surface and observer sends."
-    )
-    ambient_radiance: Tolerance | None = Field(
-        None, description="Of the light of sky and surroundings that surfaces reflect."
-    )
-    direct_radiance: Tolerance | None = Field(None, description="Of the light of the source that surfaces reflect.")
-
-
-def _of_all(value: Any) -> Any:
-    """One tolerance stands for all quantities."""
-    return (
-        value
-        if value is None or isinstance(value, (dict, list, Tolerances))
-        else dict.fromkeys(Tolerances.model_fields, tolerance(str(value)))
-    )
+AXES = ("range_km", "altitude_km", "elevation_deg", "source_elevation_deg", "source_azimuth_deg")
 
 
 class AtmosphereGrid(StrictModel):
-    """Nodes of the atmospheric tables; on an axis that is not written, each quantity has its own."""
+    """Axes of the atmospheric tables and the error of the channels between their ends."""
 
     range_km: Annotated[list[float], axis(0, 100_000)] = Field(
-        [*RANGES_KM], description="From the observer along the line of sight."
+        [*RANGES_KM],
+        description=(
+            "From the observer along the line of sight. The ends of each axis are what the file is for. A job that"
+            " writes all five axes gets the tables of beta*, path, ambient and direct radiance on exactly these nodes"
+            " too, in the group grid of the file, with errors of their own."
+        ),
     )
-    altitude_km: Annotated[list[float], axis(-0.5, 100_000)] | None = Field(
-        None, description="Of the observer above sea level; by default from 2 m to 40 km above the site's ground."
+    altitude_km: Annotated[list[float], axis(-0.5, HIGHEST_OBSERVER_KM)] | None = Field(
+        None,
+        description=(
+            "Of the observer above sea level; by default from 2 m to 40 km above the site's ground. There is no air"
+            f" above {HIGHEST_OBSERVER_KM:g} km: for an observer in space, give the point where its line of sight"
+            " enters the air."
+        ),
     )
     elevation_deg: Annotated[list[float], axis(-90, 90)] = Field(
         [*ELEVATIONS_DEG],
         description="Of the line of sight above the horizon at the observer; -90 looks straight down.",
     )
-    tolerance: Annotated[
-        Tolerances | None, pydantic.BeforeValidator(_of_all, json_schema_input_type=Tolerance | Tolerances | None)
-    ] = Field(
-        None,
+    tolerance: Tolerance = Field(
+        DEFAULT_TOLERANCE,
         description=(
-            "Places the nodes, between the ends of the axes, where the error is: 99 % of all reads are within it, all"
-            " but one or two in ten thousand within twice, in kelvin, percent or radiance of a scene at 300 K (in"
-            " kelvin and percent a surface reflects 0.3 of sky and source, in radiance all); direct light at sunrise"
-            " apart. In bands that end before 2.5 um percent are of the light that such a surface reflects of the"
-            " source outside the atmosphere, and 3 % count as 1 K. One for all quantities, or one by quantity: those"
-            " not named keep the axes as written."
+            "Error that the channels leave at most in 99 % of all reads, in all but one or two in ten thousand within"
+            " three times, in kelvin, percent or radiance of a scene at 300 K (in kelvin and percent a surface reflects"
+            " 0.3 of sky and source, in radiance all). In bands that end before 2.5 um percent are of the light that"
+            " such a surface reflects of the source outside the atmosphere, and 3 % count as 1 K. By default the"
+            " job's accuracy."
         ),
     )
-    layout: Literal["classic", "channels"] | None = Field(
-        None,
-        description=(
-            "Of the atmospheric tables: five axes, or channels, which hold a tolerance with far fewer numbers; by"
-            " default channels where one tolerance stands for all quantities."
-        ),
+    most_nodes: int = Field(
+        20_000_000, ge=32, le=200_000_000, description="Of all fields of the channels that a tolerance places."
     )
-    most_nodes: int = Field(20_000_000, ge=32, le=200_000_000, description="Of a table whose nodes a tolerance places.")
 
     source_elevation_deg: Annotated[list[float], axis(-90, 90)] = Field(
         [*SOURCE_ELEVATIONS_DEG], description="Of Sun and Moon above the horizon."
@@ -448,30 +431,6 @@ class AtmosphereGrid(StrictModel):
     )
 
     @property
-    def written(self) -> frozenset[str]:
-        """Names of the fields that the job writes, without those that only its query limits changed."""
-        return frozenset(name for name in self.model_fields_set if getattr(self, name) is not None)
-
-    @property
-    def in_channels(self) -> bool:
-        """Whether the tables are in channels."""
-        return self._one_for_all if self.layout is None else self.layout == "channels"
-
-    @property
-    def _one_for_all(self) -> bool:
-        """One tolerance stands for all quantities."""
-        return len(self.tolerances) == len(Tolerances.model_fields) and len(set(self.tolerances.values())) == 1
-
-    @pydantic.model_validator(mode="after")
-    def _one_tolerance(self) -> Self:
-        if self.layout == "channels" and not self._one_for_all:
-            raise ValueError(
-                "found layout channels without one tolerance for all quantities; allowed: tolerance: 0.5 K, say; add"
-                " it, or write layout: classic"
-            )
-        return self
-
-    @property
-    def tolerances(self) -> dict[str, str]:
-        """Those that are named, by quantity."""
-        return {name: value for name, value in self.tolerance or () if value is not None}
+    def writes_tables(self) -> bool:
+        """Whether the job writes all five axes, so that its files hold tables on them."""
+        return all(name in self.model_fields_set and getattr(self, name) is not None for name in AXES)

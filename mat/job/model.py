@@ -14,9 +14,8 @@ from pydantic import Field
 
 from skyshine.mat.atmosphere.gases.absorption import check_water_continuum, packaged_water_continuum
 from skyshine.mat.job.accuracy import Accuracy, by_number, with_shares
-from skyshine.mat.job.atmosphere import AtmosphereGrid, Band, State
-from skyshine.mat.job.default_nodes import OBSERVER_HEIGHTS_KM, own_nodes
-from skyshine.mat.job.extra_tables import ExtraTables
+from skyshine.mat.job.atmosphere import AXES, AtmosphereGrid, Band, State
+from skyshine.mat.job.default_nodes import OBSERVER_HEIGHTS_KM
 from skyshine.mat.job.fields import Tolerance, by_hour
 from skyshine.mat.job.leaf_area import LeafAreaIndex
 from skyshine.mat.job.moisture import SoilMoisture
@@ -58,9 +57,6 @@ def _default_continuum() -> WaterContinuum:
     return cast(WaterContinuum, packaged_water_continuum())
 
 
-HIGHEST_IN_CHANNELS_KM = 100.0  # of observers: the top of the atmosphere, from which lines of sight have coordinates
-
-
 class Output(StrictModel):
     """Where the files go."""
 
@@ -75,9 +71,6 @@ class Output(StrictModel):
         le=64,
         description="Of one table, before compression; its computation takes some times as much memory.",
     )
-
-
-_AXES = ("range_km", "altitude_km", "elevation_deg", "source_elevation_deg", "source_azimuth_deg")
 
 
 class Job(StrictModel):
@@ -143,15 +136,6 @@ class Job(StrictModel):
             " the public domain. The heat balance keeps the packaged one."
         ),
     )
-    extra_tables: ExtraTables | None = Field(
-        None,
-        description=(
-            "Beside the classic ones: transmittance of the light that each class of material emits (.thermal_atmq), N_s"
-            " by angle up to grazing light (in .band). By default the first, in bands where the band mean of"
-            " transmittance errs by more than 0.2 K rms over 20 m to 10 km, such as 3-5 um; [] for none. mat report"
-            " measures what each gains and costs."
-        ),
-    )
     query_limits: QueryLimits | None = Field(
         None,
         alias="needs",
@@ -171,31 +155,19 @@ class Job(StrictModel):
         """Altitudes of the atmospheric tables; by default with the base and the top of every cloud, where the view
         changes.
         """
-        return self.atmosphere_grid.altitude_km or self._default_observer_altitudes
-
-    @property
-    def _default_observer_altitudes(self) -> list[float]:
+        if self.atmosphere_grid.altitude_km:
+            return self.atmosphere_grid.altitude_km
         layers = [cloud.layer() for state in self.states for cloud in state.clouds]
         edges = {z / 1e3 for layer in layers for z in (layer.base, layer.top)} - {0.0}
         heights = sorted(set(OBSERVER_HEIGHTS_KM) | edges)
         return [round(self.site.altitude_km + height, 9) for height in heights]
 
-    def atmosphere_axes(self, quantity: str | None = None) -> dict[str, list[float]]:
-        """Nodes of the atmospheric tables by axis: those of the job, or of one quantity by its name in the files, where
-        no tolerance places them.
-        """
-        axes = {name: getattr(self.atmosphere_grid, name) for name in _AXES}
-        axes["altitude_km"] = self.observer_altitudes_km
-        if quantity is None:
-            return axes
-        defaults = AtmosphereGrid().model_dump() | {"altitude_km": self._default_observer_altitudes}
-        lifts = {"altitude_km": self.site.altitude_km}
-        own = {
-            name: own_nodes(quantity, name, axes[name], defaults[name], lifts.get(name, 0.0))
-            for name in _AXES
-            if name not in self.atmosphere_grid.written
+    def atmosphere_axes(self) -> dict[str, list[float]]:
+        """Nodes of the axes of the atmospheric tables."""
+        return {
+            name: self.observer_altitudes_km if name == "altitude_km" else getattr(self.atmosphere_grid, name)
+            for name in AXES
         }
-        return axes | own
 
     @property
     def texture_jobs(self) -> tuple[TextureJob, ...]:
@@ -238,16 +210,6 @@ class Job(StrictModel):
         """The job with its site on the date of a state, counted from 1."""
         day = self.states[index - 1].date or self.site.date
         return self.model_copy(update={"site": self.site.model_copy(update={"date": day})})
-
-    @pydantic.model_validator(mode="after")
-    def _channels_in_the_air(self) -> Self:
-        highest = self.observer_altitudes_km[-1]
-        if self.atmosphere_grid.in_channels and highest > HIGHEST_IN_CHANNELS_KM:
-            raise ValueError(
-                f"found an observer at {highest:g} km with layout channels; allowed: up to {HIGHEST_IN_CHANNELS_KM:g}"
-                " km; write layout: classic, or lower atmosphere_grid.altitude_km"
-            )
-        return self
 
     @pydantic.model_validator(mode="after")
     def _above_ground(self) -> Self:

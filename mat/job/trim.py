@@ -44,9 +44,9 @@ def trimmed(job: Job) -> Job:
     if limits is None:
         return job
     changes: dict[str, dict[str, Any]] = {"atmosphere_grid": {}, "surface_grid": {}}
-    # Between the ends of an axis a tolerance places its nodes anew.
+    # Tables on written axes keep their nodes; between the ends of other axes a tolerance places nodes anew.
     cut = {
-        "atmosphere_grid": between if job.atmosphere_grid.in_channels else around,
+        "atmosphere_grid": around if job.atmosphere_grid.writes_tables else between,
         "surface_grid": around if job.surface_grid.tolerance is None else between,
     }
     for _, grid, name, nodes, limit in limited_axes(job, limits):

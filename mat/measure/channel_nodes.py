@@ -19,8 +19,8 @@ from skyshine.mat.quantities.channels.coordinates import LEVEL
 from skyshine.mat.quantities.channels.nodes import ChannelNodes
 from skyshine.mat.quantities.results import AtmosphericQuantities
 from skyshine.mat.radiometry.scattering_angle import scattering_angle
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.channel_reader import ChannelReader
-from skyshine.mat.tables.channel_table import ChannelTable
 from skyshine.mat.tables.gridded import QUANTITIES
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import CheckFailed
@@ -49,11 +49,11 @@ class ChannelQuantity:
 
     Attributes
     ----------
-    table : ChannelTable
+    table : AtmosphereTable
     name : str
     """
 
-    table: ChannelTable
+    table: AtmosphereTable
     name: str
 
     def read(self, places: dict[str, Floats]) -> Floats:
@@ -69,25 +69,25 @@ class PlacedChannels:
 
     Attributes
     ----------
-    table : ChannelTable
+    table : AtmosphereTable
     nodes : ChannelNodes
     p99, worst : float
         99 and 99.98 % of the errors at random points, of the worst quantity, in the tolerance's unit.
     """
 
-    table: ChannelTable
+    table: AtmosphereTable
     nodes: ChannelNodes
     p99: float
     worst: float
 
 
-def quantities_of(table: ChannelTable) -> dict[str, ChannelQuantity]:
+def quantities_of(table: AtmosphereTable) -> dict[str, ChannelQuantity]:
     """The four quantities of a table."""
     return {name: ChannelQuantity(table, name) for name in QUANTITIES}
 
 
 def placed_channels(
-    table_of: Callable[[ChannelNodes], ChannelTable],
+    table_of: Callable[[ChannelNodes], AtmosphereTable],
     probes: Sequence[Probes],
     nodes: ChannelNodes,
     scale: Scale,
@@ -152,7 +152,7 @@ def placed_channels(
     )
 
 
-def largest_errors(table: ChannelTable, probes: Sequence[Probes], scale: Scale) -> tuple[float, float]:
+def largest_errors(table: AtmosphereTable, probes: Sequence[Probes], scale: Scale) -> tuple[float, float]:
     """99 and 99.98 % of the errors of a table at random points, of the worst quantity, in the scale's unit; `probes` as
     `placed_channels`.
     """
@@ -170,7 +170,7 @@ def _percentile(error: Floats, share: float) -> float:
 
 
 def _placed_anew(
-    nodes: ChannelNodes, table: ChannelTable, groups: Sequence[Probes], scale: Scale, allowed: float
+    nodes: ChannelNodes, table: AtmosphereTable, groups: Sequence[Probes], scale: Scale, allowed: float
 ) -> ChannelNodes:
     """Nodes of which each interval leaves what is allowed, by the reads on the worst lines and on some others."""
     few = [_lines(probes, _worst_lines(table, probes, scale)) for probes in groups]
@@ -234,7 +234,7 @@ def _growth(over: Floats) -> Floats:
     return growth
 
 
-def _worst_lines(table: ChannelTable, probes: Probes, scale: Scale) -> Integers:
+def _worst_lines(table: AtmosphereTable, probes: Probes, scale: Scale) -> Integers:
     """Numbers of the lines of sight with the largest errors, and of some others."""
     tables, worst = quantities_of(table), np.zeros(len(probes.truth.transmittance))
     for name in _OF_PATHS:
@@ -255,7 +255,7 @@ def _lines(probes: Probes, lines: Integers) -> Probes:
     return replace(probes, places=places, ambient_at=probes.ambient_at[:0], truth=AtmosphericQuantities(**truth))
 
 
-def _errors(table: ChannelTable, groups: Sequence[Probes], scale: Scale) -> list[dict[str, Floats]]:
+def _errors(table: AtmosphereTable, groups: Sequence[Probes], scale: Scale) -> list[dict[str, Floats]]:
     """Errors (n, R, S or 1) of transmittance and of path radiance at the probes; not a number behind the ground."""
     tables = quantities_of(table)
     return [
@@ -268,7 +268,7 @@ def _errors(table: ChannelTable, groups: Sequence[Probes], scale: Scale) -> list
     ]
 
 
-def _coordinates(table: ChannelTable, probes: Probes) -> dict[str, Floats]:
+def _coordinates(table: AtmosphereTable, probes: Probes) -> dict[str, Floats]:
     """Places of the probes on each part of each axis, (n, R, S or 1); outside its nodes where they lie in another."""
     places = probes.places
     rays = ChannelReader.of(table.root, table.attributes).rays
@@ -284,7 +284,7 @@ def _coordinates(table: ChannelTable, probes: Probes) -> dict[str, Floats]:
     }
 
 
-def _without_every_second(table: ChannelTable, part: str, nodes: ChannelNodes) -> ChannelTable:
+def _without_every_second(table: AtmosphereTable, part: str, nodes: ChannelNodes) -> AtmosphereTable:
     """The table with every second node of a part of an axis left out, but for its ends."""
     root = table.root
     axis = part if part in root.axes else "direction"

@@ -10,7 +10,6 @@ from skyshine.mat.atmosphere.transfer.line_of_sight import lines_of_sight
 from skyshine.mat.measure.probes import lines_in_cells
 from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.measure.scale import Scale
-from skyshine.mat.quantities.ambient_harmonics import GROUND_TEMPERATURES, AmbientHarmonics
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.facet_light import facet_irradiance
 from skyshine.mat.quantities.formulas import mean_transmittance
@@ -18,11 +17,9 @@ from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.surface_light import radiance_weight
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.radiometry.spherical_harmonics import ambient_of_faces
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS
-from skyshine.mat.tables.axes import AxisRule
-from skyshine.mat.tables.channel_table import ChannelTable
-from skyshine.mat.tables.gridded import AXES, FIELDS, Gridded
-from skyshine.mat.tables.interpolation import interpolate
+from skyshine.mat.tables.gridded import AXES
 from skyshine.schemas.arrays import Floats
 
 LINES, FEWEST_LINES, FACES = 16, 6, 24
@@ -81,23 +78,8 @@ class FaceProbes:
         truth = np.einsum("nfp,np->nf", light, weight) if paths else np.empty((0, FACES))
         return cls(places, normal[kept], kelvin[kept], emissivity * glow, through, truth)
 
-    def errors(self, level: Gridded, harmonics: AmbientHarmonics, scale: Scale | None) -> Floats:
-        """Errors (n, F) of faces read from the tables, in the scale's unit; without a scale in W m^-2 sr^-1."""
-        nodes = {name: getattr(harmonics.grid, field) for name, field in zip(AXES, FIELDS, strict=True)}
-
-        def read(values: Floats, places: dict[str, Floats]) -> Floats:
-            last = np.arange(1, values.shape[-1] + 1)
-            rules = [AxisRule(name, nodes.get(name, np.array(GROUND_TEMPERATURES))) for name in places]
-            where = {name: at[:, None] for name, at in places.items()} | {"harmonic": last}
-            return interpolate(values, [*rules, AxisRule("harmonic", last, "exact")], where)
-
-        warmth = {name: self.places[name] for name in AXES[:3]} | {"ground_temperature": self.ground_temperature}
-        light, ground = read(harmonics.radiance, self.places), read(harmonics.ground, warmth)
-        flat = level.read(self.places)[:, None]
-        return self._errors(flat, light, ground, scale)
-
-    def errors_in_channels(self, table: ChannelTable, scale: Scale | None) -> Floats:
-        """As `errors`, of a database in channels."""
+    def errors(self, table: AtmosphereTable, scale: Scale | None) -> Floats:
+        """Errors (n, F) of faces read from a table, in the scale's unit; without a scale in W m^-2 sr^-1."""
         at = {name: values[:, None] for name, values in self.places.items()}
         path = {name: at[name] for name in AXES[:3]} | {"ground_temperature": self.ground_temperature[:, None]}
         codes, axial = (table.root.axes[name].values for name in ("harmonic", "zonal_harmonic"))

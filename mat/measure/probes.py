@@ -7,7 +7,7 @@ range in each cell of ranges.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -17,7 +17,7 @@ from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import AtmosphericQuantities
-from skyshine.mat.tables.gridded import AXES, QUANTITIES, Gridded
+from skyshine.mat.tables.gridded import AXES, QUANTITIES
 from skyshine.mat.tables.stated_error import ErrorMeasure, measure
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 
@@ -168,32 +168,6 @@ class Probes:
         return [
             measure(name, own[name], as_kelvin[name], as_percent[name], regions=self.regions(name)) for name in tables
         ]
-
-    def lit(self, direct: Gridded) -> Floats:
-        """Share of the corners around each place of direct light that it reaches, each with its weight."""
-        return direct.read_at((direct.values > 0).astype(float), direct.located(self.places))
-
-
-def errors_at(
-    tables: dict[str, Gridded], places: Sequence[Floats], truth: AtmosphericQuantities, scale: Scale | None
-) -> dict[str, Floats]:
-    """Errors of each quantity's interpolation at points above the ground, in the scale's unit; without a scale in the
-    quantity's own.
-
-    Parameters
-    ----------
-    tables : dict of str to Gridded
-    places : five (n,) arrays
-        In the order of `gridded.AXES`.
-    truth : AtmosphericQuantities
-        At the points.
-    """
-    at, errors = dict(zip(AXES, places, strict=True)), {}
-    for name, table in tables.items():
-        read, exact = table.read(at), getattr(truth, QUANTITIES[name][0])
-        error = read - exact if scale is None else scale.error(name, read, exact, truth.transmittance, at["range"])
-        errors[name] = error[truth.valid]
-    return errors
 
 
 def lines_in_cells(base: PathGrid, count: int, generator: np.random.Generator) -> tuple[Floats, Floats, Floats]:

@@ -13,33 +13,27 @@ from typing import Any
 import numpy as np
 
 from skyshine.mat.job.atmosphere import State
+from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
-from skyshine.mat.plan.plan import Kind, Plan, response_planes
+from skyshine.mat.plan.plan import Plan, response_planes
 from skyshine.mat.scene.air_cells import shared_cells
 from skyshine.mat.scene.atmosphere import air_key
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.grids import path_scope
-from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 
 # s for each band, and for each of its spectral points: for the choice of points, and for their errors in an air.
 CHOICE_BAND, CHOICE_POINT = 0.16, 1.3e-3
 TEST_BAND, TEST_POINT = 0.16, 7.0e-4
-# s for each line of sight, each node of the path radiance and each source elevation (sky light), of a table of 44
-# points.
-TABLE_LINE, TABLE_NODE, TABLE_SOURCE, TABLE_POINTS = 8.5e-4, 4.5e-6, 0.09, 44
-# s for harmonics of ambient light at TABLE_POINTS: of the sky, for each source elevation in it, for each line of sight,
-# and for the faces on which they are measured.
-HARMONIC_SKY, HARMONIC_SOURCE, HARMONIC_LINE, HARMONIC_FACES = 0.5, 0.065, 6.0e-4, 0.7
-# s for the fields of tables in channels at 0.5 K, and for the lines on which their nodes are placed and measured.
+TABLE_POINTS = 44  # spectral points for which the constants below hold
+HARMONICS = 1.4  # s for harmonics of ambient light and the faces on which they are measured
+# s for the fields of the channels at 0.5 K, and for the lines on which their nodes are placed and measured.
 CHANNEL_LINES, CHANNEL_PROBES = 6.0, 5.0
+FINEST, FINEST_PRICED = 0.5, 0.05  # tolerance [K] of these, and the finest by which they are multiplied
 SHARED_TABLE, SHARED_PROBES = 0.3, 0.5  # of these, in a state on the nodes of similar airs
 _PARTS = 1000  # lines, to know which share of them samples the part of the paths that needs leave
 COMPILED_POINTS = 64  # the most that a compiled band has
-MEASURED = 1.0  # s for the lines of sight on which a table is measured, at TABLE_POINTS
-# s for each spectral point and range of a line of sight of weighted transmittance, and for each weight there; lines
-# beside the table's.
-EMISSION_END, EMISSION_WEIGHT, EMISSION_LINES = 3e-8, 1.5e-10, 600
+GRID_NODE = 3e-7  # s for each node of path radiance on the axes of a job, evaluated from the channels
 # s for the sky of a state, for each material under it, for placing its times of day, and for each distinct surface
 # column, its forcing included.
 SKY, MATERIAL, TIMES, COLUMN = 0.2, 0.008, 0.01, 2.3e-5
@@ -55,28 +49,18 @@ TEXTURE = 1.0  # s for each texture of a megapixel or so
 
 
 def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
-    """Processor seconds of a build that keeps and finds nothing, by stage.
-
-    Tables whose nodes a tolerance places count as they stand in the job: how many it takes is not known before.
-    """
-    job, grid = loaded.trimmed, loaded.trimmed.atmosphere_grid
+    """Processor seconds of a build that keeps and finds nothing, by stage."""
+    job = loaded.trimmed
     share, part = COMPILED_POINTS / TABLE_POINTS, path_scope(loaded).lines(_PARTS, 0) / _PARTS
     sets, sources = len(job.states), len(job.sources)
     wanted = [job.bands[number - 1] for number in job.needed_bands]
     points = [absorption_table().points(*band.wavenumber_range).wavenumber.size for band in map(response_of, wanted)]
-    path, light = (job.atmosphere_axes(name) for name in ("path_radiance_ratio", "ambient_radiance"))
-    lines = len(light["altitude_km"]) * len(light["elevation_deg"])
-    heights = len(light["source_elevation_deg"])
-    path_lines, nodes = len(path["altitude_km"]) * len(path["elevation_deg"]), prod(map(len, path.values()))
-    one = share * (TABLE_LINE * path_lines + TABLE_NODE * nodes + TABLE_SOURCE * heights)
-    tilted = share if job.ambient_harmonics else 0.0
-    measured, tables, probes = MEASURED * share, float(sets), float(sets)
-    if grid.in_channels:
-        one, measured = CHANNEL_LINES * part * share, CHANNEL_PROBES * share
-        sharing = sets - shared_cells(loaded.requested).count(None)
-        tables = choices(loaded) + SHARED_TABLE * sharing
-        probes = sets - (1 - SHARED_PROBES) * sharing
-    harmonics = tilted * (HARMONIC_SKY + HARMONIC_SOURCE * heights + HARMONIC_LINE * lines)
+    # Half as much work at twice the tolerance: nodes of the two axes that bend most go with its root each.
+    kelvin = FINEST / max(tolerance_parts(job.atmosphere_grid.tolerance)[0], FINEST_PRICED)
+    sharing = sets - shared_cells(loaded.requested).count(None)
+    tables = choices(loaded) + SHARED_TABLE * sharing
+    probes = sets - (1 - SHARED_PROBES) * sharing
+    nodes = prod(map(len, job.atmosphere_axes().values())) if job.atmosphere_grid.writes_tables else 0
     surface = job.surface_grid
     level = int(np.sum(np.isin(surface.slope_deg, (0.0, 180.0))))
     planes = level + (len(surface.slope_deg) - level) * len(surface.azimuth_deg)
@@ -89,21 +73,14 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     shades = sum(FILM_SHADE if film else 1.0 for film in rainy)
     days = sum(length * (FILM if film else 1.0) for length, film in zip(lengths, rainy, strict=True))
     shade_days = sum(length * (FILM_SHADE if film else 1.0) for length, film in zip(lengths, rainy, strict=True))
-    weights = EMISSION_WEIGHT * len(plan.materials) * PLANCK_TEMPERATURES.size
-    emitted = job.atmosphere_axes("beta_star_thermal")
-    emitted_lines = len(emitted["altitude_km"]) * len(emitted["elevation_deg"]) + EMISSION_LINES * part
-    emission = (EMISSION_END + weights) * emitted_lines * len(emitted["range_km"])
-    weighted = {task.band for task in plan.tasks if task.kind is Kind.THERMAL}
     files = sum(len(task.files) for task in plan.tasks)
     return {
         "compile": part * choices(loaded) * (CHOICE_BAND * len(points) + CHOICE_POINT * sum(points))
         + part * distinct_airs(job) * (TEST_BAND * len(points) + TEST_POINT * sum(points)),
-        "atmosphere": tables * len(points) * sources * one,
-        "harmonics": sets * len(points) * sources * harmonics,
-        "accuracy": probes * len(points) * sources * part * (measured + HARMONIC_FACES * tilted),
-        "weighted transmittance": sets
-        * emission
-        * sum(count for number, count in zip(job.needed_bands, points, strict=True) if number in weighted),
+        "atmosphere": tables * len(points) * sources * CHANNEL_LINES * part * share * kelvin,
+        "harmonics": sets * len(points) * sources * HARMONICS * (share if job.ambient_harmonics else 0.0),
+        "accuracy": probes * len(points) * sources * part * CHANNEL_PROBES * share,
+        "grid": GRID_NODE * nodes * sets * len(points) * sources,
         "temperature": sets * SKY
         + solved * material * len(plan.materials)
         + COLUMN * columns * days

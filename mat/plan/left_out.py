@@ -11,10 +11,6 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.job.trim import hours_around, read_share
 from skyshine.materials.library import MaterialLibrary
 
-# Lines of sight are integrated in steps that end at the ranges of a table; mat bench leaving-out measures it, before
-# the ground.
-STEP_BOUND = "0.1 % of a value; of path radiance some percent in cells that reach behind the ground"
-
 PLACED_BOUND = "within that of the table: as many times are placed between the hours as would be equally spaced"
 ANEW_BOUND = "twice {} in 99 % of the reads: nodes are placed anew, and hold it as those of the whole job do"
 
@@ -84,15 +80,12 @@ def _not_needed(loaded: LoadedJob) -> list[LeftOut]:
     tolerance = job.surface_grid.tolerance
     times_bound = "none" if whole.surface_grid.time else PLACED_BOUND
     faces_bound = "none at these faces; others are not known"
-    air_bound, surface_bound = "none", "none"
-    if job.atmosphere_grid.in_channels:
-        (text,) = set(job.atmosphere_grid.tolerances.values())
-        air_bound = ANEW_BOUND.format(text)
+    air_bound, surface_bound = ANEW_BOUND.format(job.atmosphere_grid.tolerance), "none"
     if tolerance is not None:
         surface_bound = times_bound = ANEW_BOUND.format(tolerance)
     source_key = "hours" if needs.source_elevation_deg is None else "source_elevation_deg"
     axes = [
-        ("ranges", "range_km", "range_km", STEP_BOUND if air_bound == "none" else air_bound),
+        ("ranges", "range_km", "range_km", air_bound),
         ("observer altitudes", "altitude_km", "observer_altitude_km", air_bound),
         ("elevations", "elevation_deg", "elevation_deg", air_bound),
         ("source elevations", "source_elevation_deg", source_key, air_bound),

@@ -12,12 +12,8 @@ import numpy as np
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.plan.left_out import LeftOut, tables_left_out, temperature_times
-from skyshine.mat.quantities.ambient_harmonics import GROUND_TEMPERATURES
-from skyshine.mat.radiometry.spherical_harmonics import zonal
-from skyshine.mat.scene.averages import weighted_transmittance_bands
 from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, RESPONSE_HOURS, response_slopes
-from skyshine.mat.tables.band import PLANCK_TEMPERATURES
-from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
+from skyshine.mat.tables.files import atmosphere_file, band_file, state_file
 from skyshine.mat.tables.gridded import QUANTITIES
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError, nearest
@@ -34,19 +30,18 @@ class Kind(StrEnum):
 
     TEXTURE = "texture"
     ATMOSPHERE = "atmosphere"
-    THERMAL = "thermal"
     TEMPERATURE = "temperature"
     BAND = "band"
 
     @property
     def of_state(self) -> bool:
         """Whether its tasks are each of one state, on the date of that state."""
-        return self in (Kind.ATMOSPHERE, Kind.THERMAL, Kind.TEMPERATURE)
+        return self in (Kind.ATMOSPHERE, Kind.TEMPERATURE)
 
     @property
     def reads_materials(self) -> bool:
         """Whether its tasks need the materials that the textures use, so that they wait for the textures."""
-        return self in (Kind.THERMAL, Kind.TEMPERATURE, Kind.BAND)
+        return self in (Kind.TEMPERATURE, Kind.BAND)
 
 
 @dataclass(frozen=True)
@@ -162,15 +157,11 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list[Pat
     job = loaded.trimmed
     materials = used_materials(loaded, library, usage_files)
     tasks = [Task(Kind.TEXTURE, i, 0, (texture_file(loaded, i),), 0) for i in range(len(job.texture_jobs))]
-    states, weighted = len(job.states), weighted_transmittance_bands(job)
+    states = len(job.states)
     for state in range(1, states + 1):
         for band in job.needed_bands:
             files = tuple(atmosphere_file(state, band, source, states) for source in job.sources)
             tasks.append(Task(Kind.ATMOSPHERE, state, band, files, len(files) * _atmosphere_values(job)))
-            if band in weighted:
-                # One class for each material is the most there can be.
-                size = len(materials) * PLANCK_TEMPERATURES.size * _values(job, "beta_star_thermal")
-                tasks.append(Task(Kind.THERMAL, state, band, (thermal_file(state, band, states),), size))
         size = len(materials) * (_surface_values(job) + response_planes(job) * _VALUES_OF_RESPONSE)
         tasks.append(Task(Kind.TEMPERATURE, state, 0, (state_file(state, states),), size))
     tasks += [Task(Kind.BAND, band, band, (band_file(band),), 0) for band in job.needed_bands]
@@ -178,18 +169,11 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list[Pat
 
 
 def _atmosphere_values(job: Job) -> int:
-    if job.atmosphere_grid.in_channels:
+    """Numbers in an atmospheric file: those of the channels, and of the tables on five axes where the job has them."""
+    if not job.atmosphere_grid.writes_tables:
         return _VALUES_IN_CHANNELS
-    count, ambient = job.ambient_harmonics, _values(job, "ambient_radiance")
-    ends = ambient // len(job.atmosphere_axes("ambient_radiance")["source_elevation_deg"])
-    ground = len(GROUND_TEMPERATURES) * len(zonal(count)) * ends
-    return sum(_values(job, name) for name in QUANTITIES) + count * ambient + ground
-
-
-def _values(job: Job, quantity: str) -> int:
-    """Nodes of a quantity of the atmospheric tables, or of the paths of weighted transmittance."""
-    _, count = QUANTITIES.get(quantity, QUANTITIES["beta_star"])
-    return prod(map(len, list(job.atmosphere_axes(quantity).values())[:count]))
+    lengths = [len(nodes) for nodes in job.atmosphere_axes().values()]
+    return _VALUES_IN_CHANNELS + sum(prod(lengths[:count]) for _, count in QUANTITIES.values())
 
 
 def _surface_values(job: Job) -> int:

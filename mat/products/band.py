@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from skyshine.mat.job.extra_tables import NORMALISATION_BY_ANGLE
 from skyshine.mat.measure.band_errors import band_accuracy
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.scene.atmosphere import materials_digest
 from skyshine.mat.scene.bands import response_of
 from skyshine.mat.scene.sources import LONGEST_WAVE, solar_spectrum
-from skyshine.mat.tables.band import band_group, with_fine_normalisation
+from skyshine.mat.tables.band import band_group
 from skyshine.mat.tables.files import BAND
 from skyshine.schemas.hdf5 import Group
 
@@ -31,8 +30,6 @@ class BandProduct:
             "materials_sha256": materials_digest(library, materials),
             "seed": job.accuracy.seed,
         }
-        if NORMALISATION_BY_ANGLE in (job.extra_tables or ()):
-            resolved |= {"extra_tables": [NORMALISATION_BY_ANGLE]}
         return (TableIdentity(context.task.files[0], BAND, f"materials {library.version}", resolved),)
 
     def compute(self, context: Context, report: TaskReport) -> Iterator[Group]:
@@ -43,9 +40,6 @@ class BandProduct:
             response = response_of(job.bands[context.task.band - 1])
             root = band_group(response, materials, solar_spectrum(LONGEST_WAVE))
         root.attributes["band"] = job.band_name(context.task.band)
-        if NORMALISATION_BY_ANGLE in (job.extra_tables or ()):
-            with report.stage(NORMALISATION_BY_ANGLE):
-                root = with_fine_normalisation(root, materials)
         with report.stage("accuracy"):
             root.groups["accuracy"] = band_accuracy(root, response, materials, job.accuracy.seed)
         yield root

@@ -27,11 +27,10 @@ from skyshine.mat.quantities.channels.path_fields import BandLight, path_fields
 from skyshine.mat.quantities.channels.source_parts import SKY_ELEVATIONS, SourceParts, sampled_radiance, source_parts
 from skyshine.mat.quantities.channels.surface_light import SurfaceLight, surface_light
 from skyshine.mat.quantities.channels.wavelength_shares import PartedLight, SamplePaths, WavelengthShares
-from skyshine.mat.quantities.emission import lines_of_sight
-from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.quantities.grid import PathGrid, lines_of_sight
 from skyshine.mat.quantities.line_sources import LineSources
 from skyshine.mat.radiometry.scattering_angle import azimuth_at
-from skyshine.mat.tables.channel_table import ChannelTable
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.channels import ChannelContent, channel_group
 from skyshine.mat.tables.night import dark_elevation
 from skyshine.schemas.arrays import Floats, Integers
@@ -232,7 +231,7 @@ class ChannelTables:
         counts = replace(counts, height=min(counts.height, most))
         return ChannelNodes.of(counts, (lowest, highest), (float(first), float(last)))
 
-    def table(self, nodes: ChannelNodes, sources: SourceParts | None = None) -> ChannelTable:
+    def table(self, nodes: ChannelNodes, sources: SourceParts | None = None) -> AtmosphereTable:
         """The table on some nodes, in memory; by default of the directions of the source that are chosen for it."""
         base, sources = self.base, sources or self.sources(nodes)
         ends = float(base.altitude_km[0]), float(base.altitude_km[-1])
@@ -263,7 +262,7 @@ class ChannelTables:
             dark_elevation(ends[1]),
         )
         group = channel_group(content, Group(), {})
-        return ChannelTable(Path("in memory"), "atmq", group, group.attributes)
+        return AtmosphereTable(Path("in memory"), "atmq", group, group.attributes)
 
     def on_shared(self, shared: SharedNodes, probes: Probes) -> PlacedChannels | None:
         """The table on nodes that states share, if they hold the tolerance on probes, and along the horizon."""

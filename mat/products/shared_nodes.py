@@ -20,7 +20,6 @@ from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import LoadedJob
-from skyshine.mat.job.model import Job
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.products.channel_tables import ChannelTables, SharedNodes
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
@@ -72,7 +71,7 @@ def shared_nodes(
         [over_air(air) for air in airs],
         [everything.wavenumber, everything.weight, everything.gases],
         [path_grid(job), path_scope(loaded), job.atmosphere_grid.most_nodes, job.ambient_harmonics],
-        [job.accuracy.seed, job.accuracy.spectral_tolerance, _tolerance(job)],
+        [job.accuracy.seed, job.accuracy.spectral_tolerance, job.atmosphere_grid.tolerance],
         [(name, _usual(name, everything)) for name in (source, *job.sources)],
     )
     if key not in _shared:
@@ -97,7 +96,7 @@ def _placed(
     """The nodes placed for the first of some airs; None where none hold the tolerance."""
     job, scope, band = loaded.trimmed, path_scope(loaded), band_of_airs(loaded, airs, everything)
     irradiance = _usual(source, band)
-    tolerance, unit = tolerance_parts(_tolerance(job))
+    tolerance, unit = tolerance_parts(job.atmosphere_grid.tolerance)
     light = PartedLight.of(everything.wavenumber, everything.radiance_weight, _usual(source, everything))
     first, *others = (
         ChannelTables(
@@ -121,12 +120,6 @@ def _placed(
 
 def _usual(source: str, band: BandPoints) -> Floats:
     return usual_irradiance(source, band.wavenumber, band.width)
-
-
-def _tolerance(job: Job) -> str:
-    """Of all quantities: tables in channels have one."""
-    (text,) = set(job.atmosphere_grid.tolerances.values())
-    return text
 
 
 def _arrays(shared: SharedNodes | None) -> dict[str, Floats]:

@@ -8,7 +8,6 @@ from typing import Any
 from skyshine.mat.plan.plan import Kind
 from skyshine.mat.products.atmosphere import AtmosphereProduct
 from skyshine.mat.products.band import BandProduct
-from skyshine.mat.products.emission import EmissionProduct
 from skyshine.mat.products.product import Product
 from skyshine.mat.products.temperature import TemperatureProduct
 from skyshine.mat.products.texture import TextureProduct
@@ -16,7 +15,6 @@ from skyshine.mat.products.texture import TextureProduct
 PRODUCTS: Mapping[Kind, Product[Any]] = {
     Kind.TEXTURE: TextureProduct(),  # .tmm
     Kind.ATMOSPHERE: AtmosphereProduct(),  # .atmq, .lunar_atmq
-    Kind.THERMAL: EmissionProduct(),  # .thermal_atmq
     Kind.TEMPERATURE: TemperatureProduct(),  # .htt
     Kind.BAND: BandProduct(),  # .band
 }

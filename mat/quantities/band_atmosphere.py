@@ -113,7 +113,7 @@ class BandAtmosphere:
 
         def line(rays: Rays, altitude: float, row: int) -> dict[str, Floats | Booleans]:
             path = LineOfSight.of(self.air, rays, row, altitude, elevation[row], ranges)
-            sources = LineSources.of_axes(elevation[row], source, last_axis, grid.by_scattering_angle)
+            sources = LineSources.of_axes(elevation[row], source, last_axis, False)
             return self._along([path], [sources], [source], irradiance, sky, wanted)[0]
 
         for place, altitude in enumerate(grid.altitude_km * 1e3):

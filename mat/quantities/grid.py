@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 
 import numpy as np
 
+from skyshine.mat.atmosphere.transfer import line_of_sight
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
@@ -20,8 +24,6 @@ class PathGrid:
         Range, altitude of the observer above sea level, elevation of the line of sight at the observer.
     source_elevation_deg, source_azimuth_deg : (SE,), (SA,) arrays
     """
-
-    by_scattering_angle = False
 
     range_km: Floats
     altitude_km: Floats
@@ -43,7 +45,11 @@ class PathGrid:
         return tuple(getattr(self, field.name).size for field in fields(self))
 
 
-class ScatteringGrid(PathGrid):
-    """Axes with the angle between line of sight and source, 0 to 180 degree, in place of the source's azimuth."""
-
-    by_scattering_angle = True
+def lines_of_sight(
+    air: SpectralAir, range_km: Floats, altitude_km: Floats, elevation_deg: Floats
+) -> Iterator[LineOfSight]:
+    """`line_of_sight.lines_of_sight` for ranges (n, R) [km] from observers at altitudes (n,) [km] and elevations (n,)
+    [degree].
+    """
+    ranges, altitude, elevation = np.asarray(range_km) * 1e3, np.asarray(altitude_km) * 1e3, np.radians(elevation_deg)
+    return line_of_sight.lines_of_sight(air, ranges, altitude, elevation)

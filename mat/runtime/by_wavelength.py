@@ -11,16 +11,14 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 
-def parts_light(air: AtmosphereTable, band: BandTable) -> bool:
-    """Whether both databases hold what is needed.
+def check_same_band(air: AtmosphereTable, band: BandTable) -> None:
+    """Refuse an atmosphere and a band database of different bands.
 
     Raises
     ------
     InputError
-        Both do, and they are not of one band.
+        They are not of one band.
     """
-    if not (air.has_wavelengths and band.has_spectra):
-        return False
     ours, theirs = (np.asarray(table.root.axes["band_wavelength"].values, float) for table in (air, band))
     if ours.shape != theirs.shape or not np.allclose(ours, theirs, rtol=1e-6, atol=0.0):
         raise InputError(
@@ -28,7 +26,6 @@ def parts_light(air: AtmosphereTable, band: BandTable) -> bool:
             " same band; build both from one job",
             file=band.path,
         )
-    return True
 
 
 def emitted_share(spectra: BandSpectra, transmittance: Floats) -> Floats:

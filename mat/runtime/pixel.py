@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.radiometry.lobe import specular_lobe
-from skyshine.mat.runtime.by_wavelength import emitted_share, parts_light, reflected
+from skyshine.mat.runtime.by_wavelength import check_same_band, emitted_share, reflected
 from skyshine.mat.runtime.by_wavelength import transmittance as transmittance_of
 from skyshine.mat.runtime.shade import SHADED_SKY, air_temperature, shaded_temperature
 from skyshine.mat.runtime.walls import beside_walls
@@ -169,19 +169,14 @@ def pixel_radiance(
     normal, to_source, to_observer = (_unit(each) for each in (view.normal, view.to_source, view.to_observer))
     incidence = np.maximum(np.sum(normal * to_source, axis=-1), 0.0)
     blackbody = band.blackbody_radiance(temperature)
-    parted = parts_light(air, band)
-    ambient = _ambient(surface, band, air, faces, view, by_wavelength=parted)
-    if parted:  # inside the integral over the band: (5), (18), (26) and (33)
-        spectra = band.spectra(material=codes, temperature=temperature)
-        direct = air.value_by_wavelength("direct_radiance", **_lit_line(view))
-        depth = air.value_by_wavelength("optical_depth", **_line(view))
-        through = transmittance_of(depth, np.asarray(view.centre_range, float), np.asarray(view.range, float))
-        emitted, sky, beam = emitted_share(spectra, through), reflected(spectra, ambient), reflected(spectra, direct)
-    else:  # by means over the band
-        reflectance = band.value("reflectance", material=codes)
-        direct = air.value("direct_radiance", **_lit_line(view))
-        emitted = (1 - reflectance) * transmittance[:, None]
-        sky, beam = reflectance * ambient[:, None], reflectance * direct[:, None]
+    check_same_band(air, band)
+    ambient = _ambient(surface, band, air, faces, view)
+    # Inside the integral over the band: (5), (18), (26) and (33).
+    spectra = band.spectra(material=codes, temperature=temperature)
+    direct = air.value_by_wavelength("direct_radiance", **_lit_line(view))
+    depth = air.value_by_wavelength("optical_depth", **_line(view))
+    through = transmittance_of(depth, np.asarray(view.centre_range, float), np.asarray(view.range, float))
+    emitted, sky, beam = emitted_share(spectra, through), reflected(spectra, ambient), reflected(spectra, direct)
     sunlit = np.where(incidence > 0, transmittance, 0.0)
     sunlit = sunlit if faces.lit is None else sunlit * faces.lit
     shape = specular_lobe(shininess, to_source[:, None], to_observer[:, None], normal[:, None])
@@ -294,36 +289,30 @@ def _path(air: AtmosphereTable, view: View, beta: Floats) -> Floats:
     return path
 
 
-def _ambient(
-    surface: TemperatureTable, band: BandTable, air: AtmosphereTable, faces: Faces, view: View, *, by_wavelength: bool
-) -> Floats:
-    """L_ambient of the faces (n,) or by wavelength (n, B); of level ones where the file or the view says no more."""
+def _ambient(surface: TemperatureTable, band: BandTable, air: AtmosphereTable, faces: Faces, view: View) -> Floats:
+    """L_ambient of the faces by wavelength (n, B); of level ones where the file or the view says no more."""
     place = _lit_line(view)
-    read = air.value_by_wavelength if by_wavelength else air.value
     if view.source_heading is None or AMBIENT_HARMONICS not in air.quantities:
-        light = read("ambient_radiance", **place)
+        light = air.value_by_wavelength("ambient_radiance", **place)
     else:
         given: dict[str, Any] = {}
         if faces.ground_material is not None:
             given = {"ground_temperature": _ground_temperature(surface, air, faces), "band": band}
         turn = faces.azimuth - view.source_heading
-        light = air.ambient_radiance(slope=faces.slope, azimuth=turn, by_wavelength=by_wavelength, **given, **place)
+        light = air.ambient_radiance(slope=faces.slope, azimuth=turn, by_wavelength=True, **given, **place)
     if faces.sky_view is None or faces.wall_temperature is None:
         return light
 
     def glow(kelvin: Floats) -> Floats:
-        """Of black bodies beside the faces, as `light`."""
-        radiance = band.blackbody_radiance(kelvin)
-        if not by_wavelength:
-            return radiance
+        """Light of black bodies beside the faces, as `light`."""
         share = band.spectra(material=next(iter(band.materials)), temperature=kelvin).emission
         depth = air.value_by_wavelength("optical_depth", **_line(view))
         beta = air.value("beta_star", **_line(view))
         tau = air.transmittance(range=view.centre_range, beta_star=beta)[:, None]
         weight = np.divide(np.exp(-depth), tau, out=np.zeros_like(depth), where=tau > 0)
-        return np.asarray(radiance[:, None] * share * weight)
+        return np.asarray(band.blackbody_radiance(kelvin)[:, None] * share * weight)
 
-    level, ground = read("ambient_radiance", **place), _ground_temperature(surface, air, faces)
+    level, ground = air.value_by_wavelength("ambient_radiance", **place), _ground_temperature(surface, air, faces)
     upward = np.cos(np.radians(faces.slope))
     walled = beside_walls(light, level, glow(faces.wall_temperature), glow(ground), faces.sky_view, upward)
     # The sky hidden by a wall may be brighter than all that the face sees, where its own side of the sky is dark.

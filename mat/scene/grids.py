@@ -9,17 +9,12 @@ from skyshine.mat.atmosphere.transfer.path_axes import PathScope
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.trim import read_share
-from skyshine.mat.quantities.grid import PathGrid, ScatteringGrid
+from skyshine.mat.quantities.grid import PathGrid
 
 
-def path_grid(job: Job, quantity: str | None = None) -> PathGrid:
-    """Axes of the atmospheric tables of a job, or of one quantity where no tolerance places its nodes.
-
-    Path radiance stands by scattering angle where the job does not write the azimuths.
-    """
-    axes = {name: np.asarray(nodes, float) for name, nodes in job.atmosphere_axes(quantity).items()}
-    by_angle = quantity == "path_radiance_ratio" and "source_azimuth_deg" not in job.atmosphere_grid.written
-    return (ScatteringGrid if by_angle else PathGrid)(**axes)
+def path_grid(job: Job) -> PathGrid:
+    """Axes of the atmospheric tables of a job."""
+    return PathGrid(**{name: np.asarray(nodes, float) for name, nodes in job.atmosphere_axes().items()})
 
 
 def path_scope(loaded: LoadedJob) -> PathScope:

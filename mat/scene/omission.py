@@ -13,9 +13,6 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.radiometry.equivalent_temperature import REFERENCE, kelvin_per_radiance
 
-# Of `accuracy.negligible_k` that particles may take together; scattered light may take the remainder.
-_PARTICLES_SHARE = 0.5
-
 
 @dataclass(frozen=True, eq=False)
 class Omission:
@@ -54,8 +51,8 @@ class Omission:
         particles: dict[int, float] = {}
         if tolerance == 0:
             return cls({}, {}, radiance)
-        # Bounds of particles hold at the nodes that a job names, not at those that a tolerance of its grid places.
-        allowed = 0.0 if job.atmosphere_grid.tolerances else _PARTICLES_SHARE * tolerance
+        # Bounds of particles are those at the nodes that a job names; between them only 0 is certain.
+        allowed = 0.0
         for place in np.argsort(bounds.particles, kind="stable"):
             change = float(bounds.particles[place] * kelvin) if bounds.particles[place] > 0 else 0.0
             if not sum(particles.values()) + change <= allowed:

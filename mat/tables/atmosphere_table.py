@@ -1,9 +1,10 @@
-"""Databases of the atmosphere on axes of range, altitude and elevation."""
+"""Databases of the atmosphere: monochromatic channels, read as the quantities of a line of sight."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -12,93 +13,119 @@ import numpy.typing as npt
 from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.mat.tables.ambient import ambient_radiance, stated_ground
-from skyshine.mat.tables.axes import Policy
+from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS, RADIANCE, VALID
+from skyshine.mat.tables.axes import FOLDED, AxisRule, Policy, with_policy
+from skyshine.mat.tables.channel_reader import ChannelReader
 from skyshine.mat.tables.gridded import ANGLE, AXES
-from skyshine.mat.tables.night import SOURCE_ELEVATION, WITHOUT_SOURCE, Night
 from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
 from skyshine.mat.tables.table import Table
-from skyshine.schemas.errors import InputError
+from skyshine.schemas.errors import InputError, nearest
 
-_TURNED = ("elevation", "source_elevation", AXES[-1])  # give the scattering angle
+_PATH = AXES[:3]
+DEPTH = "optical_depth"
+# Axes that each quantity is read by; path radiance takes a scattering angle in place of the azimuth too.
+_READ_BY = {
+    VALID: _PATH,
+    DEPTH: _PATH,
+    "beta_star": _PATH,
+    "path_radiance_ratio": AXES,
+    "ambient_radiance": AXES[:4],
+    "direct_radiance": AXES[:4],
+    AMBIENT_HARMONICS: (*AXES[:4], "harmonic"),
+    GROUND_HARMONICS: (*_PATH, "ground_temperature", "zonal_harmonic"),
+}
+_OF_THE_BAND = ("beta_star", "path_radiance_ratio")  # not parted by wavelength
+_NEAREST_KM, _SHOWN = 1e-3, 40
+_SHOWN_ELEVATIONS = (-90, -60, -40, -20, -10, -5, -3, -2, -1, 0, 1, 2, 3, 5, 10, 20, 40, 60, 90)
+_STORED = {AMBIENT_HARMONICS: "scattered_harmonics", GROUND_HARMONICS: "ground_harmonics"}
 
 
+@dataclass(frozen=True, repr=False)
 class AtmosphereTable(Table):
-    """An ``.atmq`` or ``.lunar_atmq`` database."""
+    """An ``.atmq`` or ``.lunar_atmq`` database.
 
-    def value(self, quantity: str, *, out_of_range: Policy = None, **where: Any) -> npt.NDArray[np.float64]:
-        """As `Table.value`; a table by scattering angle is read by source azimuth too.
-
-        Below the lowest source elevation there is the light that the air emits, by the rule of `night`.
-        """
-        azimuth = AXES[-1]
-        if self._by_angle(quantity) and ANGLE not in where and azimuth in self.fixed_axes | where:
-            where = self._with_angle(where)
-            if isinstance(out_of_range, Mapping):
-                out_of_range = {name: policy for name, policy in out_of_range.items() if name != azimuth}
-        night, height = Night.of(self.root, quantity), where.get(SOURCE_ELEVATION)
-        if night is None or height is None or not night.begins(height):
-            return super().value(quantity, out_of_range=out_of_range, **where)
-        share = night.share(height, out_of_range)
-        where[SOURCE_ELEVATION] = night.within(height)
-        light = share * super().value(quantity, out_of_range=out_of_range, **where)
-        if night.thermal is None:
-            return light
-        names = {rule.name for rule in self.rules(night.thermal)}
-        if isinstance(out_of_range, Mapping):
-            out_of_range = {name: policy for name, policy in out_of_range.items() if name in names}
-        place = {name: values for name, values in where.items() if name in names}
-        return light + (1.0 - share) * super().value(night.thermal, out_of_range=out_of_range, **place)
-
-    def part(self, *, out_of_range: Policy = None, **where: Any) -> Self:
-        """As `Table.part`, at night too."""
-        part, height = super().part(out_of_range=out_of_range, **where), where.get(SOURCE_ELEVATION)
-        if height is None or np.ndim(height) > 0:
-            return part
-        variables = dict(part.root.variables)
-        for quantity in WITHOUT_SOURCE:
-            night = Night.of(self.root, quantity)
-            if night is None or not night.begins(height):
-                continue
-            light, share = variables[quantity], float(night.share(height, out_of_range))
-            data = share * light.data
-            if night.thermal is not None:
-                emitted = variables[night.thermal].data
-                by_source = np.ndim(data) > np.ndim(emitted)
-                data = data + (1.0 - share) * (emitted[..., None] if by_source else emitted)
-            variables[quantity] = replace(light, data=data)
-        return replace(part, root=replace(part.root, variables=variables))
-
-    def nodes_of(self, axis: str) -> npt.NDArray[np.float64]:
-        """Values of an axis at which the table is well looked at: its nodes."""
-        return np.asarray(self.root.axes[axis].values, float)
-
-    def _by_angle(self, quantity: str) -> bool:
-        variable = self.root.variables.get(quantity)
-        return variable is not None and any(dim.endswith(ANGLE) for dim in variable.dims)
-
-    def _with_angle(self, where: dict[str, Any]) -> dict[str, Any]:
-        """The coordinates with the scattering angle in place of the azimuth of the source."""
-        place = self.fixed_axes | where
-        if missing := [name for name in _TURNED if name not in place]:
-            raise InputError(f"the axis '{missing[0]}' is missing; give a value for it")
-        angle = scattering_angle(*(place[name] for name in _TURNED))
-        return {name: values for name, values in where.items() if name != AXES[-1]} | {ANGLE: angle}
-
-    def _coordinates(self, quantity: str, where: dict[str, Any]) -> dict[str, Any]:
-        if self._by_angle(quantity):
-            place = self.fixed_axes | where
-            if ANGLE not in where and all(np.ndim(place.get(name, ())) == 0 for name in _TURNED):
-                where = self._with_angle(where)
-            where = {name: values for name, values in where.items() if name != AXES[-1]}
-        night, height = Night.of(self.root, quantity), where.get(SOURCE_ELEVATION)
-        if night is None or height is None or not night.begins(height):
-            return where
-        return where | {SOURCE_ELEVATION: night.within(height)}
+    Its quantities are computed from the channels when they are read; `part` keeps the whole file, which is small.
+    """
 
     @property
-    def has_wavelengths(self) -> bool:
-        """Whether `value_by_wavelength` can be read: tables in channels alone hold what it needs."""
-        return False
+    def quantities(self) -> list[str]:
+        """Names of the quantities that can be read."""
+        named = [name for name in _READ_BY if name not in (VALID, DEPTH)]
+        return [name for name in named if _STORED.get(name, name) in self.root.variables or name not in _STORED]
+
+    def units(self, quantity: str) -> str:
+        """Units of a quantity."""
+        return {"beta_star": "km", GROUND_HARMONICS: "1"}.get(quantity, RADIANCE)
+
+    @cached_property
+    def _reader(self) -> ChannelReader:
+        return ChannelReader.of(self.root, self.attributes)
+
+    def rules(self, quantity: str, out_of_range: Policy = None) -> list[AxisRule]:
+        """Axes by which a quantity is read, with the ends of what the file is for as nodes."""
+        if quantity not in (*self.quantities, VALID, DEPTH):
+            raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, self.quantities)}", file=self.path)
+        return with_policy([self._rule(name) for name in _READ_BY[quantity]], out_of_range, (*AXES, ANGLE))
+
+    def _rule(self, name: str) -> AxisRule:
+        ends = {
+            "range": np.asarray(self.attributes["range_km"], float),
+            "altitude": np.asarray(self.attributes["altitude_km"], float),
+            "elevation": np.array([-90.0, 90.0]),
+        }
+        if name in ends:
+            return AxisRule(name, np.unique(ends[name]))
+        if name == AXES[-1]:
+            return AxisRule(name, np.array([0.0, 180.0]), FOLDED, 360.0)
+        return AxisRule.of(name, self.root.axes[name])
+
+    def value(self, quantity: str, *, out_of_range: Policy = None, **where: Any) -> npt.NDArray[np.float64]:
+        """As `Table.value`.
+
+        Below the lowest source elevation the light of the source falls as in `night`, down to what the air emits.
+        """
+        if quantity == DEPTH:
+            raise InputError("'optical_depth' is read by wavelength alone; call value_by_wavelength", file=self.path)
+        return self._read(quantity, out_of_range, where, by_wavelength=False)
+
+    def _read(
+        self, quantity: str, out_of_range: Policy, where: dict[str, Any], *, by_wavelength: bool
+    ) -> npt.NDArray[np.float64]:
+        where = {**self.fixed_axes, **where}
+        rules = {rule.name: rule for rule in self.rules(quantity, out_of_range)}
+        angle = where.pop(ANGLE, None) if AXES[-1] in rules else None
+        wanted = set(rules) - ({AXES[-1]} if angle is not None else set())
+        for name in where:
+            if name not in wanted and name not in self.fixed_axes:
+                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(wanted))}", file=self.path)
+        if missing := sorted(wanted - set(where)):
+            raise InputError(f"the axis '{missing[0]}' is missing; give a value for it", file=self.path)
+        if quantity == VALID:
+            places = self._reader.rays.locate(*(where[name] for name in _PATH))
+            return np.asarray(np.asarray(where["range"]) <= places.ground_distance, float)
+        place = _aligned(
+            {name: where[name] for name in rules if name in where} | ({} if angle is None else {ANGLE: angle})
+        )
+        for name in _PATH:
+            place[name] = _within(rules[name], place[name])
+        reader, paths = self._reader, self._reader.paths(*(place[name] for name in _PATH))
+        if quantity == "beta_star":
+            return reader.beta_star(paths, place["range"])
+        if quantity == DEPTH:
+            return reader.depth_by_wavelength(paths)
+        parted = {"by_wavelength": by_wavelength}
+        if quantity == GROUND_HARMONICS:
+            return reader.ground_harmonics(paths, place["ground_temperature"], place["zonal_harmonic"], **parted)
+        source = place["source_elevation"]
+        if quantity == "ambient_radiance":
+            return reader.ambient_radiance(paths, source, out_of_range, **parted)
+        if quantity == "direct_radiance":
+            _within(rules["source_elevation"], np.maximum(source, rules["source_elevation"].nodes[0]))
+            return reader.direct_radiance(paths, source, **parted)
+        if quantity == AMBIENT_HARMONICS:
+            return reader.harmonics(paths, source, place["harmonic"], out_of_range, **parted)
+        turned = place[ANGLE] if angle is not None else scattering_angle(place["elevation"], source, place[AXES[-1]])
+        return reader.path_radiance_ratio(paths, source, turned, out_of_range)
 
     def value_by_wavelength(
         self, quantity: str, *, out_of_range: Policy = None, **where: Any
@@ -123,9 +150,44 @@ class AtmosphereTable(Table):
         InputError
             As `value`; or the file cannot part its light.
         """
-        raise InputError(
-            "holds no light by wavelength; build it with atmosphere_grid: {layout: channels}", file=self.path
-        )
+        parted = [DEPTH, *(name for name in self.quantities if name not in _OF_THE_BAND)]
+        if quantity not in parted:
+            raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, parted)}", file=self.path)
+        return self._read(quantity, out_of_range, where, by_wavelength=True)
+
+    def nodes_of(self, axis: str) -> npt.NDArray[np.float64]:
+        """Values of an axis of the classic quantities at which the table is well looked at."""
+        if axis == "range":
+            nearest_km, farthest = (float(value) for value in self.attributes["range_km"])
+            return np.unique([nearest_km, *np.geomspace(max(nearest_km, _NEAREST_KM), farthest, _SHOWN)])
+        if axis == "altitude":
+            ground = float(self.attributes["ground_altitude_km"])
+            heights = np.asarray(self.root.axes["height_root"].values, float) ** 3
+            # The cube of a root rounds beyond the height.
+            lowest_km, highest_km = (float(value) for value in self.attributes["altitude_km"])
+            return np.clip(ground + heights, lowest_km, highest_km)
+        if axis == "elevation":
+            return np.array(_SHOWN_ELEVATIONS, float)
+        if axis == AXES[-1]:
+            return np.linspace(0.0, 180.0, 13)
+        return super().nodes_of(axis)
+
+    def part(self, *, out_of_range: Policy = None, **where: Any) -> Self:
+        """The table with some axes fixed; pairs of values are checked, and change nothing.
+
+        Raises
+        ------
+        InputError
+            An unknown axis, or a value outside its axis.
+        """
+        known = {rule.name: rule for quantity in self.quantities for rule in self.rules(quantity)}
+        for name, value in where.items():
+            if name not in known and name != ANGLE:
+                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(known))}", file=self.path)
+            if name in _PATH:
+                _within(with_policy([known[name]], out_of_range, (*AXES, ANGLE))[0], np.asarray(value, float))
+        fixed = {name: float(value) for name, value in where.items() if np.ndim(value) == 0}
+        return replace(self, fixed_axes=self.fixed_axes | fixed)
 
     def ambient_radiance(
         self,
@@ -188,45 +250,14 @@ class AtmosphereTable(Table):
         return np.asarray(np.exp(-depth))
 
 
-class ThermalTable(AtmosphereTable):
-    """A ``.thermal_atmq`` database."""
+def _aligned(where: Mapping[str, Any]) -> dict[str, npt.NDArray[Any]]:
+    """Values with as many axes each, in front those of length 1."""
+    arrays = {name: np.asarray(values) for name, values in where.items()}
+    dims = max((values.ndim for values in arrays.values()), default=0)
+    return {name: values.reshape((1,) * (dims - values.ndim) + values.shape) for name, values in arrays.items()}
 
-    def beta_star(
-        self,
-        *,
-        material: Any,
-        temperature: npt.ArrayLike,
-        range: npt.ArrayLike,
-        altitude: npt.ArrayLike,
-        elevation: npt.ArrayLike,
-        out_of_range: Policy = None,
-    ) -> npt.NDArray[np.float64]:
-        """beta* in km of the light that materials emit, in place of beta* in equation (6).
 
-        Parameters
-        ----------
-        material : int, str or array
-            Code or name.
-        temperature : K
-            Of the surface.
-        range, altitude : km
-        elevation : degree
-        out_of_range
-            As in `value`.
-        """
-        return self.value(
-            "beta_star_thermal",
-            material=material,
-            planck_temperature=temperature,
-            range=range,
-            altitude=altitude,
-            elevation=elevation,
-            out_of_range=out_of_range,
-        )
-
-    def value(self, quantity: str, *, out_of_range: Policy = None, **where: Any) -> npt.NDArray[np.float64]:
-        """As `Table.value`; for a material in place of its class too."""
-        if quantity == "beta_star_thermal" and "material" in where and "material_class" not in where:
-            number = super().value("class_of_material", material=where.pop("material"))
-            where["material_class"] = number.astype(int)
-        return super().value(quantity, out_of_range=out_of_range, **where)
+def _within(rule: AxisRule, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Values inside an axis, or an error."""
+    rule.locate(values)
+    return np.asarray(np.clip(values.astype(float), rule.nodes[0], rule.nodes[-1]))

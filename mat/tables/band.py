@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from skyshine.mat.radiometry.band_wavelengths import band_wavelengths, emission_shares, reflectance_spectra
 from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
-from skyshine.mat.radiometry.lobe import SOURCE_ANGLES, normalisation, normalisation_to_grazing, shininess
+from skyshine.mat.radiometry.lobe import SOURCE_ANGLES, normalisation, shininess
 from skyshine.mat.radiometry.reflectance import band_emissivity, band_reflectance
 from skyshine.mat.tables.axes import EXACT, table_axis
 from skyshine.mat.tables.named_materials import with_names
@@ -21,8 +20,6 @@ if TYPE_CHECKING:
 
 TEMPERATURES = np.arange(150.0, 1500.25, 0.5)  # K; linear interpolation is then within 0.01 K from 3 um on
 PLANCK_TEMPERATURES = np.array([200.0, 250.0, 275.0, 300.0, 325.0, 350.0, 400.0, 500.0, 700.0, 1000.0])  # K
-# degree; closer by a constant factor towards grazing light, where N_s falls to 0 the faster the narrower the lobe.
-INCIDENCE_ANGLES = np.concatenate([[0.0], np.round(90.0 - np.geomspace(80.0, 0.02, 48), 3), [90.0]])
 RADIANCE = "W m^-2 sr^-1"
 WAVELENGTH = "band_wavelength"  # axis of spectra that are linear between few wavelengths, here and in channels
 
@@ -59,21 +56,6 @@ def band_group(
     }
     variables |= _reflectances(response, materials, irradiance) | _spectra(response, materials) | _lobes(materials)
     return Group(axes, with_names(variables))
-
-
-def with_fine_normalisation(root: Group, materials: Sequence[Material]) -> Group:
-    """The group of a band with N_s from 0 to 90 degree of incidence beside it."""
-    widths, which = np.unique([m.lobe_fwhm for m in materials], return_inverse=True)
-    values = np.array([normalisation_to_grazing(width, INCIDENCE_ANGLES) for width in widths])
-    axis = table_axis(INCIDENCE_ANGLES, "degree", "angle of incidence, to grazing light")
-    fine = Variable(
-        ("material", "incidence_angle"), values[which], "1", "N_s by angle of incidence, (43), 0 to 90 degree"
-    )
-    return replace(
-        root,
-        axes=root.axes | {"incidence_angle": axis},
-        variables=root.variables | with_names({"normalisation_fine": fine}),
-    )
 
 
 def _reflectances(

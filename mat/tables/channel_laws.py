@@ -9,7 +9,7 @@ import numpy as np
 
 from skyshine.mat.tables.axes import EXACT, AxisRule
 from skyshine.mat.tables.band import WAVELENGTH
-from skyshine.mat.tables.channels import END_RISE, LAYOUT, NODES, SOURCE_SHARE, THERMAL_SHARE
+from skyshine.mat.tables.channels import END_RISE, NODES, SOURCE_SHARE, THERMAL_SHARE
 from skyshine.mat.tables.limits import ROUNDING, Limits
 from skyshine.mat.tables.night import SOURCE_ELEVATION
 from skyshine.schemas.hdf5 import Group
@@ -42,7 +42,6 @@ _HARMONICS: dict[str, tuple[str, ...]] = {
     "scattered_harmonics": ("surface_height", "sky_source_elevation", "harmonic"),
     "ground_harmonics": ("surface_height", "zonal_harmonic"),
 }
-# From format 3.2 on, together or not at all.
 _WAVELENGTHS = dict.fromkeys((THERMAL_SHARE, SOURCE_SHARE), ("channel", WAVELENGTH))
 _LAST_NUMBER = 65535  # of channels and of parts
 _EMISSION = ("ground_temperature", "channel")
@@ -86,9 +85,8 @@ def _wanted(root: Group) -> dict[str, tuple[str, ...]]:
     light = _LIGHT | (_HARMONICS if harmonics else {})
     parts = {name: (f"{name}_part", *dims) for name, dims in light.items()}
     factors = {f"{name}_factor": ("channel", f"{name}_part") for name in light}
-    shares = _WAVELENGTHS if set(_WAVELENGTHS) & set(root.variables) else {}
     bent = {END_RISE: NODES} if END_RISE in root.variables else {}
-    return _ARRAYS | parts | factors | bent | shares | ({"ground_emission": _EMISSION} if harmonics else {})
+    return _ARRAYS | parts | factors | bent | _WAVELENGTHS | ({"ground_emission": _EMISSION} if harmonics else {})
 
 
 def _axes(root: Group, wanted: dict[str, tuple[str, ...]]) -> Iterator[str]:
@@ -104,9 +102,6 @@ def _axes(root: Group, wanted: dict[str, tuple[str, ...]]) -> Iterator[str]:
 
 
 def _attributes(attributes: dict[str, Any]) -> Iterator[str]:
-    layout = attributes.get("layout")
-    if not isinstance(layout, str) or layout != LAYOUT:
-        yield f"layout: found {_shown(layout)}; allowed: '{LAYOUT}'"
     for name, limits in _NUMBERS.items():
         value = _numbers(attributes.get(name))
         if value.shape != () or limits.outside(value):

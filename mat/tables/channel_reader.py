@@ -123,11 +123,6 @@ class ChannelReader:
         absorptance = self._mean(paths)[1]
         return np.asarray(radiance / np.where(absorptance > 0, absorptance, np.inf))
 
-    @property
-    def by_wavelength(self) -> bool:
-        """Whether the light of the channels can be parted by wavelength; it cannot in files before format 3.2."""
-        return THERMAL_SHARE in self.root.variables and SOURCE_SHARE in self.root.variables
-
     def depth_by_wavelength(self, paths: ChannelPaths) -> Floats:
         """-ln of the transmittance of emitted light at the wavelengths of the band, (..., B); above 0 at a range of 0,
         as of `SHORTEST_KM` of air.
@@ -261,7 +256,7 @@ class ChannelReader:
         return logarithm.reshape(shape), absorptance.reshape(shape)
 
     def _night(self) -> Night:
-        return Night(AxisRule.of("source_elevation", self.root.axes["source_elevation"]), None)
+        return Night(AxisRule.of("source_elevation", self.root.axes["source_elevation"]))
 
     def _fields(self, name: str, places: RayPlaces) -> Floats:
         """A field at places, one for each part in front where it has parts."""

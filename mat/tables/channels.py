@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from skyshine.mat.quantities.channels.wavelength_shares import WavelengthShares
     from skyshine.schemas.arrays import Floats
 
-LAYOUT = "channels"
 NODES = ("share", "height_root", "direction")
 END_RISE = "end_rise"
 THERMAL_SHARE, SOURCE_SHARE = "thermal_wavelength_share", "source_wavelength_share"
@@ -90,7 +89,6 @@ def channel_group(content: ChannelContent, accuracy: Group, attributes: Mapping[
         part.axes.update(added.axes)
         part.variables.update(added.variables)
     own = {
-        "layout": LAYOUT,
         "ground_altitude_km": content.rays.ground_km,
         "scale_height_km": content.rays.scale_height_km,
         "range_km": list(content.range_km),

@@ -28,27 +28,12 @@ class FileType:
 
 
 HTT = FileType("htt", "1.8.0", "Surface temperatures through the day")
-ATMQ = FileType("atmq", "2.4.0", "Atmospheric quantities with the Sun as source")
-LUNAR_ATMQ = FileType("lunar_atmq", "2.4.0", "Atmospheric quantities with the Moon as source")
-ATMQ_CHANNELS = FileType("atmq", "3.4.0", "Atmospheric quantities with the Sun as source, in channels")
-LUNAR_ATMQ_CHANNELS = FileType("lunar_atmq", "3.4.0", "Atmospheric quantities with the Moon as source, in channels")
-THERMAL_ATMQ = FileType("thermal_atmq", "1.2.0", "Transmittance of the light that classes of material emit")
-BAND = FileType("band", "1.5.0", "Blackbody radiance and material properties of a spectral band")
+ATMQ = FileType("atmq", "4.0.0", "Atmospheric quantities with the Sun as source")
+LUNAR_ATMQ = FileType("lunar_atmq", "4.0.0", "Atmospheric quantities with the Moon as source")
+BAND = FileType("band", "1.6.0", "Blackbody radiance and material properties of a spectral band")
 # Of one line of sight, written by `mat spectrum` and in no catalogue.
 SPECTRUM = FileType("spectrum", "1.0.0", "Spectra of one line of sight")
-# Those of a build, by name; a name may have two, which differ in the major version.
-FORMATS: dict[str, tuple[FileType, ...]] = {
-    "htt": (HTT,),
-    "atmq": (ATMQ, ATMQ_CHANNELS),
-    "lunar_atmq": (LUNAR_ATMQ, LUNAR_ATMQ_CHANNELS),
-    "thermal_atmq": (THERMAL_ATMQ,),
-    "band": (BAND,),
-}
-
-
-def majors(name: str) -> tuple[int, ...]:
-    """Major versions of the formats of a file type."""
-    return tuple(kind.major for kind in FORMATS[name])
+FORMATS: dict[str, FileType] = {kind.name: kind for kind in (HTT, ATMQ, LUNAR_ATMQ, BAND)}  # those of a build
 
 
 def state_label(state: int, states: int = 1) -> str:
@@ -64,11 +49,6 @@ def state_file(state: int, states: int = 1) -> str:
 def atmosphere_file(state: int, band: int, source: str, states: int = 1) -> str:
     """Name of the atmospheric table of a state, band and source ('sun' or 'moon')."""
     return f"{state_label(state, states)}b{band:02d}.{'atmq' if source == 'sun' else 'lunar_atmq'}.h5"
-
-
-def thermal_file(state: int, band: int, states: int = 1) -> str:
-    """Name of the table of weighted transmittance of a state and band."""
-    return f"{state_label(state, states)}b{band:02d}.{THERMAL_ATMQ.name}.h5"
 
 
 def band_file(band: int) -> str:

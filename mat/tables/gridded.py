@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.mat.tables.axes import AxisRule
 from skyshine.mat.tables.interpolation import interpolate
 
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
 
 AXES = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
 FIELDS = ("range_km", "altitude_km", "elevation_deg", "source_elevation_deg", "source_azimuth_deg")
-ANGLE = "scattering_angle"  # stands in place of the azimuth
+ANGLE = "scattering_angle"  # may replace the azimuth when path radiance is read
 # Names in the files and in `AtmosphericQuantities`, and how many of the axes each has.
 QUANTITIES = {
     "beta_star": ("beta_star", 3),
@@ -53,28 +52,14 @@ class Gridded:
     @property
     def axes(self) -> tuple[str, ...]:
         """Names of the axes of `values`."""
-        names = (*AXES[:4], ANGLE) if self.grid.by_scattering_angle else AXES
-        return names[: self.values.ndim]
+        return AXES[: self.values.ndim]
 
     @property
     def nodes(self) -> list[np.ndarray]:
-        """Those of each axis of `values`."""
+        """Nodes of each axis of `values`."""
         return [getattr(self.grid, field) for field in FIELDS][: self.values.ndim]
-
-    def located(self, places: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """Places by the names of `AXES`, as coordinates on the axes of `values`."""
-        coordinates = {name: places[name] for name in self.axes if name != ANGLE}
-        if ANGLE in self.axes:
-            coordinates[ANGLE] = scattering_angle(
-                places["elevation"], places["source_elevation"], places["source_azimuth"]
-            )
-        return coordinates
 
     def read(self, places: dict[str, np.ndarray]) -> np.ndarray:
         """Interpolated values at places by the names of `AXES`, broadcast against each other."""
-        return self.read_at(self.values, self.located(places))
-
-    def read_at(self, values: np.ndarray, located: dict[str, np.ndarray]) -> np.ndarray:
-        """Interpolated values of an array on these axes, at coordinates on them."""
         rules = [AxisRule(name, nodes) for name, nodes in zip(self.axes, self.nodes, strict=True)]
-        return interpolate(values, rules, located)
+        return interpolate(self.values, rules, {name: places[name] for name in self.axes})

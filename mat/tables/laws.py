@@ -10,10 +10,10 @@ import numpy.typing as npt
 
 from skyshine.mat.quantities.formulas import BETA_CAP_KM
 from skyshine.mat.radiometry.spherical_harmonics import COUNTS, HARMONICS, zonal
+from skyshine.mat.tables.atmq import GRID
 from skyshine.mat.tables.axes import FOLDED, PERIODIC, AxisRule
 from skyshine.mat.tables.band import WAVELENGTH
 from skyshine.mat.tables.channel_laws import broken_channel_laws
-from skyshine.mat.tables.files import ATMQ_CHANNELS
 from skyshine.mat.tables.limits import LIMITS, ROUNDING
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group
@@ -24,7 +24,6 @@ Law = Callable[[Group], Iterator[str]]
 
 PATH = ("range", "altitude", "elevation")
 TEXEL_ROWS = 256  # of the arrays of a texture read at a time, which have rows in common
-# Of a band, from format 1.5 on: together or not at all.
 _SPECTRA = {"reflectance_spectrum": ("material", WAVELENGTH), "emission_share": ("planck_temperature", WAVELENGTH)}
 
 
@@ -144,38 +143,19 @@ def _accuracy(root: Group) -> Iterator[str]:
                     yield from _where(f"accuracy/{name}", values, wrong, f"reach the {smaller} of the same errors")
 
 
-def _transmittance(name: str) -> Law:
-    """Transmittance falls with range, from the beta* of that name."""
-
-    def law(root: Group) -> Iterator[str]:
-        beta = _values(root, name)
-        if beta is None:
-            return
-        dims = [dim.removeprefix(f"{name}_") for dim in root.variables[name].dims]
-        if LIMITS[name].outside(beta).any() or "range" not in dims:
-            return
-        axis = dims.index("range")
-        span = np.asarray(root.axes[root.variables[name].dims[axis]].values, float)
-        yield from _where(f"{name} over range", span, span < 0, "lie at 0 or above")
-        depth = np.moveaxis(span / np.moveaxis(beta, axis, -1), -1, 0)  # -ln(transmittance), but for a factor
-        # beta* at its cap says that the path holds no air: its depth is a bound, not a value.
-        thin = np.moveaxis(beta, axis, 0)[1:] >= BETA_CAP_KM * (1 - ROUNDING)
-        grows = (depth[1:] >= depth[:-1] * (1 - ROUNDING)) | thin
-        air = _air(root, root.variables[name].dims, axis, grows.shape)
-        yield from _where(f"{name} over range", depth[1:], ~grows & air, "give a transmittance that falls with range")
-
-    return law
-
-
-def _air(root: Group, dims: tuple[str, ...], axis: int, shape: tuple[int, ...]) -> npt.NDArray[np.bool_]:
-    """Where both ends of each step of range lie in air, of an array whose range axis comes first; True where the file
-    does not say.
-    """
-    valid = _values(root, "valid")
-    if valid is None or tuple(dims[-len(PATH) :]) != PATH or root.variables["valid"].dims != PATH:
-        return np.ones(shape, bool)
-    both = (valid[1:] == 1) & (valid[:-1] == 1)
-    return np.broadcast_to(both.reshape(both.shape[:1] + (1,) * (len(shape) - both.ndim) + both.shape[1:]), shape)
+def _falls_with_range(root: Group) -> Iterator[str]:
+    """Transmittance falls with range where both ends of a step lie in air."""
+    beta, valid = _values(root, "beta_star"), _values(root, "valid")
+    if beta is None or root.variables["beta_star"].dims != PATH or LIMITS["beta_star"].outside(beta).any():
+        return
+    span = np.asarray(root.axes[PATH[0]].values, float)
+    yield from _where("beta_star over range", span, span < 0, "lie at 0 or above")
+    depth = span[:, None, None] / beta  # -ln(transmittance), but for a factor
+    # beta* at its cap says that the path holds no air: its depth is a bound, not a value.
+    thin = beta[1:] >= BETA_CAP_KM * (1 - ROUNDING)
+    grows = (depth[1:] >= depth[:-1] * (1 - ROUNDING)) | thin
+    air = True if valid is None or valid.shape != beta.shape else (valid[1:] == 1) & (valid[:-1] == 1)
+    yield from _where("beta_star over range", depth[1:], ~grows & air, "give a transmittance that falls with range")
 
 
 def _mask(root: Group) -> Iterator[str]:
@@ -213,16 +193,14 @@ def broken_spectrum_laws(root: Group) -> Iterator[str]:
     ----------
     root : Group
     """
-    if not set(_SPECTRA) & set(root.variables):
-        return
     for name, dims in _SPECTRA.items():
         if name not in root.variables:
-            yield f"the array '{name}' is missing; a file with spectra must hold it"
+            yield f"the array '{name}' is missing; a band must hold it"
         elif tuple(root.variables[name].dims) != dims:
             yield f"'{name}' is on the axes {', '.join(root.variables[name].dims)}; allowed: {', '.join(dims)}"
     for name in sorted({dim for dims in _SPECTRA.values() for dim in dims}):
         if name not in root.axes:
-            yield f"the axis '{name}' is missing; a file with spectra must hold it"
+            yield f"the axis '{name}' is missing; a band must hold it"
         elif np.any(np.asarray(root.axes[name].attributes.get("period", 0.0)) != 0.0):
             yield f"{name}: found a period; allowed: none"
     shares = _values(root, "emission_share")
@@ -247,13 +225,6 @@ def _band(root: Group) -> Iterator[str]:
         yield from _where("emissivity_planck", emitted, emitted + warm > 1 + ROUNDING, "stay below 1 - reflectance")
 
 
-def _classes(root: Group) -> Iterator[str]:
-    number, axis = _values(root, "class_of_material"), root.axes.get("material_class")
-    if number is not None and axis is not None:
-        wrong = ~np.isin(number, np.asarray(axis.values))
-        yield from _where("class_of_material", number, wrong, "name nodes of material_class")
-
-
 def _classifier(root: Group) -> Iterator[str]:
     colour = root.groups.get("colour", Group())
     covariance, prior = _values(colour, "covariance"), _values(colour, "log_prior")
@@ -270,17 +241,18 @@ def _classifier(root: Group) -> Iterator[str]:
         yield from _where("network/scale", scale, ~(scale > 0), "lie above 0")
 
 
-def _channels(root: Group) -> Iterator[str]:
-    if str(root.attributes.get("format_version", "")).split(".")[0] == str(ATMQ_CHANNELS.major):
-        yield from broken_channel_laws(root)
+def _grid(root: Group) -> Iterator[str]:
+    """Tables on five axes: their limits, their mask, and a transmittance that falls with range."""
+    grid = root.groups.get(GRID)
+    for law in (broken_rules_of_axes, _limits, _falls_with_range, _mask, _accuracy) if grid is not None else ():
+        yield from (f"{GRID}/{line}" for line in law(grid))
 
 
-_ATMOSPHERE: tuple[Law, ...] = (_transmittance("beta_star"), _mask, _channels)
+_ATMOSPHERE: tuple[Law, ...] = (broken_channel_laws, _grid)
 LAWS: dict[str, tuple[Law, ...]] = {
     "htt": (_diagnostics, _materials),
     "atmq": _ATMOSPHERE,
     "lunar_atmq": _ATMOSPHERE,
-    "thermal_atmq": (_transmittance("beta_star_thermal"), _mask, _classes, _materials),
     "band": (_band, broken_spectrum_laws, _materials),
     "tmm-model": (_classifier,),
 }

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from skyshine.mat.tables.atmosphere_table import AtmosphereTable, ThermalTable
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.atmq import GRID, GridTable
 from skyshine.mat.tables.channel_laws import broken_channel_laws
-from skyshine.mat.tables.channel_table import ChannelTable
-from skyshine.mat.tables.files import ATMQ_CHANNELS, BAND, FORMATS, HTT, THERMAL_ATMQ, majors
+from skyshine.mat.tables.files import ATMQ, BAND, FORMATS, HTT, LUNAR_ATMQ
 from skyshine.mat.tables.laws import broken_rules_of_axes, broken_spectrum_laws
 from skyshine.mat.tables.limits import refuse_values
 from skyshine.mat.tables.raw import ENDING, read_raw
@@ -22,14 +22,20 @@ from skyshine.schemas.hdf5 import check_version, read_file
 from skyshine.schemas.paths import StrPath
 
 
-def open_table(path: StrPath) -> Table:
+def open_table(path: StrPath, *, grid: bool = False) -> Table:
     """Open any database of the table builder, or the header of its flat export.
+
+    Parameters
+    ----------
+    path : path
+    grid : bool
+        Whether the tables of an atmosphere on the five axes of its job are read in place of its channels.
 
     Returns
     -------
     Table
-        Of the class of its type: `TemperatureTable`, `BandTable`, or `AtmosphereTable` with those made from it. A
-        script whose types are checked says which it expects by `isinstance`.
+        Of the class of its type: `TemperatureTable`, `BandTable`, `AtmosphereTable` or `GridTable`. A script whose
+        types are checked says which it expects by `isinstance`.
 
     Raises
     ------
@@ -65,12 +71,24 @@ def open_table(path: StrPath) -> Table:
     filetype, version = (str(attributes.get(name)) for name in ("filetype", "format_version"))
     if filetype not in FORMATS:
         raise InputError(f"holds '{filetype}'; {nearest(filetype, FORMATS)}; name another file", file=path)
-    check_version(path, filetype, version, *majors(filetype))
+    check_version(path, filetype, version, FORMATS[filetype].major)
     for line in (*broken_rules_of_axes(root), *(broken_spectrum_laws(root) if filetype == BAND.name else ())):
         raise InputError(f"{line}; build the file again", file=path)
-    kinds = {HTT.name: TemperatureTable, BAND.name: BandTable, THERMAL_ATMQ.name: ThermalTable}
-    channels = "atmq" in filetype and version.split(".")[0] == str(ATMQ_CHANNELS.major)
-    for line in broken_channel_laws(root) if channels else ():
-        raise InputError(f"{line}; build the file again", file=path)
-    kind = ChannelTable if channels else kinds.get(filetype, AtmosphereTable)
+    if filetype in (ATMQ.name, LUNAR_ATMQ.name):
+        for line in broken_channel_laws(root):
+            raise InputError(f"{line}; build the file again", file=path)
+        if grid and GRID not in root.groups:
+            raise InputError(
+                "holds no tables on five axes; write range_km, altitude_km, elevation_deg, source_elevation_deg and"
+                " source_azimuth_deg under atmosphere_grid of the job and build it again, or use mat export --axes",
+                file=path,
+            )
+        return (
+            GridTable(path, filetype, root.groups[GRID], attributes)
+            if grid
+            else AtmosphereTable(path, filetype, root, attributes)
+        )
+    if grid:
+        raise InputError(f"holds '{filetype}'; allowed with grid: atmq, lunar_atmq; leave grid out", file=path)
+    kind = TemperatureTable if filetype == HTT.name else BandTable
     return kind(path, filetype, root, attributes)

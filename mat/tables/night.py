@@ -12,24 +12,15 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
-from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, THERMAL_AMBIENT, THERMAL_HARMONICS, THERMAL_PATH
 from skyshine.mat.tables.axes import AxisRule, Policy, with_policy
 from skyshine.mat.tables.gridded import ANGLE, AXES
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5 import Group
 
 # Elevations [degree] of the centre of the Sun at which astronomical and civil twilight end (Explanatory Supplement to
 # the Astronomical Almanac, Seidelmann 1992, section 9.33).
 ASTRONOMICAL_TWILIGHT, CIVIL_TWILIGHT = -18.0, -6.0
 SOURCE_ELEVATION = "source_elevation"
-# The array that a quantity equals without its source; none for direct light.
-WITHOUT_SOURCE = {
-    "path_radiance_ratio": THERMAL_PATH,
-    "ambient_radiance": THERMAL_AMBIENT,
-    "direct_radiance": None,
-    AMBIENT_HARMONICS: THERMAL_HARMONICS,
-}
 
 
 def dark_elevation(highest_km: float) -> float:
@@ -45,18 +36,15 @@ def dark_elevation(highest_km: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Night:
-    """How one quantity is read below the lowest source elevation.
+    """How light of the source is read below its lowest elevation.
 
     Attributes
     ----------
     rule : AxisRule
-        Of the source elevation.
-    thermal : str or None
-        The array that holds the quantity without its source.
+        Axis of the source elevation.
     """
 
     rule: AxisRule
-    thermal: str | None
 
     @property
     def lowest(self) -> float:
@@ -67,25 +55,6 @@ class Night:
     def dark_below(self) -> float:
         """The elevation at and below which there is no light of the source [degree]."""
         return self.rule.dark_below
-
-    @classmethod
-    def of(cls, root: Group, quantity: str) -> Night | None:
-        """The rule of a file for a quantity; None where there is no such rule."""
-        if quantity not in WITHOUT_SOURCE or quantity not in root.variables or THERMAL_PATH not in root.variables:
-            return None
-        dims = [dim for dim in root.variables[quantity].dims if dim.endswith(SOURCE_ELEVATION)]
-        if not dims:
-            return None
-        rule = AxisRule.of(SOURCE_ELEVATION, root.axes[dims[0]])
-        thermal = WITHOUT_SOURCE[quantity]
-        if np.isnan(rule.dark_below) or (thermal is not None and thermal not in root.variables):
-            return None
-        return cls(rule, thermal)
-
-    def begins(self, elevation: npt.ArrayLike) -> bool:
-        """Whether one of the elevations [degree] is read by this rule."""
-        height = np.asarray(elevation, float)
-        return bool(np.any((height < self.lowest) & np.isfinite(height)))
 
     def share(self, elevation: npt.ArrayLike, out_of_range: Policy) -> Floats:
         """Share of the light of the lowest node at elevations [degree]; 1 at and above that node.

@@ -9,9 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
-from skyshine.mat.tables.atmosphere_table import AtmosphereTable, ThermalTable
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.axes import PERIODIC
-from skyshine.mat.tables.channel_table import ChannelTable
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.surface_tables import TemperatureTable
 from skyshine.mat.tables.table import Table
@@ -48,13 +47,11 @@ def draw(file: StrPath, picture: StrPath) -> Path:
     """
     table = open_table(file)
     with chart_style():
-        figure = new_figure(*((11.5, 9.2) if type(table) in (AtmosphereTable, ChannelTable) else (12.5, 4.6)))
+        figure = new_figure(*((11.5, 9.2) if isinstance(table, AtmosphereTable) else (12.5, 4.6)))
         names = ", ".join(str(table.attributes[key]) for key in NAMED if key in table.attributes)
         figure.suptitle(f"{table.path.name}  ({table.attributes['title']})  {names}".rstrip(), fontsize=10)
         if isinstance(table, TemperatureTable):
             _temperatures(figure, table)
-        elif isinstance(table, ThermalTable):
-            _thermal(figure, table)
         elif isinstance(table, AtmosphereTable):
             _atmosphere(figure, table)
         else:
@@ -163,46 +160,6 @@ def _atmosphere(figure: Figure, table: AtmosphereTable) -> None:
         xlabel="source elevation, °", ylabel="W m$^{-2}$ sr$^{-1}$", title=f"light of sky and source at {low:g} km"
     )
     name_lines(source)
-
-
-def _thermal(figure: Figure, table: ThermalTable) -> None:
-    """Transmittance of each class over range along the level, and against the temperature of the surface at one
-    range.
-    """
-    axes, variables = table.root.axes, table.root.variables
-    by_range, by_temperature = figure.subplots(1, 2)
-    low, level = float(axes["altitude"].values[0]), float(np.clip(0.0, *axes["elevation"].values[[0, -1]]))
-    classes = axes["material_class"].values[:SHOWN]
-    names = variables["material_name"].data[np.argsort(variables["class_of_material"].data, kind="stable")]
-    sizes = np.bincount(variables["class_of_material"].data)
-    ranges, kelvin = _ranges(table), axes["planck_temperature"].values
-    if not ranges.size:
-        return
-    where: dict[str, Any] = {"altitude": low, "elevation": level, "out_of_range": {"range": "clamp"}}
-    first, half = 0, None
-    for number in classes:
-        count = sizes[number]
-        label = names[first] + (f" and {count - 1} more" if count > 1 else "")
-        first += count
-        tau = table.transmittance(
-            range=ranges,
-            beta_star=table.value(
-                "beta_star_thermal", material_class=number, planck_temperature=300.0, range=ranges, **where
-            ),
-        )
-        (line,) = by_range.semilogx(ranges, tau, label=label)
-        half = ranges[np.argmin(np.abs(tau - 0.5))] if half is None else half
-        beta = table.value("beta_star_thermal", material_class=number, planck_temperature=kelvin, range=half, **where)
-        by_temperature.plot(kelvin, table.transmittance(range=half, beta_star=beta), color=line.get_color())
-    by_range.set(
-        xlabel="range, km",
-        ylabel="transmittance",
-        title=f"emitted at 300 K, seen from {low:g} km at {level:g}°",
-        ylim=(-0.02, 1.02),
-    )
-    by_temperature.set(xlabel="temperature of the surface, K", ylabel="transmittance", title=f"over {half:.3g} km")
-    by_range.set_xlim(ranges[0], ranges[-1])
-    name_lines(by_range)
 
 
 def _ranges(table: AtmosphereTable) -> np.ndarray:

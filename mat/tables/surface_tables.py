@@ -223,11 +223,6 @@ class BandTable(Table):
         """Band radiance of a black body, equation (7), W m^-2 sr^-1, at `temperature` in kelvin."""
         return self.value("blackbody_radiance", temperature=temperature)
 
-    @property
-    def has_spectra(self) -> bool:
-        """Whether `spectra` can be read: from format 1.5 on."""
-        return "reflectance_spectrum" in self.root.variables
-
     def spectra(self, *, material: Any, temperature: npt.ArrayLike) -> BandSpectra:
         """Reflectance and emission by wavelength, of materials at temperatures in kelvin.
 
@@ -236,10 +231,8 @@ class BandTable(Table):
         Raises
         ------
         InputError
-            A material that the table lacks, or a file of a format before 1.5.
+            A material that the table lacks.
         """
-        if not self.has_spectra:
-            raise InputError("holds no reflectance by wavelength; build it again", file=self.path)
         nodes = np.asarray(self.root.axes[WAVELENGTH].values, float)
         where: dict[str, Any] = {WAVELENGTH: nodes}
         codes, kelvin = self.material_codes(material)[..., None], np.asarray(temperature, float)[..., None]
@@ -252,11 +245,5 @@ class BandTable(Table):
     def normalisation(
         self, *, material: Any, angle: npt.ArrayLike, out_of_range: Policy = None
     ) -> npt.NDArray[np.float64]:
-        """N_s of (43) at angles of incidence in degree.
-
-        From ``normalisation_fine`` (0 to 90 degree) where the job asked for it, else from ``normalisation_by_angle`` (0
-        to 75 degree).
-        """
-        fine = "normalisation_fine" in self.root.variables
-        name, axis = ("normalisation_fine", "incidence_angle") if fine else ("normalisation_by_angle", "source_angle")
-        return self.value(name, material=material, out_of_range=out_of_range, **{axis: angle})
+        """N_s of (43) at angles of incidence in degree, 0 to 75."""
+        return self.value("normalisation_by_angle", material=material, source_angle=angle, out_of_range=out_of_range)

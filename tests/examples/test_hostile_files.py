@@ -1,6 +1,6 @@
-"""The runtimes and the library refuse bad files in one line, and read unusual ones as the original: a sample.
+"""The package and the C library refuse bad files in one line, and read unusual ones as the original: a sample.
 
-All files, all languages and the sanitizers: tests/validation/test_runtimes_hostile.py.
+All files and the sanitizers: tests/validation/test_runtimes_hostile.py.
 """
 
 import json
@@ -47,13 +47,10 @@ def test_the_files_that_it_is_made_from_have_nothing_wrong(good):
     assert {kind: problems(path) for kind, path in good.items()} == {kind: [] for kind in good}
 
 
-@pytest.mark.parametrize("language", ["python", "c"])
-def test_a_runtime_refuses_bad_files_and_reads_unusual_ones_alike(language, good, tmp_path):
-    if missing := runtime_loaders.missing_tools(language):
+def test_the_c_library_refuses_bad_files_and_reads_unusual_ones_alike(good, tmp_path):
+    if missing := runtime_loaders.missing_tools():
         pytest.skip(f"{', '.join(missing)} not installed")
-    load = runtime_loaders.plain_python()
-    if language == "c":
-        load = runtime_loaders.program(runtime_loaders.prepared("c", tmp_path))
+    load = runtime_loaders.program(runtime_loaders.prepared(tmp_path))
     wrong = runtime_loaders.wrong_answers(load, SAMPLE, good, tmp_path, textures=False)
     assert not wrong, json.dumps(wrong, indent=1)
 

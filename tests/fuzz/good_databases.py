@@ -15,16 +15,13 @@ import numpy as np
 from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).parent))
-from good_channels import DARK_BELOW, channels
+from good_channels import channels
 
-from skyshine.mat.quantities.ambient_harmonics import AmbientHarmonics
-from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, RESPONSE_HOURS
-from skyshine.mat.tables.atmq import ThermalLight, atmq_group
 from skyshine.mat.tables.band import band_group
-from skyshine.mat.tables.files import ATMQ, ATMQ_CHANNELS, BAND, HTT, FileType
-from skyshine.mat.tables.gridded import QUANTITIES, Gridded
+from skyshine.mat.tables.files import ATMQ, BAND, HTT, FileType
+from skyshine.mat.tables.gridded import QUANTITIES
 from skyshine.mat.tables.htt import htt_group, shade_fields
 from skyshine.mat.tables.stated_error import accuracy_group, measure
 from skyshine.mat.tables.tracks import track_fields, track_hours
@@ -34,7 +31,6 @@ from skyshine.tmm import map_texture, write_texture
 from skyshine.tmm.job.model import TextureJob
 
 FILES = {"surface": "s01.htt.h5", "band": "b01.band.h5", "atmosphere": "s01b01.atmq.h5", "texture": "road.tmm.h5"}
-CHANNELS = "channels"  # kind of an atmosphere of format 3, which stands in a scene in place of that of format 2
 READ_BY_RUNTIMES = ("surface", "band", "atmosphere")  # whole; of a texture they read what pixels ask for
 NAMES = ("asphalt_road", "grass_green")
 NO_ERRORS = np.zeros(1)
@@ -42,6 +38,8 @@ GROUND = {
     "state": "none",
     "source": "sun",
     "wavelength_um": [8.0, 12.0],
+    "band": "b01",
+    "date": "2026-06-28",
     "ground_emissivity": 0.9,
     "ground_temperature": 290.0,
     "ground_radiance": 7.5,
@@ -49,14 +47,11 @@ GROUND = {
 
 
 def write_all(folder: Path) -> dict[str, Path]:
-    """Write the four databases of `FILES` into a folder, and the atmosphere in channels."""
-    paths = {kind: folder / name for kind, name in FILES.items()} | {CHANNELS: folder / "s01b02.atmq.h5"}
+    """Write the four databases of `FILES` into a folder."""
+    paths = {kind: folder / name for kind, name in FILES.items()}
     _write(paths["surface"], _temperatures(), HTT)
     _write(paths["band"], _band(), BAND)
-    _write(paths["atmosphere"], _atmosphere(), ATMQ)
-    _write(
-        paths[CHANNELS], channels(_atmosphere_accuracy(), GROUND | {"band": "b01", "date": "2026-06-28"}), ATMQ_CHANNELS
-    )
+    _write(paths["atmosphere"], channels(_atmosphere_accuracy(), GROUND), ATMQ)
     with_shade(write_texture_of_two(folder))
     return paths
 
@@ -207,36 +202,6 @@ def _band() -> Group:
     sun = (wavelength, np.ones(wavelength.size))
     group = band_group(SpectralResponse.rectangular(8.0, 12.0), _materials(), sun)
     return Group(group.axes, group.variables, {"accuracy": _accuracy(["blackbody_radiance"])})
-
-
-def _atmosphere() -> Group:
-    grid = PathGrid(
-        np.array([0.001, 5.0, 20.0]),
-        np.array([0.01, 0.5, 1.0]),
-        np.array([-90.0, 0.0, 90.0]),
-        np.array([-20.0, 20.0, 60.0]),
-        np.array([0.0, 90.0, 180.0]),
-    )
-    tables = {}
-    for number, (name, (_, count)) in enumerate(QUANTITIES.items()):
-        nodes = [
-            grid.range_km,
-            grid.altitude_km,
-            grid.elevation_deg,
-            grid.source_elevation_deg,
-            grid.source_azimuth_deg,
-        ]
-        tables[name] = Gridded(grid, _waves(nodes[:count], 5.0 + number, 1.0), np.ones((3, 3, 3), bool))
-    harmonics = AmbientHarmonics(
-        grid,
-        _waves([range(n) for n in (3, 3, 3, 3, 6)], 4.0, 0.5),
-        _waves([range(n) for n in (3, 3, 3, 4, 3)], 0.5, 0.1),
-    )
-    lines = [grid.range_km, grid.altitude_km, grid.elevation_deg]
-    thermal = ThermalLight(
-        grid, grid, _waves(lines, 3.0, 0.4), _waves(lines, 2.0, 0.3), _waves([*lines, range(6)], 2.0, 0.4), DARK_BELOW
-    )
-    return atmq_group(tables, _atmosphere_accuracy(), GROUND, harmonics, thermal)
 
 
 def _atmosphere_accuracy() -> Group:

@@ -8,7 +8,7 @@ from typing import Any
 import h5py
 import hdf5_changes as change
 import numpy as np
-from hostile_cases import AXES, INNER, PERIODIC, REFUSE, Case, edited
+from hostile_cases import AXES, INNER, REFUSE, Case, edited
 
 
 def cases() -> Iterator[Case]:
@@ -53,12 +53,6 @@ def _axes() -> Iterator[Case]:
             yield edited(kind, f"codes-{word}", REFUSE, lambda file, nodes=nodes: _renode(file, "material", nodes))
     yield edited("surface", "nodes-beyond-the-period", REFUSE, lambda f: _renode(f, "azimuth", np.arange(4) * 180.0))
     yield edited("surface", "nodes-close-the-period", REFUSE, lambda f: _renode(f, "azimuth", np.arange(4) * 120.0))
-    yield edited(
-        "atmosphere", "nodes-beyond-the-fold", REFUSE, lambda f: _renode(f, "source_azimuth", np.arange(3) * 120.0)
-    )
-    yield edited(
-        "atmosphere", "nodes-below-the-fold", REFUSE, lambda f: _renode(f, "source_azimuth", np.arange(3) * 90.0 - 90)
-    )
 
 
 def _renode(file: h5py.File, name: str, nodes: Any) -> None:
@@ -96,16 +90,15 @@ def _rules() -> Iterator[Case]:
         "an-array-of-5000": np.full(5000, 360.0),
         "without-value": h5py.Empty("f8"),
     }
-    for kind, name in PERIODIC.items():
-        for word, value in periods.items():
-            yield _attribute(kind, f"period-{word}", name, "period", value)
-        yield edited(kind, "period-missing", REFUSE, lambda f, a=name: f[a].attrs.pop("period"))
+    for word, value in periods.items():
+        yield _attribute("surface", f"period-{word}", "azimuth", "period", value)
+    yield edited("surface", "period-missing", REFUSE, lambda f: f["azimuth"].attrs.pop("period"))
     for count in (0, 300):
         yield edited(
             "atmosphere",
             f"interpolation-not-UTF-8-{count}",
             REFUSE,
-            lambda f, n=count: change.set_fixed_text(f, "range", "interpolation", change.UNREADABLE_TEXT, n),
+            lambda f, n=count: change.set_fixed_text(f, "share", "interpolation", change.UNREADABLE_TEXT, n),
         )
     yield _attribute("surface", "codes-interpolated", "material", "interpolation", "linear")
     yield _attribute("band", "codes-interpolated", "material", "interpolation", "linear")
@@ -123,19 +116,19 @@ def _periodic(file: h5py.File, name: str) -> None:
 def _scales() -> Iterator[Case]:
     temperature = list(AXES["surface"])
     swapped = ["material", "slope", "azimuth", "altitude", "time"]
-    path = list(AXES["atmosphere"])
+    lines = ["share", "height_root", "direction"]
     yield edited("surface", "scales-swapped", REFUSE, lambda f: _rescale(f, "temperature", swapped))
-    yield edited("atmosphere", "scales-reversed", REFUSE, lambda f: _rescale(f, "path_radiance_ratio", path[::-1]))
-    yield edited("atmosphere", "scale-repeated", REFUSE, lambda f: _rescale(f, "beta_star", ["range"] * 3))
+    yield edited("atmosphere", "scales-reversed", REFUSE, lambda f: _rescale(f, "thermal_ratio", lines[::-1]))
+    yield edited("atmosphere", "scale-repeated", REFUSE, lambda f: _rescale(f, "thermal_ratio", ["share"] * 3))
     yield edited("surface", "scale-lacking", REFUSE, lambda f: _rescale(f, "temperature", [*temperature[:4], ""]))
     yield edited("band", "scales-lacking", REFUSE, lambda f: f["reflectance"].attrs.pop("DIMENSION_LIST"))
-    values = {"of-numbers": np.arange(9), "a-number": 5.0, "a-text": "range", "null": h5py.Empty("i4")}
+    values = {"of-numbers": np.arange(9), "a-number": 5.0, "a-text": "share", "null": h5py.Empty("i4")}
     for word, value in values.items():
         yield edited(
             "atmosphere",
             f"scales-{word}",
             REFUSE,
-            lambda f, value=value: change.flatten_dimension_list(f, "beta_star", value),
+            lambda f, value=value: change.flatten_dimension_list(f, "thermal_ratio", value),
         )
     yield edited("atmosphere", "scales-of-another-array", REFUSE, _fewer_scales)
     yield edited("surface", "scale-gone", REFUSE, _dangling_scale)
@@ -146,10 +139,10 @@ def _rescale(file: h5py.File, name: str, scales: list[str]) -> None:
 
 
 def _fewer_scales(file: h5py.File) -> None:
-    """Three lists of references for an array of five axes."""
-    few = file["beta_star"].attrs["DIMENSION_LIST"]
-    kind = file["beta_star"].attrs.get_id("DIMENSION_LIST").dtype
-    attributes = file["path_radiance_ratio"].attrs
+    """Three lists of references for an array of four axes."""
+    few = file["thermal_ratio"].attrs["DIMENSION_LIST"]
+    kind = file["thermal_ratio"].attrs.get_id("DIMENSION_LIST").dtype
+    attributes = file["log_mean_extinction"].attrs
     del attributes["DIMENSION_LIST"]
     attributes.create("DIMENSION_LIST", few, dtype=kind)
 

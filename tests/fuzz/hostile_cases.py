@@ -13,17 +13,16 @@ REFUSE, EQUAL, EITHER, UNJUDGED = VERDICTS = "refuse", "equal", "either", "unjud
 AXES = {
     "surface": ("material", "altitude", "azimuth", "slope", "time"),
     "band": ("material", "temperature"),
-    "atmosphere": ("range", "altitude", "elevation", "source_elevation", "source_azimuth"),
+    "atmosphere": ("share", "height_root", "direction", "source_elevation", "scattering_angle"),
 }
 PROPERTIES = ("reflectance", "specular_fraction", "shininess", "normalisation")
 ARRAYS = {
     "surface": ("temperature",),
     "band": ("blackbody_radiance", *PROPERTIES),
-    "atmosphere": ("beta_star", "path_radiance_ratio", "ambient_radiance", "direct_radiance"),
+    "atmosphere": ("thermal_ratio", "scattered_ratio", "thermal_reference"),
 }
-MAIN = {"surface": "temperature", "band": "blackbody_radiance", "atmosphere": "path_radiance_ratio"}
-PERIODIC = {"surface": "azimuth", "atmosphere": "source_azimuth"}
-INNER = {"surface": "time", "band": "temperature", "atmosphere": "elevation"}  # an axis of three nodes or more
+MAIN = {"surface": "temperature", "band": "blackbody_radiance", "atmosphere": "thermal_ratio"}
+INNER = {"surface": "time", "band": "temperature", "atmosphere": "height_root"}  # an axis of three nodes or more
 HUGE = 1 << 60
 # Faults in parts of a texture that no pixel asks for.
 NOT_OF_PIXELS = {

@@ -33,7 +33,7 @@ SUBJECTS = (
 
 def cases() -> list[Case]:
     """The whole corpus; names are unique."""
-    optional = [edited(kind, name, REFUSE, edit) for kind, name, edit in hostile_parts.refused()]
+    optional = [edited("surface", name, REFUSE, edit) for name, edit in hostile_parts.refused()]
     return [case for subject in SUBJECTS for case in subject.cases()] + optional
 
 

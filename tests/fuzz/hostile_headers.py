@@ -22,13 +22,15 @@ def _headers() -> Iterator[Case]:
         for key in ("filetype", "format_version"):
             yield edited(kind, f"without-{key}", REFUSE, lambda file, key=key: file.attrs.pop(key))
     for name, value in {
-        "of-the-next-major": "3.0.0",
-        "of-a-far-major": "20.0.0",
+        "of-five-axes": "2.4.0",
+        "of-the-major-before": "3.4.0",
+        "of-the-next-major": "5.0.0",
+        "of-a-far-major": "40.0.0",
         "empty": "",
-        "a-number": 2,
-        "an-array-of-texts": ["2.0.0"] * 300,
+        "a-number": 4,
+        "an-array-of-texts": ["4.0.0"] * 300,
         "without-value": h5py.Empty("S5"),
-        "long": "2.0.0" + "0" * 40_000,
+        "long": "4.0.0" + "0" * 40_000,
     }.items():
         verdict = EITHER if name == "long" else REFUSE
         yield edited(
@@ -76,10 +78,9 @@ def _values() -> Iterator[Case]:
                         kind, f"{word}-in-{name}", REFUSE, lambda file, n=name, v=value: change.set_middle(file, n, v)
                     )
     yield edited("surface", "absolute-zero", REFUSE, lambda file: change.set_middle(file, "temperature", 0.0))
-    yield edited("atmosphere", "zero-beta_star", REFUSE, lambda file: change.set_middle(file, "beta_star", 0.0))
     for name in PROPERTIES[:2]:
         yield edited("band", f"{name}-above-1", REFUSE, lambda file, name=name: change.set_middle(file, name, 1.5))
-    for kind, name in (("surface", "temperature"), ("atmosphere", "beta_star")):
+    for kind, name in (("surface", "temperature"), ("atmosphere", "effective_radius")):
         yield edited(kind, f"{name}-unwritten", REFUSE, lambda file, name=name: _unwritten(file, name))
 
 

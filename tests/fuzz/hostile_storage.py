@@ -50,8 +50,6 @@ def _arrays() -> Iterator[Case]:
     }
     for kind, name in MAIN.items():
         for word, of in kinds.items():
-            if word == "transposed" and kind == "atmosphere":
-                continue  # all its axes are of one length: nothing shows
             yield edited(kind, f"array-{word}", REFUSE, lambda f, a=name, of=of: change.replace(f, a, of(f[a][()])))
         yield edited(kind, "array-of-text", REFUSE, lambda f, a=name: _as_text(f, a))
     for name in ("reflectance", "shininess"):
@@ -77,8 +75,8 @@ def _storage() -> Iterator[Case]:
         yield edited(kind, "axis-huge", REFUSE, lambda f, a=INNER[kind]: _huge(f, a, (1 << 40,)))
     yield edited("band", "both-huge", REFUSE, _huge_pair)
     yield edited("band", "names-huge", REFUSE, lambda f: _huge(f, "material_name", (1 << 33,)))
-    yield edited("atmosphere", "external-axis", REFUSE, lambda f: change.as_external(f, "range"))
-    yield edited("atmosphere", "virtual-axis", REFUSE, lambda f: change.as_virtual(f, "range", own=True))
+    yield edited("atmosphere", "external-axis", REFUSE, lambda f: change.as_external(f, "share"))
+    yield edited("atmosphere", "virtual-axis", REFUSE, lambda f: change.as_virtual(f, "share", own=True))
 
 
 def _huge(file: h5py.File, name: str, shape: tuple[int, ...]) -> None:
@@ -103,19 +101,8 @@ def _links() -> Iterator[Case]:
         yield edited(kind, "web-of-links", EITHER, change.linked_web)
         yield edited(kind, "groups-without-end", EITHER, change.deep_groups)
     yield edited("band", "array-for-another", REFUSE, lambda f: _soft(f, "reflectance", "/blackbody_radiance"))
-    yield edited("atmosphere", "own-axis-short", EITHER, lambda f: _own_axis(f, [0.001, 20.0]))
-    yield edited("atmosphere", "own-axis-unused", EITHER, lambda f: _own_axis(f, [0.001, 9.0, 20.0]))
-    yield edited("atmosphere", "angle-unused", EITHER, lambda f: f.copy("source_azimuth", "scattering_angle"))
 
 
 def _soft(file: h5py.File, name: str, target: str) -> None:
     del file[name]
     file[name] = h5py.SoftLink(target)
-
-
-def _own_axis(file: h5py.File, nodes: list[float]) -> None:
-    """An axis named after a quantity that is not attached to it."""
-    file["direct_radiance_range"] = np.array(nodes)
-    for key in ("interpolation", "out_of_range", "units", "long_name"):
-        file["direct_radiance_range"].attrs[key] = file["range"].attrs[key]
-    file["direct_radiance_range"].make_scale("direct_radiance_range")

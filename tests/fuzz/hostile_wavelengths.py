@@ -8,17 +8,16 @@ from typing import Any
 import h5py
 import hdf5_changes as change
 import numpy as np
-from good_databases import CHANNELS
 from hostile_cases import EQUAL, REFUSE, Case, edited
 
 WAVELENGTH = "band_wavelength"
 # Arrays of each kind of file, with values that they may not hold, and those whose rows sum to 1.
 OUTSIDE: dict[str, dict[str, tuple[float, ...]]] = {
     "band": {"reflectance_spectrum": (-0.1, 1.1), "emission_share": (-0.1, 1.1)},
-    CHANNELS: {"thermal_wavelength_share": (-0.1, 1.1), "source_wavelength_share": (-0.1, 1.1)},
+    "atmosphere": {"thermal_wavelength_share": (-0.1, 1.1), "source_wavelength_share": (-0.1, 1.1)},
 }
-SHARES = {"band": ("emission_share",), CHANNELS: ("thermal_wavelength_share", "source_wavelength_share")}
-ROWS = {"band": "planck_temperature", CHANNELS: "channel"}  # axis of the rows of the shares
+SHARES = {"band": ("emission_share",), "atmosphere": ("thermal_wavelength_share", "source_wavelength_share")}
+ROWS = {"band": "planck_temperature", "atmosphere": "channel"}  # axis of the rows of the shares
 FAR = 3e-5  # from 1, of the sum of a row: beyond rounding
 CLAMP = ("out_of_range", "clamp")
 
@@ -127,9 +126,9 @@ def _swapped(file: h5py.File, name: str) -> None:
 def _bands() -> Iterator[Case]:
     """Wavelengths that are not those of the other file: seen where a scene has both."""
     for word, of in (("shifted", lambda n: n + 1e-3), ("stretched", lambda n: n * (1 + 1e-5))):
-        yield edited(CHANNELS, f"of-a-band-{word}", REFUSE, lambda f, of=of: _move(f, of))
-    yield edited(CHANNELS, "of-a-band-rounded", EQUAL, lambda f: _move(f, lambda n: n * (1 + 1e-8)))
-    yield edited(CHANNELS, "of-fewer-wavelengths", REFUSE, _fewer)
+        yield edited("atmosphere", f"of-a-band-{word}", REFUSE, lambda f, of=of: _move(f, of))
+    yield edited("atmosphere", "of-a-band-rounded", EQUAL, lambda f: _move(f, lambda n: n * (1 + 1e-8)))
+    yield edited("atmosphere", "of-fewer-wavelengths", REFUSE, _fewer)
 
 
 def _move(file: h5py.File, of: Callable[[np.ndarray], np.ndarray]) -> None:
@@ -139,7 +138,7 @@ def _move(file: h5py.File, of: Callable[[np.ndarray], np.ndarray]) -> None:
 def _fewer(file: h5py.File) -> None:
     """Sound shares of the first three wavelengths alone."""
     shares = {}
-    for name in SHARES[CHANNELS]:
+    for name in SHARES["atmosphere"]:
         values = file[name][()].astype(float)[:, :3]
         shares[name] = (values / values.sum(axis=1, keepdims=True)).astype(np.float32)
     change.replace(file, WAVELENGTH, file[WAVELENGTH][()][:3])

@@ -1,10 +1,9 @@
-"""The five loaders of databases, run so that a crash, a hang or a huge allocation of theirs is an answer to judge."""
+"""The loaders of databases, the package and that in C, run so that a crash, a hang or a huge allocation is an answer."""
 
 from __future__ import annotations
 
 import contextlib
 import faulthandler
-import importlib
 import io
 import json
 import multiprocessing
@@ -27,7 +26,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.tmm import open_tmm
 
 sys.path.insert(0, str(Path(__file__).parent))
-from good_databases import CHANNELS, scene
+from good_databases import scene
 from hostile_harmless import LATER
 
 if TYPE_CHECKING:
@@ -35,7 +34,7 @@ if TYPE_CHECKING:
 
     from hostile_cases import Case
 
-RUNTIMES = Path(__file__).parents[2] / "examples" / "runtimes"
+RUNTIME = Path(__file__).parents[2] / "examples" / "runtimes" / "c"
 TABLES = ("surface", "band", "atmosphere")
 NOT_ARRAYS = (
     "material",
@@ -104,16 +103,14 @@ def wrong_answers(
         return load(path)
 
     texels, wrong = texture_library(), {}
-    originals = {"atmosphere": answer(good), CHANNELS: answer(good | {"atmosphere": good[CHANNELS]})}
-    texture = texels(good["texture"])
-    assert all(each.status == 0 for each in (*originals.values(), texture)), (originals, texture)
+    original, texture = answer(good), texels(good["texture"])
+    assert original.status == texture.status == 0, (original, texture)
     for case in cases:
         path = case.write(good, folder)
         if case.kind == "texture" and textures:
             found = judge(texels(path), texture)
         else:
-            place = "atmosphere" if case.kind == CHANNELS else case.kind
-            found = judge(answer(good | {place: path}), originals.get(case.kind, originals["atmosphere"]))
+            found = judge(answer(good | {case.kind: path}), original)
         if not case.is_met_by(found, whole=textures or case.kind != "texture"):
             wrong[case.name] = f"must {case.verdict}: {found}"
         if counts is not None:
@@ -122,37 +119,25 @@ def wrong_answers(
     return wrong
 
 
-def missing_tools(language: str) -> list[str]:
-    """Programs and libraries that the runtime of a language needs and this machine lacks."""
-    needed = {"c": ["cc", "cmake", "pkg-config"], "javascript": ["node", "npm"], "rust": ["cargo", "pkg-config"]}
-    missing = [tool for tool in needed.get(language, []) if shutil.which(tool) is None]
-    if not missing and language in ("c", "rust"):
-        found = subprocess.run(["pkg-config", "--exists", "hdf5"], check=False).returncode == 0
-        missing += [] if found else ["the headers of the HDF5 library"]
+def missing_tools() -> list[str]:
+    """Programs and libraries that the C library needs and this machine lacks."""
+    missing = [tool for tool in ("cc", "cmake", "pkg-config") if shutil.which(tool) is None]
+    if not missing and subprocess.run(["pkg-config", "--exists", "hdf5"], check=False).returncode:
+        missing = ["the headers of the HDF5 library"]
     return missing
 
 
-def prepared(language: str, folder: Path, flags: str = "") -> list[str]:
-    """The command of a runtime, built in a folder of its own."""
-
-    def run(*command: str) -> None:
-        done = subprocess.run(command, cwd=folder / language, capture_output=True, text=True)
+def prepared(folder: Path, flags: str = "") -> list[str]:
+    """The command of the program of the C library, built in a folder of its own."""
+    options = [f"-DCMAKE_C_FLAGS={flags}", "-DCMAKE_BUILD_TYPE=None"] if flags else []
+    steps = (
+        ["cmake", "-S", str(RUNTIME), "-B", "build", "-DBUILD_SHARED_LIBS=OFF", *options],
+        ["cmake", "--build", "build"],
+    )
+    for step in steps:
+        done = subprocess.run(step, cwd=folder, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr[-2000:]
-
-    shutil.copytree(RUNTIMES / language, folder / language)
-    if language == "c":
-        options = [f"-DCMAKE_C_FLAGS={flags}", "-DCMAKE_BUILD_TYPE=None"] if flags else []
-        run("cmake", "-S", ".", "-B", "build", "-DBUILD_SHARED_LIBS=OFF", *options)
-        run("cmake", "--build", "build")
-        return [str(folder / "c" / "build" / "runtime")]
-    if language == "javascript":
-        run("npm", "install", "--no-package-lock", "--no-audit", "--no-fund")
-        return ["node", str(folder / "javascript" / "runtime.js")]
-    if language == "rust":
-        target = os.environ.get("CARGO_TARGET_DIR", str(folder / "target"))
-        run("cargo", "build", "--release", "--target-dir", target)
-        return [str(Path(target) / "release" / "runtime")]
-    return ["env", f"PYTHONPATH={folder / 'python'}", sys.executable, "-m", "runtime"]
+    return [str(folder / "build" / "runtime")]
 
 
 def program(command: list[str], environment: dict[str, str] | None = None) -> Loader:
@@ -209,20 +194,6 @@ def in_child(function: Callable[[Path], str]) -> Loader:
         return answer
 
     return run
-
-
-def plain_python() -> Loader:
-    """The runtime in plain Python, without a start of the interpreter for each file."""
-    sys.path.insert(0, str(RUNTIMES / "python"))
-    module = importlib.import_module("runtime.__main__")
-
-    def shown(path: Path) -> str:
-        output = io.StringIO()
-        with contextlib.redirect_stdout(output):
-            module.main(str(path))
-        return output.getvalue()
-
-    return in_child(shown)
 
 
 def library() -> Loader:

@@ -1,4 +1,4 @@
-/* The formulas are those of ../../../schemas/formats/atmq-3.md; lengths are in km. */
+/* The formulas are those of ../../../schemas/formats/atmq-4.md; lengths are in km. */
 #include "channels.h"
 
 #include <float.h>
@@ -8,6 +8,7 @@
 #include <string.h>
 
 static const double SHORTEST = 1e-12, FARTHEST_BETA = 1e12, EARTH_RADIUS = 6371.0088, RADIAN = 0.017453292519943295;
+static const double CIVIL_TWILIGHT = -6.0; /* degree: a table whose lowest source elevation is above says nothing of twilight */
 enum { RANGE, ALTITUDE, ELEVATION, SOURCE, LAST };
 
 /* A path: its place in the tables, the length that mean extinction is multiplied by, and the height of its end. */
@@ -28,12 +29,13 @@ static double limited(double value)
     return fmin(fmax(value, 0.0), 1.0);
 }
 
-/* Range, altitude or elevation, which must be one that the file is for. */
+/* Range, altitude or elevation, which must be one that the file is for; no range is negative, clamped or not. */
 static double within(const struct database *database, int which, double value)
 {
     static const char *const names[] = {"range", "altitude", "elevation"};
     const double *ends = database->channels.ends[which];
-    if (!isfinite(value) || (!database->channels.clamps[which] && !(value >= ends[0] && value <= ends[1])))
+    const int negative = which == RANGE && value < 0, beyond = !(value >= ends[0] && value <= ends[1]);
+    if (!isfinite(value) || negative || (beyond && !database->channels.clamps[which]))
         sky_fail("%s: found %g; allowed: %g to %g", names[which], value, ends[0], ends[1]);
     return fmin(fmax(value, ends[0]), ends[1]);
 }
@@ -70,7 +72,7 @@ static double end_height(const struct database *database, const struct line *lin
     if (line->grounded) return 0.0;
     if (!sky_holds(database, "end_rise")) return fmax(height_at(reach, rho, height, angle), 0.0);
     const double straight = height_at(reach, EARTH_RADIUS + database->channels.ground_km, height, angle);
-    return fmax(straight + reach * sky_interpolated(database, "end_rise", (double[]){line->share, line->height_root, line->direction}), 0.0);
+    return fmax(straight + reach * sky_value_at(database, "end_rise", (double[]){line->share, line->height_root, line->direction}), 0.0);
 }
 
 static struct line line_of(const struct database *database, const double *where)
@@ -79,7 +81,7 @@ static struct line line_of(const struct database *database, const double *where)
     const double angle = RADIAN * within(database, ELEVATION, where[ELEVATION]);
     const double height = fmax(altitude - database->channels.ground_km, 0.0);
     struct line line = {.height_root = cbrt(height)};
-    const double rho = sky_interpolated(database, "effective_radius", &line.height_root);
+    const double rho = sky_value_at(database, "effective_radius", &line.height_root);
     const double radius = rho + height, rise = radius * sin(angle), fall = height * (2 * rho + height);
     if (angle < 0 && rise * rise >= fall) into_ground(&line, reach, height, rho, rise, fall);
     else into_space(&line, reach, height, radius, angle, database->channels.scale_km);
@@ -97,7 +99,7 @@ static struct path path_of(const struct database *database, const double *where)
     path.depth = sky_allocate(path.channels, sizeof *path.depth);
     path.extinction = sky_allocate(path.channels, sizeof *path.extinction);
     for (size_t i = 0; i < count; ++i)
-        mean[i] = exp(sky_interpolated(database, "log_mean_extinction",
+        mean[i] = exp(sky_value_at(database, "log_mean_extinction",
                                    (double[]){absorbers->nodes[i], path.line.share, path.line.height_root, path.line.direction}));
     for (size_t j = 0; j < path.channels; ++j) {
         for (size_t i = 0; i < count; ++i) path.extinction[j] += factor->values[j * count + i] * mean[i];
@@ -159,8 +161,8 @@ static double night(const struct database *database, double height)
     const double lowest = axis->nodes[0], dark = axis->dark_below;
     if (!(height < lowest)) return 1.0;
     if (height <= dark) return 0.0;
-    if (lowest > SKY_CIVIL_TWILIGHT && !axis->clamps) sky_fail("%s: found %g; allowed: %g to %g", axis->name, height, lowest, axis->nodes[axis->count - 1]);
-    return lowest > SKY_CIVIL_TWILIGHT ? 1.0 : (height - dark) / (lowest - dark);
+    if (lowest > CIVIL_TWILIGHT && !axis->clamps) sky_fail("%s: found %g; allowed: %g to %g", axis->name, height, lowest, axis->nodes[axis->count - 1]);
+    return lowest > CIVIL_TWILIGHT ? 1.0 : (height - dark) / (lowest - dark);
 }
 
 static double path_radiance_ratio(const struct database *database, const struct path *path, double source, double angle)
@@ -170,10 +172,10 @@ static double path_radiance_ratio(const struct database *database, const struct 
     const double absorptance = absorbed(database, "channel_weight", path);
     double scattered = 0.0;
     for (size_t k = 0; k < parts->count; ++k)
-        scattered += sky_interpolated(database, "source_factor", (double[]){parts->nodes[k], lit(database, source), angle}) *
-                     sky_interpolated(database, "scattered_ratio", (double[]){parts->nodes[k], line->share, line->height_root, line->direction});
+        scattered += sky_value_at(database, "source_factor", (double[]){parts->nodes[k], lit(database, source), angle}) *
+                     sky_value_at(database, "scattered_ratio", (double[]){parts->nodes[k], line->share, line->height_root, line->direction});
     scattered = night(database, source) * fmax(scattered, 0.0) * absorbed(database, "source_reference", path);
-    const double thermal = sky_interpolated(database, "thermal_ratio", (double[]){line->share, line->height_root, line->direction}) *
+    const double thermal = sky_value_at(database, "thermal_ratio", (double[]){line->share, line->height_root, line->direction}) *
                            absorbed(database, "thermal_reference", path);
     return absorptance > 0 ? (thermal + scattered) / absorptance : 0.0;
 }
@@ -200,7 +202,7 @@ static void add_light(const struct database *database, const char *name, const s
     for (size_t k = 1; k < array->rank; ++k) place[k] = where[k - 1];
     for (size_t q = 0; q < parts; ++q) {
         place[0] = array->axes[0].nodes[q];
-        value[q] = sky_interpolated(database, name, place);
+        value[q] = sky_value_at(database, name, place);
     }
     for (size_t j = 0; j < path->channels; ++j) mean += weight[j] * exp(least - path->depth[j]);
     for (size_t j = 0; j < path->channels; ++j) {
@@ -221,7 +223,7 @@ static void add_direct(const struct database *database, const struct path *path,
 {
     const double height = path->line.end_height;
     lit(database, source);
-    const double above = source - sky_interpolated(database, "source_rise", &height);
+    const double above = source - sky_value_at(database, "source_rise", &height);
     if (above >= 0) add_light(database, "direct_light", path, (double[]){height, above}, NULL, parting->count, parting->source, 1.0, to);
     bound_at_zero(parting->count, to);
 }
@@ -240,7 +242,7 @@ static void add_ground(const struct database *database, const struct path *path,
     const struct axis *channels = &sky_array_of(database, "ground_emission")->axes[1];
     double *emission = sky_allocate(path->channels, sizeof *emission);
     for (size_t j = 0; j < path->channels; ++j)
-        emission[j] = sky_interpolated(database, "ground_emission", (double[]){kelvin, channels->nodes[j]});
+        emission[j] = sky_value_at(database, "ground_emission", (double[]){kelvin, channels->nodes[j]});
     add_light(database, "ground_harmonics", path, (double[]){path->line.end_height, harmonic}, emission, parting->count, parting->thermal, 1.0, to);
     sky_release(emission);
 }
@@ -262,7 +264,7 @@ static void release(struct path *path)
     sky_release(path->extinction);
 }
 
-double sky_value_in_channels(const struct database *database, const char *name, const double *where)
+double sky_quantity_at(const struct database *database, const char *name, const double *where)
 {
     struct path path = path_of(database, where);
     double value = 0.0;
@@ -273,7 +275,7 @@ double sky_value_in_channels(const struct database *database, const char *name, 
     return value;
 }
 
-void sky_light_in_channels(const struct database *database, const char *name, const double *where, double *to)
+void sky_light_by_wavelength(const struct database *database, const char *name, const double *where, double *to)
 {
     const struct array *thermal = sky_array_of(database, "thermal_wavelength_share"), *source = sky_array_of(database, "source_wavelength_share");
     const struct parting parting = {thermal->axes[1].count, thermal->values, source->values};
@@ -283,7 +285,7 @@ void sky_light_in_channels(const struct database *database, const char *name, co
     release(&path);
 }
 
-void sky_extinction_in_channels(const struct database *database, const double *where, double *to)
+void sky_extinction_by_wavelength(const struct database *database, const double *where, double *to)
 {
     const struct array *shares = sky_array_of(database, "thermal_wavelength_share");
     const float *emitted = sky_array_of(database, "thermal_reference")->values, *weight = sky_array_of(database, "channel_weight")->values;

@@ -1,16 +1,22 @@
-/* An atmosphere in channels (format 3): its quantities, computed from tables that have no axis of range. */
+/* The quantities of an atmosphere, computed from its channels, whose tables have no axis of range. */
 #ifndef CHANNELS_H
 #define CHANNELS_H
 
 #include "database.h"
 
-/* A quantity of format 2 at a place, as `value_at`; the last value for path radiance is the scattering angle. */
-double sky_value_in_channels(const struct database *database, const char *name, const double *where);
+/* Names of quantities beside beta_star, path_radiance_ratio, ambient_radiance and direct_radiance. */
+#define LIGHT "ambient_radiance_harmonics"
+#define GLOW "ground_radiance_harmonics"
 
-/* Light on surfaces at a place, one value for each wavelength of the band. */
-void sky_light_in_channels(const struct database *database, const char *name, const double *where, double *to);
+/* A quantity in the band at a place: range, altitude and elevation of a line of sight, elevation of the source (of GLOW the
+ * temperature of the ground), and the scattering angle, or the code of a harmonic. Below the lowest elevation of the source,
+ * its light fades into what the air emits. */
+double sky_quantity_at(const struct database *air, const char *name, const double *where);
 
-/* Extinction per km of emitted light at each wavelength, a mean over the range of the place. */
-void sky_extinction_in_channels(const struct database *database, const double *where, double *to);
+/* Light on surfaces at such a place, one value for each wavelength of the band. */
+void sky_light_by_wavelength(const struct database *air, const char *name, const double *where, double *to);
+
+/* Extinction per km of emitted light at each wavelength, a mean over the range of the place: (8) and (9). */
+void sky_extinction_by_wavelength(const struct database *air, const double *where, double *to);
 
 #endif

@@ -10,8 +10,6 @@
 /* Deflate packs at most 1032 bytes into one: a file that claims more does not hold it. */
 enum { PACKING = 1100, SMALL = 1 << 20 };
 enum { AXES = 5, ARRAYS = 40, NAME = 64 };
-#define LIGHT "ambient_radiance_harmonics"
-#define GLOW "ground_radiance_harmonics"
 
 /* Codes 10 l + m of the harmonics. */
 enum { HARMONICS = 11 };
@@ -40,9 +38,8 @@ struct layout {
     double least, most;
 };
 
-/* What a file of format 3 states; lengths in km. */
+/* What an atmosphere states; lengths in km. */
 struct channels {
-    int present;
     double ground_km, scale_km;
     double ends[3][2]; /* of range, altitude and elevation */
     int clamps[3];     /* values beyond them are read at the ends */
@@ -54,11 +51,9 @@ struct database {
     int tilted;            /* it has harmonics of the light around faces */
     double ground[3];      /* emissivity, temperature and emitted radiance of the ground; NaN where it does not state them */
     char ground_material[NAME]; /* of the ground; empty where it names none */
-    int night;             /* it has its quantities without the source */
     int tracked;           /* it has the tracks of Sun and Moon */
     int lunar;             /* its source is the Moon */
     struct channels channels;
-    size_t parted;         /* so many wavelengths of the band part its light; 0 where it is not parted */
     const char **material_names; /* as many as the axis 'material' has nodes; of a .band only */
 };
 
@@ -73,32 +68,16 @@ const struct array *sky_array_of(const struct database *database, const char *na
 
 int sky_holds(const struct database *database, const char *name);
 
-/* Codes of the coefficients LIGHT or GLOW. */
+/* The last axis of an array: the codes of harmonics. */
 const struct axis *sky_codes_of(const struct database *database, const char *name);
 
-/* Degree: a table whose lowest source elevation is above says nothing of twilight. */
-extern const double SKY_CIVIL_TWILIGHT;
-
 /* Linear interpolation in every axis of an array, at one value for each. */
-double sky_interpolated(const struct database *database, const char *name, const double *where);
-
-/* A quantity of format 2 at a place, one value for each of its axes, the last of path radiance by angle where the file
- * has it so; below the lowest elevation of the source, its light fades
- * into what the air emits. */
 double sky_value_at(const struct database *database, const char *name, const double *where);
 
-/* Part the light of an atmosphere by wavelength where it and the file of the band hold what that takes; they are then of
- * one band. */
-void sky_part_light(struct database *air, const struct database *band);
+/* Fail where an atmosphere and a band are not of the same wavelengths. */
+void sky_compare_wavelengths(const struct database *air, const struct database *band);
 
-/* How many values `sky_light_at` and `sky_extinction_at` give: one for each wavelength, or one for the whole band. */
-size_t sky_parts_of(const struct database *air);
-
-/* Light on surfaces at a place, as `value_at`. */
-void sky_light_at(const struct database *air, const char *name, const double *where, double *to);
-
-/* Extinction per km of emitted light over the range of the place, as (8) and (9) have it; of the band where light is not
- * parted. */
-void sky_extinction_at(const struct database *air, const double *where, double *to);
+/* How many wavelengths the light of an atmosphere is given at. */
+size_t sky_wavelengths_of(const struct database *air);
 
 #endif

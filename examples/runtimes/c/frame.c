@@ -1,5 +1,6 @@
 /* A frame of one observer, one source and one time: what its pixels share is resolved once. */
 #include "frame.h"
+#include "channels.h"
 #include "vector_math.h"
 
 #include <math.h>
@@ -90,11 +91,11 @@ static void make_panels(size_t parts, const double *weight, const double *extinc
     }
 }
 
-/* Reflectance of each material at each wavelength, or in the band. */
-static double *reflectances(const skyshine_tables *tables, size_t parts)
+/* Reflectance of each material at each wavelength. */
+static double *reflectances(const skyshine_tables *tables)
 {
-    const struct array *array = sky_array_of(&tables->band, tables->air.parted ? "reflectance_spectrum" : "reflectance");
-    const size_t count = array->axes[0].count * parts;
+    const struct array *array = sky_array_of(&tables->band, "reflectance_spectrum");
+    const size_t count = array->axes[0].count * array->axes[1].count;
     double *rho = sky_allocate(count, sizeof *rho);
     for (size_t i = 0; i < count; ++i) rho[i] = array->values[i];
     return rho;
@@ -105,17 +106,15 @@ static void make_emission(skyshine_frame *frame, const double *place, size_t par
 {
     const skyshine_tables *tables = frame->tables;
     double *extinction = sky_allocate(parts, sizeof *extinction), *weight = sky_allocate(parts, sizeof *weight);
-    sky_extinction_at(&tables->air, place, extinction);
-    double whole_band[] = {1.0};
-    const struct axis undivided = {.name = "planck_temperature", .rule = "linear", .nodes = whole_band, .count = 1, .clamps = 1};
-    const struct array *shares = tables->air.parted ? sky_array_of(&tables->band, "emission_share") : NULL;
-    make_grid(&frame->planck, shares ? &shares->axes[0] : &undivided);
+    sky_extinction_by_wavelength(&tables->air, place, extinction);
+    const struct array *shares = sky_array_of(&tables->band, "emission_share");
+    make_grid(&frame->planck, &shares->axes[0]);
     const size_t nodes = (size_t)frame->planck.count, stride = nodes * CUBIC, materials = sky_array_of(&tables->band, "reflectance")->axes[0].count;
     frame->emission = sky_allocate(materials * PANELS * stride, sizeof(double));
     for (size_t m = 0; m < materials; ++m)
         for (size_t n = 0; n < nodes; ++n) {
-            const size_t stored = shares && n < shares->axes[0].count ? n : 0;
-            for (size_t b = 0; b < parts; ++b) weight[b] = (1.0 - rho[m * parts + b]) * (shares ? shares->values[stored * parts + b] : 1.0);
+            const size_t stored = n < shares->axes[0].count ? n : 0;
+            for (size_t b = 0; b < parts; ++b) weight[b] = (1.0 - rho[m * parts + b]) * shares->values[stored * parts + b];
             make_panels(parts, weight, extinction, frame->emission + m * PANELS * stride + n * CUBIC, stride);
         }
 }
@@ -152,7 +151,7 @@ static void make_light(skyshine_frame *frame, const skyshine_view *view, const d
     frame->sky_bounded = sky_allocate(BASES * parts, sizeof(double));
     frame->rho_bounded = sky_allocate(materials * parts, sizeof(double));
     frame->materials.diffuse = sky_allocate(materials, sizeof(double));
-    sky_light_at(&tables->air, "direct_radiance", place, beam);
+    sky_light_by_wavelength(&tables->air, "direct_radiance", place, beam);
     for (size_t b = 0; b < parts; ++b) {
         const int bounded = may_be_bounded(&tables->air, frame->bases, parts, weights, b);
         for (size_t m = 0; m < materials; ++m) {
@@ -191,16 +190,16 @@ static void make_frame(skyshine_frame *frame, const skyshine_tables *tables, con
 {
     const struct database *air = &tables->air;
     const double place[] = {view->centre_range, view->altitude, view->centre_elevation, view->source_elevation, view->source_heading - view->centre_heading};
-    const size_t parts = sky_parts_of(air);
+    const size_t parts = sky_wavelengths_of(air);
     if (!isfinite(place[4])) sky_fail("heading: found %g, %g; allowed: finite numbers", view->centre_heading, view->source_heading);
     frame->tables = tables;
-    frame->extinction = 5.5 / sky_value_at(air, "beta_star", place);
+    frame->extinction = 5.5 / sky_quantity_at(air, "beta_star", place);
     frame->path_ratio = sky_path_ratio_at(air, place);
     frame->source_heading = view->source_heading;
     sine_and_cosine(view->source_elevation, &frame->sine, &frame->cosine);
     frame->elevation = view->centre_elevation;
     frame->heading = view->centre_heading;
-    const double *rho = reflectances(tables, parts);
+    const double *rho = reflectances(tables);
     make_light(frame, view, place, parts, rho);
     make_emission(frame, place, parts, rho);
     make_materials(frame);

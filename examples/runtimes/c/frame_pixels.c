@@ -196,7 +196,7 @@ INLINE void reflect(const skyshine_frame *frame, struct block_of *block)
 /* Wavelengths at which light is bounded at 0 are added one by one. */
 static void add_bounded(const skyshine_frame *frame, struct block_of *block)
 {
-    const size_t parts = sky_parts_of(&frame->tables->air);
+    const size_t parts = sky_wavelengths_of(&frame->tables->air);
     for (int i = 0; i < block->count; ++i) {
         double at[BASES] = {1.0};
         if (frame->bases > 1) sky_bases(&frame->tables->air, (double[]){block->normal[0][i], block->normal[1][i], block->normal[2][i]}, at);

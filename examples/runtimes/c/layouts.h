@@ -62,34 +62,11 @@ static const struct layout BAND[] = {
     {"specular_fraction", {"material"}, 0.0, 1.0},
     {"shininess", {"material"}, 0.0, HUGE_VALF},
     {"normalisation", {"material"}, 0.0, HUGE_VALF},
-    {NULL, {NULL}, 0, 0},
-};
-/* Of a .band that holds either of them: what light is parted with at the wavelengths of the band. */
-static const struct layout SPECTRA[] = {
     {"reflectance_spectrum", {"material", "band_wavelength"}, 0.0, 1.0},
     {"emission_share", {"planck_temperature", "band_wavelength"}, 0.0, 1.00001},
     {NULL, {NULL}, 0, 0},
 };
-static const struct layout ATMOSPHERE[] = {
-    {"beta_star", {"range", "altitude", "elevation"}, 1e-12, HUGE_VALF},
-    {"path_radiance_ratio", {"range", "altitude", "elevation", "source_elevation", "source_azimuth"}, 0.0, HUGE_VALF},
-    {"ambient_radiance", {"range", "altitude", "elevation", "source_elevation"}, 0.0, HUGE_VALF},
-    {"direct_radiance", {"range", "altitude", "elevation", "source_elevation"}, 0.0, HUGE_VALF},
-    {NULL, {NULL}, 0, 0},
-};
-static const struct layout TILTED[] = {
-    {LIGHT, {"range", "altitude", "elevation", "source_elevation", "harmonic"}, -HUGE_VALF, HUGE_VALF},
-    {GLOW, {"range", "altitude", "elevation", "ground_temperature", "zonal_harmonic"}, -HUGE_VALF, HUGE_VALF},
-    {NULL, {NULL}, 0, 0},
-};
-/* Of an .atmq that holds the first of them: its quantities without the source; the last beside harmonics alone. */
-static const struct layout NIGHT[] = {
-    {"thermal_path_radiance_ratio", {"range", "altitude", "elevation"}, 0.0, HUGE_VALF},
-    {"thermal_ambient_radiance", {"range", "altitude", "elevation"}, 0.0, HUGE_VALF},
-    {"thermal_radiance_harmonics", {"range", "altitude", "elevation", "harmonic"}, -HUGE_VALF, HUGE_VALF},
-    {NULL, {NULL}, 0, 0},
-};
-/* Of an .atmq of format 3: what transmittance, path radiance and light on surfaces are computed from. */
+/* Of an atmosphere: what transmittance, path radiance and light on surfaces are computed from. */
 static const struct layout CHANNELS[] = {
     {"effective_radius", {"height_root"}, 1e-3, HUGE_VALF},
     {"log_mean_extinction", {"absorber", "share", "height_root", "direction"}, -200.0, 200.0},
@@ -107,6 +84,8 @@ static const struct layout CHANNELS[] = {
     {"thermal_sky_factor", {"channel", "thermal_sky_part"}, -HUGE_VALF, HUGE_VALF},
     {"scattered_sky", {"scattered_sky_part", "surface_height", "sky_source_elevation"}, -HUGE_VALF, HUGE_VALF},
     {"scattered_sky_factor", {"channel", "scattered_sky_part"}, -HUGE_VALF, HUGE_VALF},
+    {"thermal_wavelength_share", {"channel", "band_wavelength"}, 0.0, 1.00001},
+    {"source_wavelength_share", {"channel", "band_wavelength"}, 0.0, 1.00001},
     {NULL, {NULL}, 0, 0},
 };
 /* Of one that holds any of them. */
@@ -123,12 +102,6 @@ static const struct layout CHANNEL_HARMONICS[] = {
 /* Of one whose paths refraction bends far: height of their ends above those of straight lines, over the range. */
 static const struct layout CHANNEL_BENDING[] = {
     {"end_rise", {"share", "height_root", "direction"}, -1.0, 1.0},
-    {NULL, {NULL}, 0, 0},
-};
-/* Of one that holds either of them: shares of the wavelengths in the light of the channels. */
-static const struct layout CHANNEL_SHARES[] = {
-    {"thermal_wavelength_share", {"channel", "band_wavelength"}, 0.0, 1.00001},
-    {"source_wavelength_share", {"channel", "band_wavelength"}, 0.0, 1.00001},
     {NULL, {NULL}, 0, 0},
 };
 

@@ -1,4 +1,5 @@
 /* Equations (1) to (44) for one pixel. */
+#include "channels.h"
 #include "shade.h"
 #include "tables.h"
 
@@ -27,7 +28,7 @@ static void irradiance_harmonics(const double *n, double *to)
 void sky_bases(const struct database *air, const double *normal, double *to)
 {
     const double square = normal[2] * normal[2];
-    const int second_degree = sky_codes_of(air, LIGHT)->count == 6;
+    const int second_degree = sky_codes_of(air, "scattered_harmonics")->count == 6;
     to[0] = second_degree ? ((35 * square - 30) * square + 3) / 8 : (((231 * square - 315) * square + 105) * square - 5) / 16;
     irradiance_harmonics(normal, to + 1);
 }
@@ -35,15 +36,15 @@ void sky_bases(const struct database *air, const double *normal, double *to)
 /* Light at each wavelength, or in the whole band where one value is asked for. */
 static void light_of(const struct database *air, const char *name, const double *place, size_t parts, double *to)
 {
-    if (parts > 1) sky_light_at(air, name, place, to);
-    else *to = sky_value_at(air, name, place);
+    if (parts > 1) sky_light_by_wavelength(air, name, place, to);
+    else *to = sky_quantity_at(air, name, place);
 }
 
 size_t sky_ambient_weights(const struct database *air, const double *place, int tilted, const double *ground, size_t parts, double *to)
 {
     light_of(air, "ambient_radiance", place, parts, to);
     if (!tilted) return 1;
-    const struct axis *codes = sky_codes_of(air, LIGHT), *zones = sky_codes_of(air, GLOW);
+    const struct axis *codes = sky_codes_of(air, "scattered_harmonics"), *zones = sky_codes_of(air, "ground_harmonics");
     double upright[HARMONICS], *glow = sky_allocate(parts, sizeof *glow);
     irradiance_harmonics((double[]){0.0, 0.0, 1.0}, upright);
     for (size_t h = 0; h < codes->count; ++h) {
@@ -80,10 +81,8 @@ static double scattering_angle(double elevation, double source_elevation, double
 
 double sky_path_ratio_at(const struct database *air, const double *place)
 {
-    double where[] = {place[0], place[1], place[2], place[3], place[4]};
-    if (air->channels.present || !strcmp(sky_array_of(air, "path_radiance_ratio")->axes[4].name, "scattering_angle"))
-        where[4] = scattering_angle(place[2], place[3], place[4]);
-    return sky_value_at(air, "path_radiance_ratio", where);
+    const double angle = scattering_angle(place[2], place[3], place[4]);
+    return sky_quantity_at(air, "path_radiance_ratio", (double[]){place[0], place[1], place[2], place[3], angle});
 }
 
 static double dot(const double *a, const double *b)
@@ -108,28 +107,19 @@ static double lobe(const double *normal, const double *to_source, const double *
     return pow(fmin(fmax(chi, 0.0), 1.0), shininess);
 }
 
-/* Reflectance of a material at each wavelength, or in the whole band. */
-static void reflectance_of(const struct database *band, size_t parted, double code, double *rho)
+/* A row of an array of the band at each wavelength: what a material reflects, or the share of what a black body emits. */
+static void spectrum_of(const struct database *band, const char *name, double row, double *to)
 {
-    if (!parted) *rho = sky_value_at(band, "reflectance", &code);
-    for (size_t b = 0; b < parted; ++b)
-        rho[b] = sky_interpolated(band, "reflectance_spectrum", (double[]){code, sky_array_of(band, "emission_share")->axes[1].nodes[b]});
-}
-
-/* Share of each wavelength in what a black body emits, or of the whole band. */
-static void emission_of(const struct database *band, size_t parted, double temperature, double *emission)
-{
-    if (!parted) *emission = 1.0;
-    for (size_t b = 0; b < parted; ++b)
-        emission[b] = sky_interpolated(band, "emission_share", (double[]){temperature, sky_array_of(band, "emission_share")->axes[1].nodes[b]});
+    const struct axis *wavelength = &sky_array_of(band, name)->axes[1];
+    for (size_t b = 0; b < wavelength->count; ++b) to[b] = sky_value_at(band, name, (double[]){row, wavelength->nodes[b]});
 }
 
 /* L_ambient of the pixel's face at each wavelength; of a level one where the file or the pixel says no more. */
 static void ambient_of(const skyshine_tables *tables, const skyshine_pixel *pixel, const double *place, double *to)
 {
-    const size_t parts = sky_parts_of(&tables->air);
+    const size_t parts = sky_wavelengths_of(&tables->air);
     if (!tables->air.tilted || isnan(pixel->source_heading)) {
-        sky_light_at(&tables->air, "ambient_radiance", place, to);
+        sky_light_by_wavelength(&tables->air, "ambient_radiance", place, to);
         return;
     }
     double ground[2], bases[BASES], *weights = sky_allocate(BASES * parts, sizeof *weights);
@@ -144,17 +134,15 @@ static void ambient_of(const skyshine_tables *tables, const skyshine_pixel *pixe
     }
 }
 
-/* What black bodies beside a pixel emit, at each wavelength as `sky_light_at` gives light there. */
+/* What black bodies beside a pixel emit, at each wavelength as `sky_light_by_wavelength` gives light there. */
 static void glow_of(const skyshine_tables *tables, const double *place, double temperature, double *to)
 {
-    const size_t parts = sky_parts_of(&tables->air);
+    const size_t parts = sky_wavelengths_of(&tables->air);
     const double radiance = sky_value_at(&tables->band, "blackbody_radiance", &temperature);
-    *to = radiance;
-    if (!tables->air.parted) return;
-    const double tau = exp(-5.5 * place[0] / sky_value_at(&tables->air, "beta_star", place));
+    const double tau = exp(-5.5 * place[0] / sky_quantity_at(&tables->air, "beta_star", place));
     double *extinction = sky_allocate(parts, sizeof *extinction);
-    sky_extinction_at(&tables->air, place, extinction);
-    emission_of(&tables->band, parts, temperature, to);
+    sky_extinction_by_wavelength(&tables->air, place, extinction);
+    spectrum_of(&tables->band, "emission_share", temperature, to);
     for (size_t b = 0; b < parts; ++b) to[b] *= tau > 0.0 ? radiance * exp(-extinction[b] * place[0]) / tau : 0.0;
 }
 
@@ -177,12 +165,12 @@ static double ground_before_walls(const skyshine_tables *tables, const skyshine_
     return sky_value_at(surface, "temperature", (double[]){code, altitude, 0.0, 0.0, pixel->time});
 }
 
-/* Put what hides a share of the sky in its place: the formula of schemas/formats/atmq-2.md. */
+/* Put what hides a share of the sky in its place: the formula of schemas/formats/atmq-4.md. */
 static void hide_sky(const skyshine_tables *tables, const skyshine_pixel *pixel, const double *place, double hidden, double *sky)
 {
-    const size_t parts = sky_parts_of(&tables->air);
+    const size_t parts = sky_wavelengths_of(&tables->air);
     double *level = sky_allocate(3 * parts, sizeof *level), *wall = level + parts, *ground = wall + parts;
-    sky_light_at(&tables->air, "ambient_radiance", place, level);
+    sky_light_by_wavelength(&tables->air, "ambient_radiance", place, level);
     glow_of(tables, place, sky_air_temperature(&tables->surface, pixel->surface_altitude, pixel->time), wall);
     glow_of(tables, place, ground_before_walls(tables, pixel), ground);
     const double share = hidden * 0.5 * (1.0 + cos(RADIAN * pixel->surface_slope));
@@ -204,11 +192,11 @@ static void add_emission(const skyshine_tables *tables, const struct light *ligh
 {
     double emitted = 0.0, *emission = sky_allocate(light->parts, sizeof *emission);
     const double blackbody = sky_value_at(&tables->band, "blackbody_radiance", &temperature);
-    emission_of(&tables->band, tables->air.parted, temperature, emission);
+    spectrum_of(&tables->band, "emission_share", temperature, emission);
     for (size_t b = 0; b < light->parts; ++b) emitted += (1.0 - rho[b]) * emission[b] * light->through[b];
     terms->temperature += share * temperature;
     terms->blackbody_radiance += share * blackbody; /* (7) */
-    terms->thermal += share * blackbody * emitted; /* (5), or (6) */
+    terms->thermal += share * blackbody * emitted; /* (5) */
 }
 
 /* Open share of the sky above what of a pixel lies in the shade. */
@@ -225,7 +213,7 @@ static void add_material(const skyshine_tables *tables, const skyshine_pixel *pi
     const double face[] = {code, pixel->surface_altitude, pixel->surface_azimuth, pixel->surface_slope, pixel->time};
     double temperature = pixel->temperature[k], sky = 0.0, direct = 0.0, *rho = sky_allocate(light->parts, sizeof *rho);
     if (isnan(temperature)) temperature = sky_value_at(&tables->surface, "temperature", face);
-    reflectance_of(band, tables->air.parted, code, rho);
+    spectrum_of(band, "reflectance_spectrum", code, rho);
     add_emission(tables, light, rho, share * lit, temperature, terms);
     if (pixel->shade > 0.0) {
         const skyshine_surroundings around = {ALL_DAY, 1, shaded_view(pixel), NAN, NAN};
@@ -238,7 +226,7 @@ static void add_material(const skyshine_tables *tables, const skyshine_pixel *pi
     }
     const double fraction = sky_value_at(band, "specular_fraction", &code);
     direct = fmax(direct, 0.0) * terms->transmittance * lit;
-    terms->skyshine += share * fmax(sky, 0.0) * terms->transmittance; /* (18), or (19) */
+    terms->skyshine += share * fmax(sky, 0.0) * terms->transmittance; /* (18) */
     terms->diffuse += share * direct * light->incidence * (1.0 - fraction); /* (34) */
     const double shape = lobe(light->normal, light->to_source, light->to_observer, sky_value_at(band, "shininess", &code));
     terms->specular += share * direct * shape * fraction * sky_value_at(band, "normalisation", &code); /* (35) */
@@ -253,13 +241,14 @@ static void compute(const skyshine_tables *tables, const skyshine_pixel *pixel, 
 {
     const struct database *air = &tables->air;
     const double place[] = {pixel->centre_range, pixel->altitude, pixel->centre_elevation, pixel->source_elevation, pixel->source_azimuth};
-    struct light light = {.parts = sky_parts_of(air)};
+    struct light light = {.parts = sky_wavelengths_of(air)};
     memset(terms, 0, sizeof *terms);
     if (pixel->materials < 1 || pixel->materials > SKYSHINE_COMPONENTS) sky_fail("materials: found %zu; allowed: 1 to %d", pixel->materials, SKYSHINE_COMPONENTS);
+    if (!(pixel->range >= 0.0 && isfinite(pixel->range))) sky_fail("range: found %g; allowed: finite numbers from 0", pixel->range);
     check_share("shade", pixel->shade);
     check_share("hidden_sky", pixel->hidden_sky);
     if (pixel->shade > 0.0) check_share("shaded_sky", pixel->shaded_sky);
-    terms->beta_star = sky_value_at(air, "beta_star", place);
+    terms->beta_star = sky_quantity_at(air, "beta_star", place);
     const double depth = 5.5 * pixel->range / terms->beta_star;
     terms->transmittance = exp(-depth); /* (9) */
     unit_of(pixel->normal, "normal", light.normal);
@@ -269,11 +258,11 @@ static void compute(const skyshine_tables *tables, const skyshine_pixel *pixel, 
     light.sky = sky_allocate(3 * light.parts, sizeof(double));
     light.beam = light.sky + light.parts;
     light.through = light.beam + light.parts;
-    if (light.incidence > 0.0) sky_light_at(air, "direct_radiance", place, light.beam);
+    if (light.incidence > 0.0) sky_light_by_wavelength(air, "direct_radiance", place, light.beam);
     ambient_of(tables, pixel, place, light.sky);
     const double open = 1.0 - pixel->hidden_sky, seen = pixel->shade > 0.0 ? open - pixel->shade * (open - shaded_view(pixel)) : open;
     if (seen < 1.0) hide_sky(tables, pixel, place, 1.0 - seen, light.sky);
-    sky_extinction_at(air, place, light.through);
+    sky_extinction_by_wavelength(air, place, light.through);
     for (size_t b = 0; b < light.parts; ++b) light.through[b] = exp(-pixel->range * light.through[b]);
     for (size_t k = 0; k < pixel->materials; ++k) add_material(tables, pixel, k, &light, terms);
     terms->path = sky_path_ratio_at(air, place) * -expm1(-depth); /* (11) */

@@ -26,7 +26,6 @@ static const struct {
     {"scattered_harmonics_part", "exact", "exact", 0},
     {"ground_harmonics_part", "exact", "exact", 0},
     {"azimuth", "linear_periodic", "linear_periodic", 360},
-    {"source_azimuth", "linear_folded", "linear_folded", 360},
     {"time", "linear_periodic", "linear", 24},
     {"response_hour", "linear_periodic", "linear_periodic", 24},
     {"forcing_time", "linear_periodic", "linear_periodic", 24},
@@ -137,52 +136,48 @@ static int is_clamped(const char *axis, const char *const *clamped)
 }
 
 /* The rule of an axis must be that of the format, and its nodes must suit it. */
-static void read_rule(const struct source *from, hid_t array, const char *stored, struct axis *axis, const char *const *clamped)
+static void read_rule(const struct source *from, hid_t array, struct axis *axis, const char *const *clamped)
 {
     char policy[NAME];
     const size_t rule = rule_of(axis->name);
     if (!sky_read_text(array, "interpolation", axis->rule) || (strcmp(axis->rule, RULES[rule].rule) && strcmp(axis->rule, RULES[rule].or_rule)))
-        sky_fail("%s: the axis '%s' has interpolation '%s'; allowed: %s", from->path, stored, axis->rule, RULES[rule].rule);
+        sky_fail("%s: the axis '%s' has interpolation '%s'; allowed: %s", from->path, axis->name, axis->rule, RULES[rule].rule);
     if (H5Aexists(array, "out_of_range") > 0 && (!sky_read_text(array, "out_of_range", policy) || (strcmp(policy, "error") && strcmp(policy, "clamp"))))
-        sky_fail("%s: the axis '%s' has out_of_range '%s'; allowed: error, clamp", from->path, stored, policy);
+        sky_fail("%s: the axis '%s' has out_of_range '%s'; allowed: error, clamp", from->path, axis->name, policy);
     axis->clamps = is_clamped(axis->name, clamped) || (H5Aexists(array, "out_of_range") > 0 && !strcmp(policy, "clamp"));
     if (H5Aexists(array, "period") > 0 && !sky_read_number(array, "period", &axis->period)) axis->period = NAN;
     axis->dark_below = NAN;
     if (!strcmp(axis->name, "source_elevation") && H5Aexists(array, "dark_below") > 0 &&
         (!sky_read_number(array, "dark_below", &axis->dark_below) || !(axis->dark_below >= -90 && axis->dark_below <= 0)))
-        sky_fail("%s: the axis '%s' has dark_below %g; allowed: -90 to 0", from->path, stored, axis->dark_below);
+        sky_fail("%s: the axis '%s' has dark_below %g; allowed: -90 to 0", from->path, axis->name, axis->dark_below);
     if (axis->period != RULES[rule].period)
-        sky_fail("%s: the axis '%s' has period %g; allowed: %g", from->path, stored, axis->period, RULES[rule].period);
+        sky_fail("%s: the axis '%s' has period %g; allowed: %g", from->path, axis->name, axis->period, RULES[rule].period);
     const double first = axis->nodes[0], last = axis->nodes[axis->count - 1];
-    const int periodic = !strcmp(axis->rule, "linear_periodic"), folded = !strcmp(axis->rule, "linear_folded");
+    const int periodic = !strcmp(axis->rule, "linear_periodic");
     for (size_t i = 0; i < axis->count; ++i)
         if (!isfinite(axis->nodes[i]) || (i && axis->nodes[i] <= axis->nodes[i - 1]))
-            sky_fail("%s: the axis '%s' is not a list of ascending numbers", from->path, stored);
-    if ((periodic && last >= first + axis->period) || (folded && (first < 0 || last > axis->period / 2)) || (axis->period > 0 && last > first + axis->period))
-        sky_fail("%s: the axis '%s' has nodes beyond its period", from->path, stored);
+            sky_fail("%s: the axis '%s' is not a list of ascending numbers", from->path, axis->name);
+    if ((periodic && last >= first + axis->period) || (axis->period > 0 && last > first + axis->period))
+        sky_fail("%s: the axis '%s' has nodes beyond its period", from->path, axis->name);
     const int zonal = !strcmp(axis->name, "zonal_harmonic");
     if (zonal || !strcmp(axis->name, "harmonic")) {
         int known = zonal ? axis->count == 3 || axis->count == 4 : axis->count == 6 || axis->count == HARMONICS;
         for (size_t i = 0; known && i < axis->count; ++i) known = axis->nodes[i] == (zonal ? ZONAL_CODES : SKY_HARMONIC_CODES)[i];
-        if (!known) sky_fail("%s: the axis '%s' has codes that are not those of the format", from->path, stored);
+        if (!known) sky_fail("%s: the axis '%s' has codes that are not those of the format", from->path, axis->name);
     } else if (!strcmp(axis->rule, "exact") && (first < 1 || last > LAST_CODE))
-        sky_fail("%s: the axis '%s' has codes beyond 1 to %d", from->path, stored, LAST_CODE);
+        sky_fail("%s: the axis '%s' has codes beyond 1 to %d", from->path, axis->name, LAST_CODE);
 }
 
-/* The axis that array `quantity` has to itself where the file has one, else the one that quantities share. */
-static hobj_ref_t read_axis(const struct source *from, const char *quantity, struct axis *axis, const char *const *clamped)
+static hobj_ref_t read_axis(const struct source *from, struct axis *axis, const char *const *clamped)
 {
-    char own[2 * NAME];
     hsize_t length;
     hobj_ref_t reference;
-    snprintf(own, sizeof own, "%s_%s", quantity, axis->name);
-    const char *stored = from->own_axes && H5Lexists(from->file, own, H5P_DEFAULT) > 0 ? own : axis->name;
     const int codes = !strcmp(RULES[rule_of(axis->name)].rule, "exact");
-    hid_t array = sky_open_array(from, stored);
-    axis->count = sky_read_shape(from, array, stored, 1, codes ? H5T_INTEGER : H5T_FLOAT, codes ? 4 : 8, &length);
-    axis->nodes = sky_read_values(from, array, stored, H5T_NATIVE_DOUBLE, axis->count, sizeof(double));
-    read_rule(from, array, stored, axis, clamped);
-    if (H5Rcreate(&reference, from->file, stored, H5R_OBJECT, -1) < 0) sky_fail("%s: '%s' cannot be read", from->path, stored);
+    hid_t array = sky_open_array(from, axis->name);
+    axis->count = sky_read_shape(from, array, axis->name, 1, codes ? H5T_INTEGER : H5T_FLOAT, codes ? 4 : 8, &length);
+    axis->nodes = sky_read_values(from, array, axis->name, H5T_NATIVE_DOUBLE, axis->count, sizeof(double));
+    read_rule(from, array, axis, clamped);
+    if (H5Rcreate(&reference, from->file, axis->name, H5R_OBJECT, -1) < 0) sky_fail("%s: '%s' cannot be read", from->path, axis->name);
     return reference;
 }
 
@@ -214,8 +209,7 @@ void sky_read_array(const struct source *from, const struct layout *layout, stru
     for (size_t k = 0; k < array->rank; ++k) {
         struct axis *axis = &array->axes[k];
         axis->name = layout->axes[k];
-        if (!strcmp(axis->name, "source_azimuth") && H5Lexists(from->file, "scattering_angle", H5P_DEFAULT) > 0) axis->name = "scattering_angle";
-        references[k] = read_axis(from, layout->name, axis, clamped);
+        references[k] = read_axis(from, axis, clamped);
         if (lengths[k] != axis->count)
             sky_fail("%s: '%s' has %llu values along '%s', which has %zu nodes", from->path, layout->name, (unsigned long long)lengths[k], axis->name, axis->count);
     }

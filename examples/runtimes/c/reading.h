@@ -9,7 +9,6 @@ struct source {
     hid_t file;
     const char *path;
     double bytes;  /* most that an array of it can take */
-    int own_axes;  /* an array may have axes of its own, named after it: not in format 3 */
 };
 
 /* So many number attributes in one dimension, or one without; 0 where it is not that. */

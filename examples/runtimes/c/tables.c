@@ -1,5 +1,6 @@
 /* The tables of a state, a band and a source: opened, and read at one place. */
 #include "tables.h"
+#include "channels.h"
 #include "json.h"
 #include "shade.h"
 
@@ -15,7 +16,7 @@ static void open_files(skyshine_tables *tables, const char *surface, const char 
     sky_open_database(&tables->surface, surface, "htt", clamp);
     sky_open_database(&tables->band, band, "band", clamp);
     sky_open_database(&tables->air, air, "atmq", clamp);
-    sky_part_light(&tables->air, &tables->band);
+    sky_compare_wavelengths(&tables->air, &tables->band);
     const struct axis *materials = &sky_array_of(&tables->band, "reflectance")->axes[0];
     tables->codes = sky_allocate(materials->count, sizeof *tables->codes);
     for (size_t i = 0; i < materials->count; ++i) tables->codes[i] = (int32_t)materials->nodes[i];
@@ -148,7 +149,7 @@ skyshine_status skyshine_transmittance(const skyshine_tables *tables, const skys
     struct call call;
     sky_begin(&call, SKYSHINE_VALUE_ERROR);
     if (!setjmp(call.failed))
-        *transmittance = exp(-5.5 * line->range / sky_value_at(&tables->air, "beta_star", (double[]){line->range, line->altitude, line->elevation}));
+        *transmittance = exp(-5.5 * line->range / sky_quantity_at(&tables->air, "beta_star", (double[]){line->range, line->altitude, line->elevation}));
     return sky_end(&call, error);
 }
 
@@ -159,7 +160,7 @@ skyshine_status skyshine_path_radiance(const skyshine_tables *tables, const skys
     if (!setjmp(call.failed)) {
         const double place[] = {line->range, line->altitude, line->elevation, line->source_elevation, line->source_azimuth};
         const double ratio = sky_path_ratio_at(&tables->air, place);
-        *radiance = ratio * -expm1(-5.5 * line->range / sky_value_at(&tables->air, "beta_star", place));
+        *radiance = ratio * -expm1(-5.5 * line->range / sky_quantity_at(&tables->air, "beta_star", place));
     }
     return sky_end(&call, error);
 }
@@ -190,7 +191,7 @@ skyshine_status skyshine_direct_radiance(const skyshine_tables *tables, const sk
     struct call call;
     sky_begin(&call, SKYSHINE_VALUE_ERROR);
     if (!setjmp(call.failed))
-        *radiance = sky_value_at(&tables->air, "direct_radiance", (double[]){line->range, line->altitude, line->elevation, line->source_elevation});
+        *radiance = sky_quantity_at(&tables->air, "direct_radiance", (double[]){line->range, line->altitude, line->elevation, line->source_elevation});
     return sky_end(&call, error);
 }
 

@@ -14,7 +14,7 @@ struct skyshine_tables {
  * the harmonics. */
 enum { BASES = 1 + HARMONICS };
 
-/* L_ambient as weights of the bases, BASES rows of `parts` values (those of `sky_parts_of`, or one for the whole band): of a
+/* L_ambient as weights of the bases, BASES rows of `parts` values (one for each wavelength, or one for the whole band): of a
  * face in any direction, or of a level one in every direction. `place` is a line and its source; `ground` the temperature of
  * the ground and what it emits. Returns how many bases have weights. */
 size_t sky_ambient_weights(const struct database *air, const double *place, int tilted, const double *ground, size_t parts, double *to);

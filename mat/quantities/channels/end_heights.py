@@ -14,7 +14,7 @@ from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.channels.coordinates import RayCoordinates
-from skyshine.mat.quantities.emission import lines_of_sight
+from skyshine.mat.quantities.grid import lines_of_sight
 from skyshine.schemas.arrays import Floats
 
 _ABOVE_RISE = (0.05, 0.2, 0.4, 0.7, 1.2, 2.0)  # degree, of a source that has just risen for the end of the path

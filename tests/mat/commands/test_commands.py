@@ -40,23 +40,16 @@ def test_check_prints_what_is_built_and_when_the_sources_are_up(mat, small_job):
     assert "left out" in mat("check", small_job)[1]
 
 
-@pytest.mark.parametrize(
-    ("tolerance", "words"),
-    [
-        ("0.2 K\n  layout: classic", "until 0.2 K holds"),
-        ("{direct_radiance: 1 K}", "until 1 K of direct_radiance holds"),
-    ],
-)
-def test_check_says_why_it_does_not_know_how_many_nodes_a_tolerance_takes(mat, small_job, tmp_path, tolerance, words):
+def test_check_says_which_tables_on_axes_are_built_and_why_it_does_not_know_how_many_nodes_a_tolerance_takes(
+    mat, small_job, tmp_path
+):
+    assert "tables on the five axes of the job too, 4 x 2 x 6 x 4 x 3 nodes" in mat("check", small_job)[1]
     job = tmp_path / "job.yaml"
-    job.write_text(
-        small_job.read_text(encoding="utf-8").replace(
-            "atmosphere_grid:", f"atmosphere_grid:\n  tolerance: {tolerance}"
-        ),
-        encoding="utf-8",
-    )
+    text = small_job.read_text(encoding="utf-8").replace("surface_grid:", "surface_grid:\n  tolerance: 0.2 K")
+    job.write_text(text, encoding="utf-8")
     shown = mat("check", job)[1]
-    assert words in shown and "not known before the build" in shown and "at most 20,000,000 nodes" in shown
+    assert "until 0.2 K holds" in shown and "not known before the build" in shown
+    assert "at most 20,000,000 nodes" in shown
 
 
 def test_check_warns_of_weather_far_from_the_profile_and_says_what_the_air_follows(mat, small_job, tmp_path):

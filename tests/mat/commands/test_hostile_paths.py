@@ -16,7 +16,7 @@ from skyshine.mat.cli import main
 posix = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
 pytestmark = posix
 SECONDS = 60
-DATABASE_COMMANDS = ("info", "query", "verify", "convert", "export", "plot")
+DATABASE_COMMANDS = ("info", "query", "verify", "export", "plot")
 
 
 @pytest.fixture
@@ -54,11 +54,10 @@ def run(*arguments):
 @pytest.mark.parametrize("command", DATABASE_COMMANDS)
 @pytest.mark.parametrize("name", ["s01.htt.h5", "s01.htt.raw.json"])
 def test_a_database_that_is_a_pipe_or_a_device(command, name, special, at_once, tmp_path):
-    if command in ("verify", "convert", "export") and name.endswith(".json"):
+    if command in ("verify", "export") and name.endswith(".json"):
         pytest.skip("reads HDF5 alone")
     rest = {
         "query": ["temperature", "time=1"],
-        "convert": ["--out", tmp_path / "out"],
         "export": ["--raw", "--out", tmp_path / "out"],
         "plot": ["--out", tmp_path / "x.png"],
     }
@@ -138,7 +137,6 @@ def test_a_material_of_a_file_that_is_a_pipe_or_a_device(special, at_once, small
         "query s01.htt.h5 temperature material=asphalt_road time=1 altitude=0 azimuth=0 slope=0",
         "specular --fwhm 5",
         "check job.yaml",
-        "convert s01.htt.h5 --out converted",
         "export s01.htt.h5 --raw --out exported",
     ],
 )

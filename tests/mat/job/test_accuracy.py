@@ -40,40 +40,58 @@ def test_finer_pixels_take_no_coarser_parts():
     jobs = [job_of(accuracy=f"{kelvin} K") for kelvin in (5, 2, 1, 0.5, 0.3, 0.1, 0.05)]
     for coarse, fine in pairwise(jobs):
         assert fine.accuracy.solver_steps >= coarse.accuracy.solver_steps
-        for key in ("spectral_tolerance", "class_tolerance", "tilted_faces_k", "negligible_k"):
+        for key in ("spectral_tolerance", "tilted_faces_k", "negligible_k"):
             assert getattr(fine.accuracy, key) <= getattr(coarse.accuracy, key)
         for grid in ("atmosphere_grid", "surface_grid"):
             one, other = (getattr(job, grid).tolerance for job in (fine, coarse))
-            assert float(str(getattr(one, "beta_star", one)).split()[0]) < float(
-                str(getattr(other, "beta_star", other)).split()[0]
-            )
-    assert all(job.atmosphere_grid.in_channels for job in jobs)
+            assert float(one.split()[0]) < float(other.split()[0])
 
 
 def test_no_part_may_take_more_than_the_pixel():
     job = job_of(accuracy="0.5 K")
-    assert set(job.atmosphere_grid.tolerances.values()) == {"0.5 K"}
+    assert job.atmosphere_grid.tolerance == "0.5 K"
     assert float(job.surface_grid.tolerance.removesuffix(" K")) <= 0.5
     assert job.accuracy.tilted_faces_k < 0.5
     # 1 % of transmittance is .27 K of a black body at 300 K in 3-5 um, .65 K in 8-12 um.
-    assert 65 * job.accuracy.spectral_tolerance < 0.5 and 65 * job.accuracy.class_tolerance < 0.5
+    assert 65 * job.accuracy.spectral_tolerance < 0.5
 
 
 def test_keys_that_are_written_keep_their_values():
     job = job_of(
         accuracy={"pixel": "1 K", "solver_steps": 288, "spectral_tolerance": 1e-4},
-        atmosphere_grid={"tolerance": "0.2 K", "layout": "classic"},
+        atmosphere_grid={"tolerance": "0.2 K"},
         surface_grid={"slope_deg": [0]},
     )
     assert (job.accuracy.solver_steps, job.accuracy.spectral_tolerance) == (288, 1e-4)
-    assert set(job.atmosphere_grid.tolerances.values()) == {"0.2 K"} and not job.atmosphere_grid.in_channels
+    assert job.atmosphere_grid.tolerance == "0.2 K"
     assert job.surface_grid.slope_deg == [0] and job.surface_grid.tolerance == "1 K"
-    assert job.accuracy.class_tolerance == job_of(accuracy="1 K").accuracy.class_tolerance
+    assert job.accuracy.tilted_faces_k == job_of(accuracy="1 K").accuracy.tilted_faces_k
 
 
-def test_without_the_number_nothing_changes():
-    assert job_of() == job_of(accuracy={}) == job_of(accuracy={"solver_steps": 192})
-    assert job_of().atmosphere_grid.tolerance is None
+def test_a_job_that_says_nothing_has_half_a_kelvin():
+    assert job_of() == job_of(accuracy={}) == job_of(accuracy="0.5 K")
+    assert job_of(accuracy={"solver_steps": 288}).atmosphere_grid.tolerance == "0.5 K"
+
+
+def test_axes_of_temperatures_are_kept_unless_the_job_writes_an_accuracy():
+    axes = {"surface_grid": {"slope_deg": [0, 45], "azimuth_deg": [0, 180]}}
+    assert job_of(**axes).surface_grid.tolerance is None
+    assert job_of(**axes, accuracy="0.5 K").surface_grid.tolerance == "0.5 K"
+    assert job_of(surface_grid={"altitude_km": [0]}).surface_grid.tolerance == "0.5 K"
+
+
+def test_tables_on_five_axes_are_written_where_all_five_are_named():
+    axes = {
+        "range_km": [0.1, 5],
+        "altitude_km": [0.1, 1],
+        "elevation_deg": [-90, 90],
+        "source_elevation_deg": [0, 60],
+        "source_azimuth_deg": [0, 180],
+    }
+    assert job_of(atmosphere_grid=axes).atmosphere_grid.writes_tables
+    for name in axes:
+        others = {key: nodes for key, nodes in axes.items() if key != name}
+        assert not job_of(atmosphere_grid=others).atmosphere_grid.writes_tables
 
 
 @pytest.mark.parametrize(

@@ -69,12 +69,10 @@ def test_level_surfaces_count_once_whatever_their_azimuths(cost):
 
 def test_what_is_not_built_costs_nothing(cost):
     plain = cost()
-    assert plain["pictures"] == plain["textures"] == plain["weighted transmittance"] == 0
+    assert plain["pictures"] == plain["textures"] == 0
     drawn = cost(("pictures: false", "pictures: true"))
     assert drawn["pictures"] > 0 and drawn["atmosphere"] == plain["atmosphere"]
     assert plain["shade"] > 0 == cost(("output:", "needs: {shade: false}\noutput:"))["shade"]
-    extra = cost(("output:", "extra_tables: [weighted_transmittance]\noutput:"))
-    assert extra["weighted transmittance"] > 0
 
 
 def test_points_are_chosen_once_for_states_of_one_air_or_cell_whatever_the_night(load):

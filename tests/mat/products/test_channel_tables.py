@@ -18,7 +18,7 @@ from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.channels.nodes import NodeCounts
 from skyshine.mat.quantities.channels.path_fields import BandLight
 from skyshine.mat.quantities.channels.wavelength_shares import PartedLight
-from skyshine.mat.quantities.emission import lines_of_sight
+from skyshine.mat.quantities.grid import lines_of_sight
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.band_wavelengths import band_wavelengths, emission_shares
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
@@ -112,7 +112,7 @@ def test_reads_agree_with_direct_computation(table, points, name):
 
 def test_faces_agree_with_the_integral_over_their_hemispheres(table, air, sun):
     faces = FaceProbes.drawn(air, BASE, sun, np.random.default_rng(3))
-    assert np.abs(faces.errors_in_channels(table, SCALE)).max() < 0.1
+    assert np.abs(faces.errors(table, SCALE)).max() < 0.1
 
 
 def test_the_beam_is_read_within_its_share_of_the_tolerance_between_its_nodes(air, channels):
@@ -345,12 +345,7 @@ def test_emitted_light_by_wavelength_is_let_through_as_the_path_lets_it(table, p
     assert np.sqrt(np.mean(error[exact.valid] ** 2)) < 5e-3
 
 
-def test_a_file_without_shares_says_that_it_cannot_part_its_light(table):
-    variables = {name: held for name, held in table.root.variables.items() if not name.endswith("wavelength_share")}
-    older = replace(table, root=replace(table.root, variables=variables))
-    assert not older.has_wavelengths
-    with pytest.raises(InputError, match="build it again"):
-        older.value_by_wavelength("optical_depth", **WHERE)
+def test_an_optical_depth_is_read_by_wavelength_and_beta_star_is_not(table):
     with pytest.raises(InputError, match="call value_by_wavelength"):
         table.value("optical_depth", **WHERE)
     with pytest.raises(InputError, match="found the quantity 'beta_star'"):

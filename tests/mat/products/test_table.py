@@ -11,8 +11,8 @@ def test_every_kind_of_task_has_a_product():
     assert set(PRODUCTS) == set(Kind)
 
 
-def test_a_product_writes_the_files_that_the_plan_names(extra_job):
-    loaded, library = load_job(extra_job), load_library()
+def test_a_product_writes_the_files_that_the_plan_names(small_job):
+    loaded, library = load_job(small_job), load_library()
     tasks = make_plan(loaded, library).tasks
     assert {task.kind for task in tasks} == set(Kind) - {Kind.TEXTURE}
     for task in tasks:

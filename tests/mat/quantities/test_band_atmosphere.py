@@ -14,9 +14,8 @@ from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.formulas import BETA_CAP_KM
-from skyshine.mat.quantities.grid import PathGrid, ScatteringGrid
+from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
-from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.schemas.errors import InputError
 
 RESPONSE = SpectralResponse.rectangular(3.99, 4.01)
@@ -128,22 +127,6 @@ def test_path_radiance_ratio_passes_smoothly_through_the_ground(air, sun):
     step = np.diff(table.path_radiance_ratio[:, 0, 0], axis=0)
     change = np.abs(np.diff(step, axis=0))
     assert np.all(change[ground - 3 : ground + 2] < 0.25 * np.abs(step[ground - 3]))
-
-
-def test_scattering_angles_stand_for_azimuths(air, sun):
-    """The same lines and sources by azimuth and by the angle between them; the other quantities know neither."""
-    azimuth = 50.0
-    places = replace(
-        GRID, range_km=[2.0, 30.0], altitude_km=[1.0], elevation_deg=[-20.0, 10.0], source_elevation_deg=[5.0, 40.0]
-    )
-    by_azimuth = air.table(replace(places, source_azimuth_deg=[azimuth]), sun)
-    for row, line in enumerate(places.elevation_deg):
-        for number, source in enumerate(places.source_elevation_deg):
-            axes = [places.range_km, places.altitude_km, [line], [source], [scattering_angle(line, source, azimuth)]]
-            table = air.table(ScatteringGrid(*axes), sun, wanted=("path_radiance_ratio",))
-            assert table.ambient is table.direct is table.beta_star is None
-            expected = by_azimuth.path_radiance_ratio[:, 0, row, number, 0]
-            assert table.path_radiance_ratio[:, 0, 0, 0, 0] == pytest.approx(expected, rel=1e-5)
 
 
 def test_no_direct_light_at_night(table):

@@ -10,8 +10,9 @@ from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
-from skyshine.mat.tables.atmq import atmq_group
+from skyshine.mat.tables.atmq import grid_group
 from skyshine.mat.tables.gridded import Gridded
+from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group
 
 
@@ -28,7 +29,7 @@ def test_beta_star_as_stored_gives_the_transmittance_back(small_job):
     grid = PathGrid([0.001, 0.1, 1, 10, 100, 1000], [0.01, 5, 600], [-90, -20, -1, 0, 1, 45, 90], [45], [0])
     air = BandAtmosphere.of(atmospheric_state(job.site, job.states[0]), few)
     quantities = air.table(grid, np.zeros(few.weight.size))
-    stored = atmq_group(Gridded.all_of(quantities, grid), Group(), {}).variables["beta_star"].data.astype(np.float32)
+    stored = grid_group(Gridded.all_of(quantities, grid), Group()).variables["beta_star"].data.astype(np.float32)
     where = quantities.valid
     again = np.exp(-5.5 * grid.range_km[:, None, None] / stored.astype(float))
     assert np.max(np.abs(again - quantities.transmittance)[where]) <= 1e-6
@@ -36,15 +37,34 @@ def test_beta_star_as_stored_gives_the_transmittance_back(small_job):
 
 
 def test_cells_behind_the_ground_are_marked(sun):
-    valid = sun.root.variables["valid"].data  # range 0.001, 1, 5, 20 km; altitude 0.01, 1; elevation -90 ... 90
+    valid = (
+        sun.root.groups["grid"].variables["valid"].data
+    )  # range 0.001, 1, 5, 20 km; altitude 0.01, 1; elevation -90 ... 90
     assert valid[0].all() and valid[:, :, 3:].all()
     assert not valid[2:, 1, 0].any() and not valid[1:, 0, 0].any() and not valid[3, 1, 1]
 
 
 def test_every_value_is_finite_and_no_radiance_is_negative(sun):
-    for name in sun.quantities:
-        values = sun.root.variables[name].data
-        assert np.all(np.isfinite(values)) and (np.all(values >= 0) or name.endswith("_harmonics")), name
+    for name, variable in sun.root.groups["grid"].variables.items():
+        assert np.all(np.isfinite(variable.data)) and np.all(variable.data >= 0), name
+
+
+def test_the_tables_on_the_axes_of_the_job_are_what_the_channels_give_there(sun, small_build):
+    """As stored, in single precision; read by linear interpolation half way between two nodes."""
+    tables = skyshine.mat.open(small_build / "s01b01.atmq.h5", grid=True)
+    place = {"range": [1.0, 5.0], "altitude": 1.0, "elevation": [-30.0, 30.0], "source_elevation": 30.0}
+    for name in ("ambient_radiance", "direct_radiance"):
+        np.testing.assert_allclose(tables.value(name, **place), sun.value(name, **place), rtol=1e-6)
+    path = place | {"source_azimuth": 90.0}
+    np.testing.assert_allclose(
+        tables.value("path_radiance_ratio", **path), sun.value("path_radiance_ratio", **path), rtol=1e-6
+    )
+    line = {"altitude": 1.0, "elevation": 30.0}
+    ends = [tables.value("beta_star", range=reach, **line) for reach in (5.0, 20.0)]
+    assert tables.value("beta_star", range=12.5, **line) == pytest.approx(sum(ends) / 2)
+    assert ends[0] == pytest.approx(float(sun.value("beta_star", range=5.0, **line)), rel=1e-6)
+    with pytest.raises(InputError, match="leave grid out"):
+        skyshine.mat.open(small_build / "b01.band.h5", grid=True)
 
 
 def test_at_night_direct_light_is_0_and_the_sky_is_not(sun):

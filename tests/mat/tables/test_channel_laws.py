@@ -114,7 +114,7 @@ def test_shares_of_wavelengths_stand_together_and_sum_to_1(refused, good, tmp_pa
     rounded.write_bytes(good.read_bytes())
     with h5py.File(rounded, "r+") as file:
         scaled(1 + 3e-6)(file)
-    assert skyshine.mat.open(rounded).has_wavelengths
+    assert skyshine.mat.open(rounded).quantities
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from skyshine.schemas.hdf5 import Axis
 
 LINE = {"range": [0.5, 4.0], "altitude": 0.4, "elevation": [-20.0, 10.0]}
 MIDNIGHT = {"source_elevation": -70.0}
-THERMAL = {"path_radiance_ratio": "thermal_path_radiance_ratio", "ambient_radiance": "thermal_ambient_radiance"}
+THERMAL = ("path_radiance_ratio", "ambient_radiance")
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,6 @@ def test_at_midnight_the_thermal_light_stays_as_the_table_has_it_at_20_degrees_b
     table = skyshine.mat.open(small_build / f"s01b01.{source}.h5")
     night = table.value(quantity, **where(quantity), **MIDNIGHT)
     assert np.all(night > 0)
-    np.testing.assert_array_equal(night, table.value(THERMAL[quantity], **LINE))
     np.testing.assert_allclose(night, table.value(quantity, **where(quantity), source_elevation=-20.0), rtol=1e-5)
 
 

@@ -24,7 +24,15 @@ from skyshine.mat.quantities.channels.end_heights import largest_change_of_beam
 from skyshine.mat.quantities.channels.nodes import ChannelNodes, NodeCounts, elevation_nodes
 from skyshine.mat.quantities.channels.parts import Parts
 from skyshine.mat.quantities.channels.path_fields import BandLight, path_fields
-from skyshine.mat.quantities.channels.source_parts import SKY_ELEVATIONS, SourceParts, sampled_radiance, source_parts
+from skyshine.mat.quantities.channels.source_parts import (
+    SKY_ELEVATIONS,
+    SourceParts,
+    all_directions,
+    at_other_nodes,
+    sampled_radiance,
+    source_parts,
+    telling_lines,
+)
 from skyshine.mat.quantities.channels.surface_light import SurfaceLight, surface_light
 from skyshine.mat.quantities.channels.wavelength_shares import PartedLight, SamplePaths, WavelengthShares
 from skyshine.mat.quantities.grid import PathGrid, lines_of_sight
@@ -37,7 +45,8 @@ from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.hdf5 import Group
 
 _SAMPLE_LINES = 150  # on which absorbers are fitted
-_SOURCE_LINES, _SOURCE_RANGES = 160, 7  # on which directions of the source are chosen; ranges of each
+_SOURCE_LINES, _SOURCE_RANGES = 80, 7  # on which directions of the source are chosen; ranges of each
+_FACTOR_LINES = 24  # of those, by which factors at other nodes are fitted
 # Of the lines on which nodes are placed, with sky light, which hardly depends on them.
 _SKY_LINES, _FEWEST_SKY_LINES = 12, 4
 _THROUGH = 300  # of the sample's transmittances, with which light on surfaces is parted
@@ -153,7 +162,9 @@ class ChannelTables:
         return absorbers(*self._sample, self.air.band.weight, allowed)
 
     def sources(self, nodes: ChannelNodes) -> SourceParts:
-        """The directions of the source whose path radiance gives that under all."""
+        """The directions of the source whose path radiance gives that under all: chosen once, on the nodes from which
+        placing starts.
+        """
         key = nodes.source_elevation.tobytes(), nodes.scattering_angle.tobytes()
         if key not in self._chosen:
             self._chosen[key] = self._sources(nodes)
@@ -164,10 +175,31 @@ class ChannelTables:
         """Those of nodes seen before: a pass of placing often leaves them as they are."""
         return {}
 
+    @cached_property
+    def _first_sources(self) -> tuple[SourceParts, Integers]:
+        """The directions chosen on the nodes from which placing starts, and the lines of their sample by which their
+        factors at other nodes are fitted.
+        """
+        start = self.nodes(NodeCounts())
+        elevation, angle = start.source_elevation, start.scattering_angle
+        if not self.is_lit:
+            return source_parts(elevation, angle, [], 0.0), np.zeros(0, int)
+        sample = self.source_sample(start, self.air.scope.lines(_SOURCE_LINES))
+        parts = source_parts(elevation, angle, [sample], _SOURCE_SHARE * self.tolerance / self.scale.factor)
+        return parts, telling_lines(parts, sample, _FACTOR_LINES)
+
     def _sources(self, nodes: ChannelNodes) -> SourceParts:
-        sample = [self.source_sample(nodes, self.air.scope.lines(_SOURCE_LINES))] if self.is_lit else []
-        allowed = _SOURCE_SHARE * self.tolerance / self.scale.factor
-        return source_parts(nodes.source_elevation, nodes.scattering_angle, sample, allowed)
+        first, lines = self._first_sources
+        elevation, angle = nodes.source_elevation, nodes.scattering_angle
+        if not self.is_lit:
+            return source_parts(elevation, angle, [], 0.0)
+        if np.array_equal(elevation, first.elevation) and np.array_equal(angle, first.angle):
+            return first
+        chosen, every = (first.chosen_elevation, first.chosen_angle), all_directions(elevation, angle)
+        up, away = (np.concatenate(pair) for pair in zip(chosen, every, strict=True))
+        places = [part[lines] for part in self._source_lines(self.air.scope.lines(_SOURCE_LINES))]
+        _, radiance = sampled_radiance(self.air, self._light, up, away, (places[0], places[1], places[2]))
+        return at_other_nodes(first, elevation, angle, radiance)
 
     @property
     def is_lit(self) -> bool:
@@ -176,11 +208,13 @@ class ChannelTables:
 
     def source_sample(self, nodes: ChannelNodes, count: int) -> tuple[Integers, Floats]:
         """Path radiance of so many sample lines under all directions of the source."""
-        generator = random_stream(self.seed, Stream.CHANNELS, 1)
-        altitude, elevation, ranges = lines_in_cells(self.base, count, generator)
-        step = max(1, ranges.shape[1] // _SOURCE_RANGES)
-        lines = altitude, elevation, ranges[:, ::step]
-        return sampled_radiance(self.air, self._light, nodes.source_elevation, nodes.scattering_angle, lines)
+        directions = all_directions(nodes.source_elevation, nodes.scattering_angle)
+        return sampled_radiance(self.air, self._light, *directions, self._source_lines(count))
+
+    def _source_lines(self, count: int) -> tuple[Floats, Floats, Floats]:
+        """Altitude and elevation (n,) and ranges (n, R) of so many sample lines."""
+        altitude, elevation, ranges = lines_in_cells(self.base, count, random_stream(self.seed, Stream.CHANNELS, 1))
+        return altitude, elevation, ranges[:, :: max(1, ranges.shape[1] // _SOURCE_RANGES)]
 
     @cached_property
     def surface(self) -> SurfaceLight:

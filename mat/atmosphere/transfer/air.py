@@ -129,6 +129,11 @@ class SpectralAir:
         return self.thermal.single
 
     @cached_property
+    def thermal_skies(self) -> dict[tuple[float, int], Floats]:
+        """Thermal irradiance (P,) of level surfaces by altitude [m] and number of directions, as `sky` computes it."""
+        return {}
+
+    @cached_property
     def scaled_extinction(self) -> Floats:
         """Delta-scaled extinction (N, P) [m^2 per molecule]: without the scattering straight forward by particles."""
         return self.optics.extinction - self.optics.aerosol_scattering * self.delta_fraction

@@ -30,6 +30,7 @@ from skyshine.schemas.arrays import Floats
 
 REFERENCE = 288.0  # K, of the black body whose spectrum thermal path radiance is divided by; that of no scene matters
 _SHORTEST = 1e-9  # m of air at the observer that stand for a range of 0
+_FIRST = 1e-3  # m of air that stand for a range of 0 where light is divided by what it is of black air
 LEAST_EXTINCTION = 1e-12  # km^-1
 
 
@@ -242,5 +243,7 @@ def _paths(
     atmosphere: BandAtmosphere, rays: RayCoordinates, root: float, lines: list[tuple[float, Floats, Floats]]
 ) -> Iterator[LineOfSight]:
     ranges = np.stack([line[1] for line in lines]) * 1e3
+    if ranges.shape[1] > 1:  # the ratio at a range of 0 is that of a short path
+        ranges[:, 0] = np.maximum(ranges[:, 0], np.minimum(_FIRST, 0.5 * ranges[:, 1]))
     altitude = np.full(len(lines), (rays.ground_km + root**3) * 1e3)
     return lines_of_sight(atmosphere.air, ranges, altitude, np.radians([line[0] for line in lines]))

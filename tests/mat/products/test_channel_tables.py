@@ -18,8 +18,7 @@ from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.channels.nodes import NodeCounts
 from skyshine.mat.quantities.channels.path_fields import BandLight
 from skyshine.mat.quantities.channels.wavelength_shares import PartedLight
-from skyshine.mat.quantities.grid import lines_of_sight
-from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.quantities.grid import PathGrid, lines_of_sight
 from skyshine.mat.radiometry.band_wavelengths import band_wavelengths, emission_shares
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.mat.tables.channel_reader import ChannelReader

@@ -1,4 +1,4 @@
-"""Lines computed together send the light that each sends alone: high and low, to the ground, through none of the air."""
+"""Lines computed together send the light that each sends alone: high, low, to the ground, and through no air."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,10 @@ EDGES = np.linspace(2500.0, 3300.0, 5)
 RANGES = np.array([0.0, 50.0, 2e3, 40e3])
 ALTITUDE = np.array([0.0, 900.0, 3e5, 20.0, 9e3])
 ELEVATION = np.radians([30.0, -20.0, 5.0, 0.3, -2.0])  # the third sees space alone
-SOURCE, AZIMUTH = np.radians([[30.0, 2.0], [-4.0, 60.0], [5.0, 5.0], [1.0, 40.0], [10.0, -8.0]]), np.radians([0.0, 90.0])
+SOURCE, AZIMUTH = (
+    np.radians([[30.0, 2.0], [-4.0, 60.0], [5.0, 5.0], [1.0, 40.0], [10.0, -8.0]]),
+    np.radians([0.0, 90.0]),
+)
 
 
 @pytest.mark.parametrize("visibility_km", [0.5, 23.0])

@@ -89,7 +89,8 @@ def test_scattered_light_is_in_proportion_to_the_source_and_never_negative(make)
     air, sources = replace(air, scatters=True), LineSources.at(np.radians([40.0, -40.0]), np.array([0.1, 0.1]))
     path = line(air, 0.0, 20.0)
     dark, once, thrice = (
-        radiance_along(air, band, JoinedPaths.of([path]), [sources], light * np.ones(4)).along for light in (0.0, 1e6, 3e6)
+        radiance_along(air, band, JoinedPaths.of([path]), [sources], light * np.ones(4)).along
+        for light in (0.0, 1e6, 3e6)
     )
     assert np.all(once >= dark) and np.all(np.diff(once[:, 0] - dark[:, 0]) >= 0) and once[-1, 0] > dark[-1, 0]
     np.testing.assert_allclose(thrice - dark, 3 * (once - dark), rtol=1e-4, atol=1e-9 * once.max())

@@ -1,6 +1,6 @@
 """Writing and reading of the HDF5 databases: dimension scales, units, versions, hash, whole files or none.
 
-The subset of HDF5 is the one that netCDF-4, xarray, C, Rust and JavaScript readers share: default library version,
+The subset of HDF5 is the one that netCDF-4, xarray, C and browser readers share: default library version,
 gzip with shuffle and Fletcher checksums, variable-length UTF-8 text, creation order kept, no times in the file.
 """
 

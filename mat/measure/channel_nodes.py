@@ -147,8 +147,8 @@ def placed_channels(
         return placed
     raise CheckFailed(
         f"atmosphere_grid.tolerance {tolerance:g} cannot be held in channels: {tried:,} nodes a field leave an"
-        f" error of {p99:.2g} (99 %), {worst:.2g} (worst); raise it, allow more with atmosphere_grid.most_nodes, or"
-        " write layout: classic"
+        f" error of {p99:.2g} (99 %), {worst:.2g} (worst); raise it, or allow more with"
+        " atmosphere_grid.most_nodes"
     )
 
 

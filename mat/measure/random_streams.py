@@ -14,15 +14,12 @@ class Stream(StrEnum):
     TEMPERATURE_ERROR = "places at which the temperature table is measured"
     VIEWS = "views of the error budget, by source"
     BUDGET = "what the error budget draws for its views"
-    ATMOSPHERE_NODES = "lines of sight by which nodes of the atmospheric tables are placed, by quantity"
     TEMPERATURE_NODES = "places by which nodes of the temperature table are placed"
     SHADE_ERROR = "shadows under which the response of surfaces is measured"
-    EMISSION_CLASSES = "lines of sight by which materials are grouped"
     TILTED_FACES = "faces on which harmonics of ambient light are measured"
     CIRCUMSTANCES = "shadows and walls around the faces of the error budget"
     CHANNELS = "lines of sight of tables in channels: of absorbers, of source directions, of their error"
     BAND_ERROR = "temperatures and angles at which the table of a band is measured"
-    EMISSION_ERROR = "lines of sight on which weighted transmittance is measured"
 
 
 # Joined to the seed, each once. None is 0: numpy gives [seed, 0] the numbers of the seed alone, which belongs to layers
@@ -32,11 +29,8 @@ NUMBERS: dict[Stream, int] = {
     Stream.TEMPERATURE_ERROR: 7,
     Stream.VIEWS: 1,
     Stream.BUDGET: 2,
-    Stream.ATMOSPHERE_NODES: 3,
     Stream.TEMPERATURE_NODES: 4,
     Stream.SHADE_ERROR: 9,
-    Stream.EMISSION_CLASSES: 8,
-    Stream.EMISSION_ERROR: 5,
     Stream.TILTED_FACES: 10,
     Stream.CIRCUMSTANCES: 11,
     Stream.CHANNELS: 12,

@@ -156,7 +156,7 @@ class AtmosphereTable(Table):
         return self._read(quantity, out_of_range, where, by_wavelength=True)
 
     def nodes_of(self, axis: str) -> npt.NDArray[np.float64]:
-        """Values of an axis of the classic quantities at which the table is well looked at."""
+        """Values of an axis of the quantities at which the table is well looked at."""
         if axis == "range":
             nearest_km, farthest = (float(value) for value in self.attributes["range_km"])
             return np.unique([nearest_km, *np.geomspace(max(nearest_km, _NEAREST_KM), farthest, _SHOWN)])

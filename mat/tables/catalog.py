@@ -123,7 +123,7 @@ class Catalog:
         Parameters
         ----------
         filetype : str, optional
-            'htt', 'band', 'atmq', 'lunar_atmq', 'thermal_atmq' or 'tmm'.
+            'htt', 'band', 'atmq', 'lunar_atmq' or 'tmm'.
         state, band : int or str, optional
             By number, from 1, or by the name that the job gives.
         date : datetime.date or str, optional

@@ -30,8 +30,9 @@ from skyshine.mat.quantities.formulas import beta_star, mean_transmittance
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.joined_paths import JoinedPaths, in_groups
 from skyshine.mat.quantities.line_sources import LineSources
-from skyshine.mat.quantities.path_radiance import radiance_along
+from skyshine.mat.quantities.path_radiance import radiance_along, scattered_light, thermal_light
 from skyshine.mat.quantities.results import QUANTITIES, AtmosphericQuantities, SpectralLines
+from skyshine.mat.quantities.scattering_points import ScatteringPoints
 from skyshine.mat.quantities.sky_table import SkyTable
 from skyshine.mat.quantities.surface_light import ambient, direct, radiance_weight
 from skyshine.mat.threads import parallel_map
@@ -54,11 +55,15 @@ class BandAtmosphere:
     air : SpectralAir
     scope : PathScope
         Up to which height light on surfaces is tabulated.
+    scattering : ScatteringPoints or None
+        Where light scattered along lines of sight is computed, for the one source of which they are; by default at all
+        points.
     """
 
     band: BandPoints
     air: SpectralAir
     scope: PathScope = ALL_PATHS
+    scattering: ScatteringPoints | None = None
 
     @classmethod
     def of(
@@ -305,7 +310,8 @@ class BandAtmosphere:
         if "path_radiance_ratio" in wanted:
             lines = JoinedPaths.of(paths)
             absorptance = np.stack([absorbed for _, absorbed in through])
-            light = radiance_along(self.air, band, lines, sources, irradiance)
+            points = self.scattering or ScatteringPoints.every(self.air, band, irradiance)
+            light = thermal_light(self.air, band, lines) + scattered_light(self.air, band, lines, sources, points)
             ratios = light.ratio(self.air, band, lines, absorptance)
             for values, ratio, elevation in zip(result, ratios, source_elevation, strict=True):
                 values["path_radiance_ratio"] = ratio.reshape(len(ratio), elevation.size, -1)

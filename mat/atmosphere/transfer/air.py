@@ -91,8 +91,13 @@ class SpectralAir:
         return cls(state, shells, optics, SourceRays.of(shells), nodes=nodes, azimuthal=azimuthal_count(nodes))
 
     def part(self, points: slice | Integers) -> SpectralAir:
-        """The same air at some of the points."""
-        return replace(self, optics=self.optics.at(points))
+        """The same air at some of the points, with the fields of light that are solved already."""
+        part = replace(self, optics=self.optics.at(points))
+        if "thermal" in vars(self):
+            vars(part)["thermal"] = self.thermal.part(points)
+        if "diffuse_light" in vars(self):
+            vars(part)["diffuse_light"] = self.diffuse_light.part(points)
+        return part
 
     def prepare(self) -> None:
         """Compute the cached properties once, before several threads use them."""

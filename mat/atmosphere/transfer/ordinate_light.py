@@ -156,6 +156,15 @@ class OrdinateLight:
         angle = np.array(angles)
         return cls(state.altitude, sine, optics.extinction, scaled, directions, parts, source, straight, angle, falling)
 
+    def part(self, points: slice | Integers) -> OrdinateLight:
+        """The same at some of the points."""
+        names = ("extinction", "scaled", "source", "straight", "falling")
+        arrays = {name: getattr(self, name) for name in names}
+        parts = {
+            name: None if all_ is None else np.ascontiguousarray(all_[..., points]) for name, all_ in arrays.items()
+        }
+        return replace(self, **parts)
+
     @property
     def single(self) -> OrdinateLight:
         """The same with the extinction in single precision."""

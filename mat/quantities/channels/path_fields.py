@@ -7,9 +7,9 @@ which follows the lines of the band.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -62,24 +62,24 @@ class BandLight:
         points = ScatteringPoints.every(atmosphere.air, atmosphere.band, irradiance)
         return cls(thermal, source / total if total > 0 else source, points)
 
-    def at_few_points(
-        self, atmosphere: BandAtmosphere, lines: Iterable[tuple[LineOfSight, LineSources]], allowed: float
-    ) -> BandLight:
-        """With scattered light at the fewest points that give it on sample lines under sources, within an error
-        [W m^-2 sr^-1], root mean square.
+    def at_few_points(self, rows: Floats, allowed: float) -> BandLight:
+        """With scattered light at the fewest points that give it on sample lines, of `light_of_lines`, within an error
+        [W m^-2 sr^-1], root mean square; without any where it is fainter than that.
         """
-        air = atmosphere.air
-        if not (air.scatters and self.source.any()):
-            return self
-        light = [
-            air.scattered_radiance(
-                path.segments, path.segment_depths, sources.to_source(path.ends), sources.deflection(path.ends)
-            )
-            for path, sources in lines
-            if path.segments.index.size
-        ]
-        rows = np.concatenate(light).astype(float) if light else np.zeros((0, self.source.size))
-        return replace(self, scattering=self.scattering.fewest(rows, allowed))
+        few = self.scattering.fewest(rows, allowed)
+        return replace(self, scattering=few, source=self.source if few.index.size else np.zeros_like(self.source))
+
+
+def light_of_lines(atmosphere: BandAtmosphere, lines: Iterable[tuple[LineOfSight, LineSources]]) -> Floats:
+    """Scattered light (n, P) along lines under sources, per unit of their irradiance, sr^-1."""
+    light = [
+        atmosphere.air.scattered_radiance(
+            path.segments, path.segment_depths, sources.to_source(path.ends), sources.deflection(path.ends)
+        )
+        for path, sources in lines
+        if path.segments.index.size
+    ]
+    return np.concatenate(light).astype(float) if light else np.zeros((0, atmosphere.band.weight.size))
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +173,7 @@ def path_fields(
     light: BandLight,
     source_elevation: Floats,
     scattering_angle: Floats,
-    progress: Callable[[int], None] | None = None,
+    known: PathFields | None = None,
 ) -> PathFields:
     """Compute the fields.
 
@@ -187,56 +187,52 @@ def path_fields(
     light : BandLight
     source_elevation, scattering_angle : (K,) arrays
         Directions of the source, rad.
-    progress : callable, optional
-        Called with the number of lines done since the last call; there are Z * U.
+    known : PathFields, optional
+        Under another source, of which all but scattered light is the same.
     """
     atmosphere.air.prepare()
-    extinction = np.empty((absorbers.count, *nodes.shape))
-    thermal, scattered = np.empty(nodes.shape), np.empty((source_elevation.size, *nodes.shape))
-    rise = np.empty(nodes.shape)
-    of_lines = partial(_fields_of_lines, atmosphere, absorbers, light, source_elevation, scattering_angle)
+    scattered = np.empty((source_elevation.size, *nodes.shape))
+    if known is not None:
+        extinction, thermal, rise = known.extinction, known.thermal, known.end_rise
+        if not source_elevation.size:
+            return PathFields(extinction, thermal, scattered, rise)
+    else:
+        extinction, thermal = np.empty((absorbers.count, *nodes.shape)), np.empty(nodes.shape)
+        rise = np.empty(nodes.shape)
     groups = list(in_groups(nodes.direction.size, source_elevation.size))
 
-    def at_height(place: int) -> int:
+    def at_height(place: int) -> None:
         root = float(nodes.height_root[place])
         lines = [rays.line(root, float(direction), nodes.share) for direction in nodes.direction]
         paths = list(_paths(atmosphere, rays, root, lines))
         for some in groups:
             at = slice(None), slice(None), place, some
-            extinction[at], thermal[at[1:]], scattered[at] = of_lines(
-                JoinedPaths.of(paths[some]), np.stack([length for _, _, length in lines[some]])
-            )
-        for row, path in enumerate(paths):
+            reference = LightOver.of(atmosphere, JoinedPaths.of(paths[some]))
+            if source_elevation.size:
+                sources = [
+                    LineSources(source_elevation, *azimuth_at(path.elevation, source_elevation, scattering_angle))
+                    for path in paths[some]
+                ]
+                scattered[at] = reference.scattered(sources, light).T
+            if known is None:
+                emitted = thermal_light(atmosphere.air, atmosphere.band, reference.lines)
+                thermal[at[1:]] = reference.over(emitted, light.thermal)[..., 0].T
+                length = np.stack([of_line for _, _, of_line in lines[some]])
+                extinction[at] = _mean_extinction(reference, absorbers, length).T
+        for row, path in enumerate(paths if known is None else ()):
             rise[:, place, row] = end_rise(rays, root, lines[row][0], path)
-        if progress is not None:
-            progress(len(paths))
-        return len(paths)
 
     parallel_map(at_height, range(nodes.height_root.size))
     return PathFields(extinction, thermal, scattered, rise)
 
 
-def _fields_of_lines(
-    atmosphere: BandAtmosphere,
-    absorbers: Parts,
-    light: BandLight,
-    source_elevation: Floats,
-    scattering_angle: Floats,
-    lines: JoinedPaths,
-    length: Floats,
-) -> tuple[Floats, Floats, Floats]:
-    """The fields of L lines: (R, X, L), (X, L) and (K, X, L), for the lengths (L, X) [km] of their shares."""
-    reference = LightOver.of(atmosphere, lines)
-    depth, index = reference.depth[..., absorbers.index], absorbers.index
-    local = np.stack([path.local_extinction[index] for path in lines.paths])[:, None] * 1e3
-    away = length[..., None] > 0
-    mean = np.where(away, depth / np.where(away, length[..., None], 1.0), local)
-    sources = [
-        LineSources(source_elevation, *azimuth_at(path.elevation, source_elevation, scattering_angle))
-        for path in lines.paths
-    ]
-    thermal = reference.over(thermal_light(atmosphere.air, atmosphere.band, lines), light.thermal)[..., 0]
-    return np.maximum(mean, LEAST_EXTINCTION).T, thermal.T, reference.scattered(sources, light).T
+def _mean_extinction(reference: LightOver, absorbers: Parts, length: Floats) -> Floats:
+    """Mean extinction (L, X, R) [km^-1] of the absorbers along L lines, for the lengths (L, X) [km] of their shares."""
+    index, away = absorbers.index, length[..., None] > 0
+    local = np.stack([path.local_extinction[index] for path in reference.lines.paths])[:, None] * 1e3
+    mean = np.where(away, reference.depth[..., index] / np.where(away, length[..., None], 1.0), local)
+    extinction: Floats = np.maximum(mean, LEAST_EXTINCTION)
+    return extinction
 
 
 def _paths(

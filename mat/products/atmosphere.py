@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -19,13 +20,14 @@ from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.measure.channel_nodes import quantities_of
 from skyshine.mat.measure.faces import FaceProbes
-from skyshine.mat.measure.probes import NEAR_KM, NIGHT_DEG, Probes
+from skyshine.mat.measure.probes import DRAWN, Probes
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.scale import REFLECTANCE, Scale
-from skyshine.mat.products.channel_tables import ChannelTables
+from skyshine.mat.products.channel_tables import ChannelTables, SharedNodes
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.products.shared_nodes import shared_nodes
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.channels.nodes import ChannelNodes
 from skyshine.mat.quantities.channels.wavelength_shares import PartedLight
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.band_wavelengths import band_wavelengths
@@ -51,11 +53,10 @@ SHARED_LINES, SHARED_SKY = 80, 24  # the same for each of many states that share
 
 
 METHOD = (
-    "interpolation against direct computation on random lines of sight above the ground; kelvin: change of a black body"
-    f" at 300 K seen through the path; a surface that reflects {REFLECTANCE:g} faces sky and source; percent: of that"
-    " black body's radiance, in bands that end before 2.5 um of the light that such a surface reflects of the source"
-    f" outside the atmosphere; near: up to {NEAR_KM:g} km; twilight: source 0 to {-NIGHT_DEG:g} degree down;"
-    f" {AMBIENT_HARMONICS}: ambient radiance of faces in random directions"
+    f"interpolation against direct computation above the ground, {DRAWN}; kelvin: change of a black body at 300 K seen"
+    f" through the path; a surface that reflects {REFLECTANCE:g} faces sky and source; percent: of that black body's"
+    " radiance, in bands that end before 2.5 um of the light that such a surface reflects of the source outside the"
+    f" atmosphere; {AMBIENT_HARMONICS}: ambient radiance of faces in all directions, half of them beside walls"
 )
 
 
@@ -124,6 +125,7 @@ class AtmosphereProduct:
         left_out = Omission.of(job, job.sources, state, response, bounds)
         if left_out.particles:
             air = BandAtmosphere.of(left_out.without(state), compiled.band, scope=scope)
+        first: tuple[ChannelTables, ChannelNodes] | None = None
         for source in job.sources:
             lit = replace(air, air=replace(air.air, scatters=False)) if source in left_out.scattered else air
             text, kelvin = left_out.text(source, state), left_out.bound(source)
@@ -137,8 +139,10 @@ class AtmosphereProduct:
             if text:
                 report.notes.append(f"{source}: left out {text}")
             names = {"band": job.band_name(task.band), "date": job.site.date.isoformat()}
-            tables = _SourceTables(loaded, written, source, lit, compiled, response, all_points)
-            yield tables.group(names, notes, report)
+            tables = _SourceTables(loaded, written, source, lit, compiled, response, all_points, first)
+            group, nodes = tables.group(names, notes, report)
+            first = first or (tables.channels, nodes)
+            yield group
 
 
 def _scope(loaded: LoadedJob) -> dict[str, Any]:
@@ -162,7 +166,7 @@ def _missed(compiled: CompiledBand, tolerance: float) -> str:
 
 @dataclass(frozen=True, eq=False)
 class _SourceTables:
-    """The tables of a state and a band with one source."""
+    """The tables of a state and a band with one source; those of the source before it, if any, share its pass."""
 
     loaded: LoadedJob
     state: State
@@ -171,33 +175,53 @@ class _SourceTables:
     compiled: CompiledBand
     response: SpectralResponse
     every: BandPoints
+    first: tuple[ChannelTables, ChannelNodes] | None
 
-    def group(self, names: dict[str, str], notes: dict[str, Any], report: TaskReport) -> Group:
-        """The channels on nodes that hold the job's tolerance, and the tables on its axes, arranged for writing."""
-        job, seed = self.loaded.trimmed, self.loaded.trimmed.accuracy.seed
-        base, axes = path_grid(job), job.atmosphere_grid
-        irradiance = source_irradiance(job, self.source, self.compiled.band.wavenumber, self.compiled.band.width)
-        scale, tolerance = self._scale(axes.tolerance, irradiance)
-        channels = ChannelTables(
+    @cached_property
+    def irradiance(self) -> npt.NDArray[np.float64]:
+        """Of the source outside the atmosphere, (P,) W m^-2 (cm^-1)^-1."""
+        band = self.compiled.band
+        return source_irradiance(self.loaded.trimmed, self.source, band.wavenumber, band.width)
+
+    @cached_property
+    def channels(self) -> ChannelTables:
+        """The tables in channels."""
+        job = self.loaded.trimmed
+        scale, tolerance = self._scale(job.atmosphere_grid.tolerance, self.irradiance)
+        if self.first is not None:
+            return self.first[0].under(self.air, self.irradiance, scale, self._at_all_points())
+        return ChannelTables(
             self.air,
-            base,
-            irradiance,
+            path_grid(job),
+            self.irradiance,
             scale,
             tolerance,
             job.ambient_harmonics,
-            seed,
+            job.accuracy.seed,
             self._at_all_points(),
             band_wavelengths(self.response),
         )
+
+    def group(self, names: dict[str, str], notes: dict[str, Any], report: TaskReport) -> tuple[Group, ChannelNodes]:
+        """The channels on nodes that hold the job's tolerance, and the tables on its axes, arranged for writing; and
+        the nodes.
+        """
+        job, seed = self.loaded.trimmed, self.loaded.trimmed.accuracy.seed
+        base, axes = path_grid(job), job.atmosphere_grid
+        irradiance, channels = self.irradiance, self.channels
         with report.stage("similar airs"):
             shared = shared_nodes(self.loaded, self.state, self.response, self.source, self.every)
-        placed = None
+        placed, count, whose = None, (SHARED_LINES, SHARED_SKY), "similar airs"
+        if shared is None and self.first is not None:
+            with report.stage("channels"):
+                shared = SharedNodes(self.first[1], channels.sources(self.first[1]))
+            count, whose = (LINES, SKY), "the source before"
         if shared is not None:
             with report.stage("accuracy"):
-                probes = self._probes(base, irradiance, SHARED_LINES, SHARED_SKY)
+                probes = self._probes(base, irradiance, *count)
             with report.stage("channels"):
                 placed = channels.on_shared(shared, probes)
-            report.notes.append(f"{self.source}: nodes of similar airs{'' if placed else ' do not hold'}")
+            report.notes.append(f"{self.source}: nodes of {whose}{'' if placed else ' do not hold'}")
         if placed is None:
             with report.stage("channels"):
                 placed = channels.placed(axes.most_nodes)
@@ -210,7 +234,7 @@ class _SourceTables:
                 own, kelvin, percent = (
                     faces.errors(placed.table, scale) for scale in (None, *self._scales(irradiance))
                 )
-                measures.append(measure(AMBIENT_HARMONICS, own, kelvin, percent))
+                measures.append(measure(AMBIENT_HARMONICS, own, kelvin, percent, regions=faces.regions()))
         report.notes.append(f"{self.source}: {channels.words(placed)}")
         notes = notes | {"tolerance": axes.tolerance} | channels.notes(placed)
         groups = {"accuracy": _accuracy(measures, self.compiled, seed, notes)}
@@ -220,12 +244,14 @@ class _SourceTables:
                 errors = probes.measured(tables, *self._scales(irradiance))
                 groups["grid"] = grid_group(tables, accuracy_group(errors, {}, {}, {"seed": seed, "method": METHOD}))
         root = placed.table.root
-        return replace(root, groups=groups, attributes=self._attributes(names) | root.attributes)
+        return replace(root, groups=groups, attributes=self._attributes(names) | root.attributes), placed.nodes
 
     def _probes(self, base: PathGrid, irradiance: npt.NDArray[np.float64], lines: int, sky: int) -> Probes:
         """Random lines of sight on which tables in channels are measured."""
         generator, scope = random_stream(self.loaded.trimmed.accuracy.seed, Stream.ATMOSPHERE_ERROR), self.air.scope
-        return Probes.drawn(self.air, base, irradiance, generator, sky=scope.lines(sky), count=scope.lines(lines))
+        return Probes.drawn(
+            self.channels.direct, base, irradiance, generator, sky=scope.lines(sky), count=scope.lines(lines)
+        )
 
     def _at_all_points(self) -> tuple[SpectralAir, PartedLight]:
         """The air of the tables at all points of the band, and the light there."""

@@ -14,8 +14,9 @@ import numpy as np
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
 from skyshine.mat.measure.channel_nodes import WORST, PlacedChannels, largest_errors, placed_channels
-from skyshine.mat.measure.probes import LINES, Probes, lines_in_cells
+from skyshine.mat.measure.probes import LINES, Probes
 from skyshine.mat.measure.random_streams import Stream, random_stream
+from skyshine.mat.measure.sampling import lines_in_cells
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.channels.absorbers import absorbers
@@ -23,9 +24,17 @@ from skyshine.mat.quantities.channels.coordinates import RayCoordinates
 from skyshine.mat.quantities.channels.end_heights import largest_change_of_beam
 from skyshine.mat.quantities.channels.nodes import ChannelNodes, NodeCounts, elevation_nodes
 from skyshine.mat.quantities.channels.parts import Parts
-from skyshine.mat.quantities.channels.path_fields import BandLight, path_fields
-from skyshine.mat.quantities.channels.source_parts import SKY_ELEVATIONS, SourceParts, sampled_radiance, source_parts
-from skyshine.mat.quantities.channels.surface_light import SurfaceLight, surface_light
+from skyshine.mat.quantities.channels.path_fields import BandLight, PathFields, light_of_lines, path_fields
+from skyshine.mat.quantities.channels.source_parts import (
+    SKY_ELEVATIONS,
+    SourceParts,
+    all_directions,
+    at_other_nodes,
+    sampled_radiance,
+    source_parts,
+    telling_lines,
+)
+from skyshine.mat.quantities.channels.surface_light import EmittedLight, SurfaceLight, surface_light
 from skyshine.mat.quantities.channels.wavelength_shares import PartedLight, SamplePaths, WavelengthShares
 from skyshine.mat.quantities.grid import PathGrid, lines_of_sight
 from skyshine.mat.quantities.line_sources import LineSources
@@ -37,7 +46,8 @@ from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.hdf5 import Group
 
 _SAMPLE_LINES = 150  # on which absorbers are fitted
-_SOURCE_LINES, _SOURCE_RANGES = 160, 7  # on which directions of the source are chosen; ranges of each
+_SOURCE_LINES, _SOURCE_RANGES = 80, 7  # on which directions of the source are chosen; ranges of each
+_FACTOR_LINES = 24  # of those, by which factors at other nodes are fitted
 # Of the lines on which nodes are placed, with sky light, which hardly depends on them.
 _SKY_LINES, _FEWEST_SKY_LINES = 12, 4
 _THROUGH = 300  # of the sample's transmittances, with which light on surfaces is parted
@@ -52,7 +62,8 @@ _START, _FEWEST = 0.01, 0.5
 _FEWEST_HEIGHTS, _HEIGHT_SPAN = 3, 3.42
 _POINT_LINES, _POINT_SOURCES = 60, 4  # on which points for scattered light are chosen; source directions of each
 _LEVEL, _LOW_SOURCE, _ANY_SOURCE = (-2.0, 2.0), (-4.0, 6.0), (-6.0, 90.0)  # degree
-_POINT_SHARE = 0.03  # of the tolerance, which these points may miss, root mean square
+# Of the tolerance, which these points may miss, root mean square: those of tables, and those of direct computation.
+_POINT_SHARE, _TRUTH_SHARE = 0.03, 0.01
 _SHARE_LINES = 120  # on which light is parted by wavelength
 _SHARE_ELEVATIONS = (2.0, 90.0)  # of the source there, degree: lower down its light is faint in the blue alone
 _LIGHT_SHARE = 0.1  # of the tolerance, which light on surfaces may miss at most
@@ -107,10 +118,46 @@ class ChannelTables:
 
     @cached_property
     def _light(self) -> BandLight:
+        return self._light_within(_POINT_SHARE)
+
+    def _light_within(self, share: float) -> BandLight:
+        """Scattered light at the fewest points that miss so much of the tolerance, root mean square."""
         scattered = self.irradiance if self.air.air.scatters else np.zeros_like(self.irradiance)
+        light = BandLight.of(self.air, scattered)
+        if not light.source.any():
+            return light
+        return light.at_few_points(self._scattered_sample, share * self.tolerance / self.scale.factor)
+
+    @cached_property
+    def _scattered_sample(self) -> Floats:
+        """Scattered light of random paths under directions of a source, per unit of its irradiance."""
         self.air.air.prepare()
-        allowed = _POINT_SHARE * self.tolerance / self.scale.factor
-        return BandLight.of(self.air, scattered).at_few_points(self.air, self._sample_under_sources(), allowed)
+        return light_of_lines(self.air, self._sample_under_sources())
+
+    @cached_property
+    def direct(self) -> BandAtmosphere:
+        """The air for direct computation on lines of sight, with scattered light at points of its own."""
+        return replace(self.air, scattering=self._light_within(_TRUTH_SHARE).scattering)
+
+    @cached_property
+    def _emitted(self) -> EmittedLight:
+        return EmittedLight.of(self.air, self.harmonics)
+
+    @cached_property
+    def _known(self) -> dict[bytes, PathFields]:
+        """The fields of the nodes seen last, of which all but scattered light is the same under another source."""
+        return {}
+
+    def under(
+        self, air: BandAtmosphere, irradiance: Floats, scale: Scale, every: tuple[SpectralAir, PartedLight]
+    ) -> ChannelTables:
+        """The tables of another source in the same air: what does not depend on the source is computed once."""
+        other = replace(self, air=air, irradiance=irradiance, scale=scale, every=every)
+        shared = {"_sample", "_scattered_sample", "_emitted"}
+        if scale == self.scale:
+            shared |= {"absorbers", "_known"}
+        vars(other).update({name: value for name, value in vars(self).items() if name in shared})
+        return other
 
     def _sample_under_sources(self) -> Iterator[tuple[LineOfSight, LineSources]]:
         """Random paths, each with directions of the source."""
@@ -153,7 +200,9 @@ class ChannelTables:
         return absorbers(*self._sample, self.air.band.weight, allowed)
 
     def sources(self, nodes: ChannelNodes) -> SourceParts:
-        """The directions of the source whose path radiance gives that under all."""
+        """The directions of the source whose path radiance gives that under all: chosen once, on the nodes from which
+        placing starts.
+        """
         key = nodes.source_elevation.tobytes(), nodes.scattering_angle.tobytes()
         if key not in self._chosen:
             self._chosen[key] = self._sources(nodes)
@@ -164,10 +213,31 @@ class ChannelTables:
         """Those of nodes seen before: a pass of placing often leaves them as they are."""
         return {}
 
+    @cached_property
+    def _first_sources(self) -> tuple[SourceParts, Integers]:
+        """The directions chosen on the nodes from which placing starts, and the lines of their sample by which their
+        factors at other nodes are fitted.
+        """
+        start = self.nodes(NodeCounts())
+        elevation, angle = start.source_elevation, start.scattering_angle
+        if not self.is_lit:
+            return source_parts(elevation, angle, [], 0.0), np.zeros(0, int)
+        sample = self.source_sample(start, self.air.scope.lines(_SOURCE_LINES))
+        parts = source_parts(elevation, angle, [sample], _SOURCE_SHARE * self.tolerance / self.scale.factor)
+        return parts, telling_lines(parts, sample, _FACTOR_LINES)
+
     def _sources(self, nodes: ChannelNodes) -> SourceParts:
-        sample = [self.source_sample(nodes, self.air.scope.lines(_SOURCE_LINES))] if self.is_lit else []
-        allowed = _SOURCE_SHARE * self.tolerance / self.scale.factor
-        return source_parts(nodes.source_elevation, nodes.scattering_angle, sample, allowed)
+        first, lines = self._first_sources
+        elevation, angle = nodes.source_elevation, nodes.scattering_angle
+        if not self.is_lit:
+            return source_parts(elevation, angle, [], 0.0)
+        if np.array_equal(elevation, first.elevation) and np.array_equal(angle, first.angle):
+            return first
+        chosen, every = (first.chosen_elevation, first.chosen_angle), all_directions(elevation, angle)
+        up, away = (np.concatenate(pair) for pair in zip(chosen, every, strict=True))
+        places = [part[lines] for part in self._source_lines(self.air.scope.lines(_SOURCE_LINES))]
+        _, radiance = sampled_radiance(self.air, self._light, up, away, (places[0], places[1], places[2]))
+        return at_other_nodes(first, elevation, angle, radiance)
 
     @property
     def is_lit(self) -> bool:
@@ -176,11 +246,13 @@ class ChannelTables:
 
     def source_sample(self, nodes: ChannelNodes, count: int) -> tuple[Integers, Floats]:
         """Path radiance of so many sample lines under all directions of the source."""
-        generator = random_stream(self.seed, Stream.CHANNELS, 1)
-        altitude, elevation, ranges = lines_in_cells(self.base, count, generator)
-        step = max(1, ranges.shape[1] // _SOURCE_RANGES)
-        lines = altitude, elevation, ranges[:, ::step]
-        return sampled_radiance(self.air, self._light, nodes.source_elevation, nodes.scattering_angle, lines)
+        directions = all_directions(nodes.source_elevation, nodes.scattering_angle)
+        return sampled_radiance(self.air, self._light, *directions, self._source_lines(count))
+
+    def _source_lines(self, count: int) -> tuple[Floats, Floats, Floats]:
+        """Altitude and elevation (n,) and ranges (n, R) of so many sample lines."""
+        altitude, elevation, ranges = lines_in_cells(self.base, count, random_stream(self.seed, Stream.CHANNELS, 1))
+        return altitude, elevation, ranges[:, :: max(1, ranges.shape[1] // _SOURCE_RANGES)]
 
     @cached_property
     def surface(self) -> SurfaceLight:
@@ -189,7 +261,7 @@ class ChannelTables:
         through = np.exp(-depth[:: max(1, len(depth) // _THROUGH)])
         elevation = elevation_nodes(SKY_ELEVATIONS, *self.base.source_elevation_deg[[0, -1]])
         allowed = _LIGHT_SHARE * self.tolerance / (self.scale.factor * self.scale.reflectance)
-        return surface_light(self.air, self.irradiance, elevation, through, self.harmonics, allowed)
+        return surface_light(self.air, self.irradiance, elevation, through, self._emitted, allowed)
 
     @cached_property
     def _bends_paths(self) -> bool:
@@ -236,6 +308,8 @@ class ChannelTables:
         base, sources = self.base, sources or self.sources(nodes)
         ends = float(base.altitude_km[0]), float(base.altitude_km[-1])
         rays = RayCoordinates.of(self.air.air.shells, nodes.height_root)
+        key = b"".join(values.tobytes() for values in (nodes.share, nodes.height_root, nodes.direction))
+        known = self._known.get(key)
         fields = path_fields(
             self.air,
             rays,
@@ -244,7 +318,10 @@ class ChannelTables:
             self._light,
             np.radians(sources.chosen_elevation),
             np.radians(sources.chosen_angle),
+            known,
         )
+        self._known.clear()
+        self._known[key] = fields
         content = ChannelContent(
             rays,
             nodes,
@@ -270,7 +347,7 @@ class ChannelTables:
             return None
         table = self.table(shared.nodes, shared.sources)
         generator = random_stream(self.seed, Stream.CHANNELS, 6)
-        level = Probes.along_the_horizon(self.air, self.base, self.irradiance, generator, count=_LEVEL_LINES)
+        level = Probes.along_the_horizon(self.direct, self.base, self.irradiance, generator, count=_LEVEL_LINES)
         p99, worst = largest_errors(table, [probes, level], self.scale)
         held = p99 <= self.tolerance and worst <= WORST * self.tolerance
         return PlacedChannels(table, shared.nodes, p99, worst) if held else None
@@ -298,14 +375,14 @@ class ChannelTables:
         generator, scope = random_stream(self.seed, Stream.CHANNELS, 2), self.air.scope
         probes = [
             Probes.drawn(
-                self.air,
+                self.direct,
                 self.base,
                 self.irradiance,
                 generator,
                 sky=scope.lines(_SKY_LINES, _FEWEST_SKY_LINES),
                 count=scope.lines(LINES),
             ),
-            Probes.along_the_horizon(self.air, self.base, self.irradiance, generator),
+            Probes.along_the_horizon(self.direct, self.base, self.irradiance, generator),
         ]
         relative = self.tolerance / (self.scale.background * self.scale.factor)
         nodes = self.nodes(NodeCounts().scaled(float(np.clip(np.sqrt(_START / relative), _FEWEST, 1.0))))

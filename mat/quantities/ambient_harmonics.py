@@ -93,7 +93,7 @@ class HarmonicSky:
         axial = harmonics_at(directions.vectors[:, 0], zonal(count)) * 2 * np.pi * directions.weight[:, None]
         level = directions.irradiance_weights(np.array([0.0, 0.0, 1.0]))
         reflection = GroundReflection.of(air, source_elevation)
-        phases = cell_phases(air, directions, source_elevation)
+        phases = cell_phases(air, directions, source_elevation) if np.any(irradiance > 0) else None
 
         def at(height: float) -> tuple[Floats, Floats, Floats, Floats]:
             field = RadianceField.at(air, height, source_elevation, reflection, directions, phases)

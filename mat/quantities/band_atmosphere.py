@@ -9,7 +9,7 @@ In-band transmittance weights wavelengths: integral of phi tau dlambda over inte
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -28,9 +28,11 @@ from skyshine.mat.atmosphere.transfer.source_nodes import elevations_from
 from skyshine.mat.quantities.facet_light import Faces, light_among_walls
 from skyshine.mat.quantities.formulas import beta_star, mean_transmittance
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.quantities.joined_paths import JoinedPaths, in_groups
 from skyshine.mat.quantities.line_sources import LineSources
-from skyshine.mat.quantities.path_radiance import radiance_along
+from skyshine.mat.quantities.path_radiance import radiance_along, scattered_light, thermal_light
 from skyshine.mat.quantities.results import QUANTITIES, AtmosphericQuantities, SpectralLines
+from skyshine.mat.quantities.scattering_points import ScatteringPoints
 from skyshine.mat.quantities.sky_table import SkyTable
 from skyshine.mat.quantities.surface_light import ambient, direct, radiance_weight
 from skyshine.mat.threads import parallel_map
@@ -53,11 +55,15 @@ class BandAtmosphere:
     air : SpectralAir
     scope : PathScope
         Up to which height light on surfaces is tabulated.
+    scattering : ScatteringPoints or None
+        Where light scattered along lines of sight is computed, for the one source of which they are; by default at all
+        points.
     """
 
     band: BandPoints
     air: SpectralAir
     scope: PathScope = ALL_PATHS
+    scattering: ScatteringPoints | None = None
 
     @classmethod
     def of(
@@ -113,7 +119,7 @@ class BandAtmosphere:
         def line(rays: Rays, altitude: float, row: int) -> dict[str, Floats | Booleans]:
             path = LineOfSight.of(self.air, rays, row, altitude, elevation[row], ranges)
             sources = LineSources.of_axes(elevation[row], source, last_axis, False)
-            return self._along(path, sources, source, irradiance, sky, wanted)
+            return self._along([path], [sources], [source], irradiance, sky, wanted)[0]
 
         for place, altitude in enumerate(grid.altitude_km * 1e3):
             rays = trace(self.air.shells, np.full(elevation.size, altitude), elevation, reach)
@@ -156,7 +162,7 @@ class BandAtmosphere:
             at = slice(row, row + 1)
             sky = SkyTable.of(self.air, path.surface_altitude, source[at], irradiance)
             sources = LineSources.at(source[at], azimuth[at])
-            for name, value in self._along(path, sources, source[at], irradiance, sky, QUANTITIES).items():
+            for name, value in self._along([path], [sources], [source[at]], irradiance, sky, QUANTITIES)[0].items():
                 points[name].append(value.item())
         return AtmosphericQuantities(**{name: np.array(values) for name, values in points.items()})
 
@@ -228,13 +234,15 @@ class BandAtmosphere:
         wanted = [name for name in wanted if name != "ambient"]
         lines: dict[str, list[Floats | Booleans]] = {name: [] for name in ("valid", "transmittance", *wanted)}
         end, weight = np.empty(len(ambient_at)), np.empty((len(ambient_at), irradiance.size))
-        for row, path in enumerate(lines_of_sight(self.air, ranges, altitude, elevation)):
-            sources = LineSources.at(source[row], azimuth[row])
-            for name, values in self._along(path, sources, source[row], irradiance, None, wanted).items():
-                lines[name].append(values[..., 0] if name == "path_radiance_ratio" else values)
-            if row < end.size:
-                end[row] = path.surface_altitude[ambient_at[row]]
-                weight[row] = radiance_weight(self.band, path)[ambient_at[row]]
+        paths = list(lines_of_sight(self.air, ranges, altitude, elevation))
+        for some in in_groups(len(paths), source.shape[1]):
+            sources = [LineSources.at(*angles) for angles in zip(source[some], azimuth[some], strict=True)]
+            for of_line in self._along(paths[some], sources, source[some], irradiance, None, wanted):
+                for name, values in of_line.items():
+                    lines[name].append(values[..., 0] if name == "path_radiance_ratio" else values)
+        for row, (path, place) in enumerate(zip(paths, ambient_at, strict=False)):
+            end[row] = path.surface_altitude[place]
+            weight[row] = radiance_weight(self.band, path)[place]
         ambient_light = self._ambient(end, weight, source[: end.size, 0], irradiance)
         arrays: dict[str, Any] = {name: np.array(values) for name, values in lines.items()}
         return AtmosphericQuantities(**{**dict.fromkeys(QUANTITIES), "ambient": ambient_light, **arrays})
@@ -276,32 +284,38 @@ class BandAtmosphere:
 
     def _along(
         self,
-        path: LineOfSight,
-        sources: LineSources,
-        source_elevation: Floats,
+        paths: Sequence[LineOfSight],
+        sources: Sequence[LineSources],
+        source_elevation: Sequence[Floats] | Floats,
         irradiance: Floats,
         sky: SkyTable | None,
         wanted: Collection[str],
-    ) -> dict[str, Floats | Booleans]:
-        """The wanted quantities of one line of sight, by name of the fields of `AtmosphericQuantities`: (R,), for
-        ambient and direct (R, SE), for the path radiance (R, SE, SA).
+    ) -> list[dict[str, Floats | Booleans]]:
+        """The wanted quantities of lines of sight computed together, each by name of the fields of
+        `AtmosphericQuantities`: (R,), for ambient and direct (R, SE), for the path radiance (R, SE, SA).
         """
-        band = self.band
-        ln_tau, absorptance = mean_transmittance(path.depth, band.weight, band.weight.sum())
-        values: dict[str, Floats | Booleans] = {"valid": path.valid, "transmittance": np.exp(ln_tau)}
-        if "beta_star" in wanted:
-            values["beta_star"] = self._beta_star(path)
+        band, result = self.band, []
+        through = [mean_transmittance(path.depth, band.weight, band.weight.sum()) for path in paths]
+        for path, elevation, (ln_tau, _) in zip(paths, source_elevation, through, strict=True):
+            values: dict[str, Floats | Booleans] = {"valid": path.valid, "transmittance": np.exp(ln_tau)}
+            if "beta_star" in wanted:
+                values["beta_star"] = self._beta_star(path)
+            if sky is not None or "direct" in wanted:
+                weight = radiance_weight(band, path)
+                if sky is not None:
+                    values["ambient"] = ambient(path, weight, sky)
+                if "direct" in wanted:
+                    values["direct"] = direct(self.air, path, weight, elevation, irradiance)
+            result.append(values)
         if "path_radiance_ratio" in wanted:
-            ratio = radiance_along(self.air, band, path, sources, irradiance).ratio(self.air, band, path, absorptance)
-            shape = -1, source_elevation.size, sources.elevation.size // source_elevation.size
-            values["path_radiance_ratio"] = ratio.reshape(shape)
-        if sky is not None or "direct" in wanted:
-            weight = radiance_weight(band, path)
-            if sky is not None:
-                values["ambient"] = ambient(path, weight, sky)
-            if "direct" in wanted:
-                values["direct"] = direct(self.air, path, weight, source_elevation, irradiance)
-        return values
+            lines = JoinedPaths.of(paths)
+            absorptance = np.stack([absorbed for _, absorbed in through])
+            points = self.scattering or ScatteringPoints.every(self.air, band, irradiance)
+            light = thermal_light(self.air, band, lines) + scattered_light(self.air, band, lines, sources, points)
+            ratios = light.ratio(self.air, band, lines, absorptance)
+            for values, ratio, elevation in zip(result, ratios, source_elevation, strict=True):
+                values["path_radiance_ratio"] = ratio.reshape(len(ratio), elevation.size, -1)
+        return result
 
     def _beta_star(self, path: LineOfSight) -> Floats:
         """beta* [km] of each range, (R,)."""
@@ -346,7 +360,8 @@ def _spectral_part(
         if faces is None:
             lines.sky_irradiance[row] = SkyTable.of(air, surface, source, irradiance).at(surface)[0, 0]
         lines.direct_irradiance[row] = irradiance * direct_transmittance(air.source_paths, surface, source)[0, 0]
-        lines.path_radiance[row] = radiance_along(air, band, path, sources, irradiance).along[path.node[0], 0]
+        light = radiance_along(air, band, JoinedPaths.of([path]), [sources], irradiance)
+        lines.path_radiance[row] = light.along[path.node[0], 0]
         lines.valid[row] = path.valid[0]
     if faces is not None:
         lines.sky_irradiance[:] = _on_faces(air, end, source_elevation, irradiance, faces)

@@ -1,8 +1,8 @@
-"""In-band path radiance of a line of sight, and its ratio to the absorptance of the path, equation (10)."""
+"""In-band path radiance of lines of sight, and its ratio to the absorptance of the path, equation (10)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from skyshine.mat.atmosphere.transfer.segments import Segments
 from skyshine.mat.atmosphere.transfer.single_scattering import scattered_spectral
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
 from skyshine.mat.quantities.formulas import mean_transmittance
+from skyshine.mat.quantities.joined_paths import JoinedPaths
 from skyshine.mat.quantities.line_sources import LineSources
 from skyshine.mat.quantities.scattering_points import ScatteringPoints
 from skyshine.schemas.arrays import Booleans, Floats, Reals
@@ -27,43 +28,50 @@ _SHORT_PATH = 1e25
 
 @dataclass(frozen=True, eq=False)
 class PathLight:
-    """In-band light of one kind along a line of sight.
+    """In-band light of one kind along L joined lines of sight.
 
     Attributes
     ----------
     along : (K+1, S) array
-        Path radiance up to each segment end, W m^-2 sr^-1.
+        Path radiance from each line's observer up to each segment end, W m^-2 sr^-1.
     limit : callable
-        Of path radiance over absorptance for short ranges, (S,) [W m^-2 sr^-1]; in space that of the highest air.
+        Of the number of a line: path radiance over absorptance for short ranges, (S,) [W m^-2 sr^-1]; in space that of
+        the highest air.
     """
 
     along: Floats
-    limit: Callable[[], Floats]
+    limit: Callable[[int], Floats]
 
     def __add__(self, other: PathLight) -> PathLight:
-        return PathLight(self.along + other.along, lambda: self.limit() + other.limit())
+        return PathLight(self.along + other.along, lambda line: self.limit(line) + other.limit(line))
 
-    def ratio(self, air: SpectralAir, band: BandPoints, path: LineOfSight, absorptance: Floats) -> Floats:
-        """Path radiance over absorptance (R,) at each range, (R, S) [W m^-2 sr^-1]."""
-        radiance, behind = self.along[path.node], path.beyond > 0
-        if np.any(behind) and path.segments.index.size:
+    def ratio(self, air: SpectralAir, band: BandPoints, lines: JoinedPaths, absorptance: Floats) -> Floats:
+        """Path radiance over absorptance (L, R) at each range, (L, R, S) [W m^-2 sr^-1]."""
+        radiance = self.along[lines.node]
+        behind = np.argwhere(lines.beyond > 0)
+        if behind.size:
             absorptance = absorptance.copy()
-            radiance[behind], absorptance[behind] = _behind_ground(air, band, path, behind, self.along)
-        radiance /= np.where(absorptance > 0, absorptance, 1.0)[:, None]
-        empty = absorptance <= 0
-        if np.any(empty):
-            radiance[empty] = self.limit()
+            for line in np.unique(behind[:, 0]):
+                path = lines.paths[line]
+                if path.segments.index.size:
+                    at = line, path.beyond > 0
+                    along = self.along[lines.depths.first[line] :][: path.segments.distance.size]
+                    radiance[at], absorptance[at] = _behind_ground(air, band, path, at[1], along)
+        radiance /= np.where(absorptance > 0, absorptance, 1.0)[..., None]
+        for line in np.flatnonzero(np.any(absorptance <= 0, axis=1)):
+            radiance[line, absorptance[line] <= 0] = self.limit(line)
         return radiance
 
 
-def thermal_light(air: SpectralAir, band: BandPoints, path: LineOfSight) -> PathLight:
+def thermal_light(air: SpectralAir, band: BandPoints, lines: JoinedPaths) -> PathLight:
     """Light that the air emits, and that of it which particles scatter; S = 1."""
-    along = np.zeros((path.segments.distance.size, 1))
-    if path.segments.index.size:
-        emitted = air.thermal_radiance(path.segments, path.segment_depths) @ band.radiance_weight
-        np.cumsum(emitted, out=along[1:, 0])
+    along = np.zeros((lines.segments.distance.size, 1))
+    if lines.segments.index.size:
+        emitted = air.thermal_radiance(lines.segments, lines.depths) @ band.radiance_weight
+        along = lines.depths.summed(emitted[:, None])
 
-    def limit() -> Floats:
+    def limit(line: int) -> Floats:
+        path = lines.paths[line]
         point = _short_path(path)
         extinction = point.column(air.optics.extinction)
         source = air.thermal.at(path.local_layer, path.local_share, -np.sin(path.elevation))
@@ -73,24 +81,28 @@ def thermal_light(air: SpectralAir, band: BandPoints, path: LineOfSight) -> Path
 
 
 def scattered_light(
-    air: SpectralAir, band: BandPoints, path: LineOfSight, sources: LineSources, points: ScatteringPoints
+    air: SpectralAir, band: BandPoints, lines: JoinedPaths, sources: Sequence[LineSources], points: ScatteringPoints
 ) -> PathLight:
     """Light of each source alone, from some points of the band; other arguments as of `radiance_along`."""
-    count, few = sources.elevation.size, points.air
+    count, few = sources[0].elevation.size, points.air
+    along = np.zeros((lines.segments.distance.size, count))
     if not (count and air.scatters and np.any(points.weight > 0)):
-        return PathLight(np.zeros((path.segments.distance.size, count)), lambda: np.zeros(count))
-    along = np.zeros((path.segments.distance.size, count))
-    if path.segments.index.size:
-        to_source, deflection = sources.to_source(path.ends), sources.deflection(path.ends)
-        along = few.scattered_in_band(path.segments, points.depths(path), to_source, deflection, points.weight)
+        return PathLight(along, lambda line: np.zeros(count))
+    if lines.segments.index.size:
+        to_source, deflection = (
+            np.concatenate([angle(of_line, path.ends) for of_line, path in zip(sources, lines.paths, strict=True)])
+            for angle in (LineSources.to_source, LineSources.deflection)
+        )
+        along = few.scattered_in_band(lines.segments, points.depths(lines.depths), to_source, deflection, points.weight)
 
-    def limit() -> Floats:
-        point, angle = _short_path(path), sources.local_deflection(path.elevation)
-        light = direct_transmittance(few.scaled_source_paths, np.array([path.local_altitude]), sources.elevation)
+    def limit(line: int) -> Floats:
+        path, of_line = lines.paths[line], sources[line]
+        point, angle = _short_path(path), of_line.local_deflection(path.elevation)
+        light = direct_transmittance(few.scaled_source_paths, np.array([path.local_altitude]), of_line.elevation)
         once = scattered_spectral(point, few.optics, light.astype(np.float32), np.stack([angle, angle]))
-        once += light[0] * few.forward_peak.at(point, path.local_altitude, np.sin(sources.elevation), angle)
+        once += light[0] * few.forward_peak.at(point, path.local_altitude, np.sin(of_line.elevation), angle)
         again = few.diffuse_light.at(
-            path.local_layer, path.local_share, -np.sin(path.elevation), np.sin(sources.elevation), angle
+            path.local_layer, path.local_share, -np.sin(path.elevation), np.sin(of_line.elevation), angle
         )
         scattered = once + point.column(few.optics.extinction) * again
         return _over_absorptance(scattered @ points.weight, point.column(air.optics.extinction), band)
@@ -112,7 +124,7 @@ def _over_absorptance(light: Floats, extinction: Reals, band: BandPoints) -> Flo
 
 
 def radiance_along(
-    air: SpectralAir, band: BandPoints, path: LineOfSight, sources: LineSources, irradiance: Floats
+    air: SpectralAir, band: BandPoints, lines: JoinedPaths, sources: Sequence[LineSources], irradiance: Floats
 ) -> PathLight:
     """Path radiance, thermal and of each source.
 
@@ -120,15 +132,15 @@ def radiance_along(
     ----------
     air : SpectralAir
     band : BandPoints
-    path : LineOfSight
-        Through that air.
-    sources : LineSources
-        S of them.
+    lines : JoinedPaths
+        L of them, through that air.
+    sources : sequence of LineSources
+        S of each line.
     irradiance : (P,) array
         Of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
     """
     points = ScatteringPoints.every(air, band, irradiance)
-    return scattered_light(air, band, path, sources, points) + thermal_light(air, band, path)
+    return scattered_light(air, band, lines, sources, points) + thermal_light(air, band, lines)
 
 
 def _behind_ground(

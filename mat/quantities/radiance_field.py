@@ -157,10 +157,10 @@ class RadianceField:
         source_elevation: Floats,
         reflection: GroundReflection,
         directions: Directions,
-        phases: Sequence[Floats],
+        phases: Sequence[Floats] | None,
     ) -> RadianceField:
         """The field at an altitude [m] under a source at geometric elevations (S,) [rad]; with `cell_phases` of the
-        directions.
+        directions, or None for a source without light.
         """
         count, points = directions.cosine.size, air.optics.wavenumber.size
         rays = trace(air.shells, np.full(count, altitude), np.arcsin(directions.cosine))
@@ -168,13 +168,13 @@ class RadianceField:
         scattered = np.zeros((count, source_elevation.size, directions.azimuths, points))
         sources = np.repeat(source_elevation, directions.azimuths), np.tile(directions.azimuth, source_elevation.size)
         cosines = source_cosine(rays, *sources), scattering_cosine(rays, *sources)
-        lit = air.scatters and source_elevation.size > 0
+        lit = phases is not None and air.scatters and source_elevation.size > 0
         for row in range(count):
             segments = Segments.of(rays, row)
             depths = Depths(segments.column(air.optics.extinction))
             if segments.index.size:
                 thermal[row] = air.thermal_radiance(segments, depths).sum(axis=0)
-                if lit:
+                if lit and phases is not None:
                     to_source, deflection = (part[row, segments.ends] for part in cosines)
                     light = air.scattered_radiance(segments, depths, to_source, deflection, phases[row])
                     scattered[row] = light.reshape(source_elevation.size, directions.azimuths, points)

@@ -10,7 +10,6 @@ from scipy.optimize import nnls
 
 from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
 from skyshine.mat.atmosphere.transfer.segments import Depths
 from skyshine.schemas.arrays import Floats, Integers
 
@@ -41,7 +40,7 @@ class ScatteringPoints:
         return cls(air, np.arange(irradiance.size), band.radiance_weight * irradiance)
 
     def fewest(self, light: Floats, allowed: float) -> ScatteringPoints:
-        """The fewest of these points that give the light of sample lines in the band.
+        """The fewest of these points that give the light of sample lines in the band; none where it is too faint.
 
         They are chosen by QR with pivoting; their weights, 0 or above, by least squares.
 
@@ -58,17 +57,16 @@ class ScatteringPoints:
             return self
         order = qr(fit, mode="r", pivoting=True)[1]
         scale = float(np.abs(fit).max())  # moonlight is too faint for the thresholds of least squares
-        for count in range(1, self.index.size):
+        for count in range(self.index.size):
             chosen = np.sort(order[:count])
-            factor = nnls(fit[:, chosen] / scale, fit.sum(axis=1) / scale)[0]
+            factor = nnls(fit[:, chosen] / scale, fit.sum(axis=1) / scale)[0] if count else np.zeros(0)
             error = test[:, chosen] @ factor - test.sum(axis=1)
             if np.sqrt(np.mean(error**2)) <= allowed and np.abs(error).max() <= _WORST * allowed:
                 return ScatteringPoints(self.air.part(chosen), self.index[chosen], self.weight[chosen] * factor)
         return self
 
-    def depths(self, path: LineOfSight) -> Depths:
-        """Optical depth of a path's segments at these points."""
-        whole = path.segment_depths
+    def depths(self, whole: Depths) -> Depths:
+        """Optical depths of segments at these points, of those at all points of the band."""
         if self.index.size == whole.per_segment.shape[1]:
             return whole
-        return Depths(np.ascontiguousarray(whole.per_segment[:, self.index]))
+        return Depths(np.ascontiguousarray(whole.per_segment[:, self.index]), whole.first)

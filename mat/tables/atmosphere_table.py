@@ -180,7 +180,7 @@ class AtmosphereTable(Table):
             return np.array(_SHOWN_ELEVATIONS, float)
         if axis == AXES[-1]:
             return np.linspace(0.0, 180.0, 13)
-        return super().nodes_of(axis)
+        return np.asarray(self.root.axes[axis].values, float)
 
     def part(self, *, out_of_range: Policy = None, **where: Any) -> Self:
         """The table with some axes fixed; pairs of values are checked, and change nothing.

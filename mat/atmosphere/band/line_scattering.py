@@ -49,7 +49,7 @@ class LineScattering:
         attenuation = segment_attenuation(line.segments, scaled, self.paths, line.to_source)
         once = attenuation * scattering_of_segments(line.segments, self.optics, line.deflection)
         once /= np.float32(4 * np.pi)
-        if self.peak.near(line.segments, line.to_source, line.deflection).size:
+        if self.peak.near(line.segments, line.to_source, line.deflection).any():
             once += self.peak.by_segment(line.segments, attenuation, line.to_source, line.deflection)
         angles = line.to_source, line.deflection
         radiance: Singles = once[:, 0] + self.diffuse.by_segment(line.segments, depths, scaled, *angles)

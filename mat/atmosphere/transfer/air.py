@@ -24,7 +24,7 @@ from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths, SourceRays
 from skyshine.mat.atmosphere.transfer.stream_count import azimuthal_count, node_count
 from skyshine.mat.atmosphere.transfer.thermal_source import ThermalSource
-from skyshine.schemas.arrays import Floats, Integers, Reals
+from skyshine.schemas.arrays import Booleans, Floats, Integers, Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +91,13 @@ class SpectralAir:
         return cls(state, shells, optics, SourceRays.of(shells), nodes=nodes, azimuthal=azimuthal_count(nodes))
 
     def part(self, points: slice | Integers) -> SpectralAir:
-        """The same air at some of the points."""
-        return replace(self, optics=self.optics.at(points))
+        """The same air at some of the points, with the fields of light that are solved already."""
+        part = replace(self, optics=self.optics.at(points))
+        if "thermal" in vars(self):
+            vars(part)["thermal"] = self.thermal.part(points)
+        if "diffuse_light" in vars(self):
+            vars(part)["diffuse_light"] = self.diffuse_light.part(points)
+        return part
 
     def prepare(self) -> None:
         """Compute the cached properties once, before several threads use them."""
@@ -127,6 +132,11 @@ class SpectralAir:
     @cached_property
     def _single_thermal(self) -> ThermalSource:
         return self.thermal.single
+
+    @cached_property
+    def thermal_skies(self) -> dict[tuple[float, int], Floats]:
+        """Thermal irradiance (P,) of level surfaces by altitude [m] and number of directions, as `sky` computes it."""
+        return {}
 
     @cached_property
     def scaled_extinction(self) -> Floats:
@@ -203,7 +213,7 @@ class SpectralAir:
         scaled = self._scaled_depths(segments, depths)
         attenuation = segment_attenuation(segments, scaled, self.scaled_source_paths, to_source)
         once = scattered_spectral(segments, self.optics, attenuation, deflection, phase)
-        near = self._near(segments, to_source, deflection)
+        near = np.flatnonzero(self._near(segments, depths, to_source, deflection)[0])
         if near.size:
             some = attenuation[:, near]
             change = self.forward_peak.by_segment(segments, some, to_source[:, near], deflection[:, near])
@@ -213,27 +223,55 @@ class SpectralAir:
     def scattered_in_band(
         self, segments: Segments, depths: Depths, to_source: Floats, deflection: Floats, weight: Floats
     ) -> Floats:
-        """Scattered light in a band up to each end of a ray's segments, (K+1, S); `weight` as in
+        """Scattered light in a band up to each end of the segments of a ray or of joined ones, (K+1, S); `weight` as in
         `single_scattering.scattered_band`, other arguments as in `scattered_radiance`.
         """
         paths, scaled = self.scaled_source_paths, self._scaled_depths(segments, depths)
-        once = scattered_band(segments, self.optics, scaled, paths, to_source, deflection, weight)
-        near = self._near(segments, to_source, deflection)
-        if near.size:
-            angles = to_source[:, near], deflection[:, near]
-            attenuation = segment_attenuation(segments, scaled, paths, angles[0])
-            change = self.forward_peak.by_segment(segments, attenuation, *angles) @ weight
-            by_segment = np.diff(once[:, near], axis=0) + change
-            once[1:, near] = np.cumsum(np.maximum(by_segment, 0.0), axis=0)
-        return once + self.diffuse_light.band(segments, depths, scaled, to_source, deflection, weight)
+        light = scattered_band(segments, self.optics, scaled, paths, to_source, deflection, weight)
+        near = self._near(segments, depths, to_source, deflection)
+        if near.any():
+            light = self._with_peak(light, segments, scaled, to_source, deflection, weight, near)
+        light += self.diffuse_light.band(segments, depths, scaled, to_source, deflection, weight)
+        return depths.summed(light)
 
-    def _near(self, segments: Segments, to_source: Floats, deflection: Floats) -> Integers:
-        """Sources in whose light along a ray the forward peak matters; arguments as of `scattered_radiance`."""
-        return np.zeros(0, int) if self._is_unscaled else self.forward_peak.near(segments, to_source, deflection)
+    def _with_peak(
+        self,
+        light: Floats,
+        segments: Segments,
+        scaled: Depths,
+        to_source: Floats,
+        deflection: Floats,
+        weight: Floats,
+        near: Booleans,
+    ) -> Floats:
+        """Light (K, S) scattered once with what the forward peak changes of it on the lines and of the sources that are
+        near, (L, S); other arguments as of `scattered_in_band`.
+        """
+        lines, sources = np.flatnonzero(near.any(axis=1)), np.flatnonzero(near.any(axis=0))
+        count = np.diff(scaled.first, append=len(to_source))[lines]
+        first = np.cumsum(count) - count
+        row = np.repeat(np.arange(lines.size), count)
+        ends = scaled.first[lines][row] + np.arange(row.size) - first[row]
+        part, at = segments.some(ends), np.ix_(ends[:-1], sources)
+        depths = Depths(scaled.per_segment[ends[:-1]], first)
+        angles = to_source[np.ix_(ends, sources)], deflection[np.ix_(ends, sources)]
+        attenuation = segment_attenuation(part, depths, self.scaled_source_paths, angles[0])
+        change = self.forward_peak.by_segment(part, attenuation, *angles, first) @ weight
+        seen = near[np.ix_(lines, sources)][row[:-1]]
+        light[at] = np.where(seen, np.maximum(light[at] + change, 0.0), light[at])
+        return light
+
+    def _near(self, segments: Segments, depths: Depths, to_source: Floats, deflection: Floats) -> Booleans:
+        """Sources in whose light along each of L joined rays the forward peak matters, (L, S); arguments as of
+        `scattered_radiance`.
+        """
+        if self._is_unscaled:
+            return np.zeros((depths.first.size, to_source.shape[1]), bool)
+        return self.forward_peak.near(segments, to_source, deflection, depths.first)
 
     def _scaled_depths(self, segments: Segments, depths: Depths) -> Depths:
         """Depths for light scattered once: with delta-M, light then scattered straight forward is not lost."""
-        return depths if self._is_unscaled else Depths(segments.column(self.scaled_extinction))
+        return depths if self._is_unscaled else Depths(segments.column(self.scaled_extinction), depths.first)
 
     @property
     def _is_unscaled(self) -> bool:

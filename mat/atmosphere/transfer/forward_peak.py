@@ -32,16 +32,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from skyshine.mat.atmosphere.particles.moments import moment_weights
 from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES, SpectralOptics
-from skyshine.mat.atmosphere.transfer.segments import Segments
+from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.source_paths import HIDDEN, SourcePaths, SourceRays
-from skyshine.schemas.arrays import Floats, Integers, Singles
+from skyshine.schemas.arrays import Booleans, Floats, Integers, Singles
 
 # As many moments as the angles of the phase functions resolve.
 _ORDERS = PHASE_ANGLES.size
@@ -58,6 +57,7 @@ _THIN = (5e-3, 1e-2)
 _STEP = 1.02
 # Fraction of the scattering below which it is no forward peak.
 _SMALLEST = 1e-4
+_ONE_LINE = np.zeros(1, int)  # the first end of segments of one line alone
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,21 +86,34 @@ class ForwardPeak:
     air: Floats
     rays: SourceRays
 
-    def near(self, segments: Segments, to_source: Floats, deflection: Floats) -> Integers:
-        """Which sources are so close to a line of sight, through so much peak scattering, that the peak matters.
-
-        Arguments as of `by_segment`; indices of the sources.
+    def near(self, segments: Segments, to_source: Floats, deflection: Floats, first: Integers = _ONE_LINE) -> Booleans:
+        """Which sources are so close to a line of sight, through so much peak scattering, that the peak matters: (L, S)
+        of L joined lines whose first ends are (L,); other arguments as of `by_segment`.
         """
-        near: Integers = np.flatnonzero(np.max(deflection, axis=0) > np.cos(np.radians(_NONE)))
-        if not near.size or not np.any(self._peak):
-            return near[:0]
-        ends = [0, -1]
-        depth = self._source_depth(segments.altitude[ends], to_source[ends][:, near]).max(axis=0)
-        depth = depth + segments.column(self._peak[:, self._few]).sum(axis=0)
-        found: Integers = near[np.any(depth > _THIN[0], axis=1)]
-        return found
+        near: Booleans = np.maximum.reduceat(deflection, first, axis=0) > np.cos(np.radians(_NONE))
+        lines, sources = np.nonzero(near)
+        if not lines.size or not np.any(self._peak):
+            return np.zeros_like(near)
+        last = np.append(first[1:], len(deflection)) - 1
+        depth = np.maximum(
+            *(
+                self._source_depth(segments.altitude[end], to_source[end, sources][:, None])[:, 0]
+                for end in (first[lines], last[lines])
+            )
+        )
+        column = segments.column(self._peak[:, self._few])
+        along = np.stack([column[start:stop].sum(axis=0) for start, stop in zip(first, last, strict=True)])
+        near[lines, sources] = np.any(depth + along[lines] > _THIN[0], axis=1)
+        return near
 
-    def by_segment(self, segments: Segments, attenuation: Singles, to_source: Floats, deflection: Floats) -> Singles:
+    def by_segment(
+        self,
+        segments: Segments,
+        attenuation: Singles,
+        to_source: Floats,
+        deflection: Floats,
+        first: Integers = _ONE_LINE,
+    ) -> Singles:
         """Change of the light that each segment scatters to the observer.
 
         Parameters
@@ -110,15 +123,16 @@ class ForwardPeak:
             `single_scattering.segment_attenuation` without peak scattering.
         to_source, deflection : (K+1, S) arrays
             Cosines of the source's zenith angle and of the scattering angle at the segment ends.
+        first : (L,) int array
+            First end of each of L joined lines.
 
         Returns
         -------
         (K, S, P) array
             Per unit of the source's irradiance, sr^-1; single precision.
         """
-        along = np.zeros((segments.altitude.size, 1, self._few.size), np.float32)
-        np.cumsum(segments.column(self._peak[:, self._few]), axis=0, out=along[1:, 0])
-        depth: Singles = along + self._source_depth(segments.altitude, to_source)
+        along = Depths(segments.column(self._peak[:, self._few]), first).cumulative.astype(np.float32)
+        depth: Singles = along[:, None] + self._source_depth(segments.altitude, to_source)
         middle = (0.5 * (depth[1:] + depth[:-1])).astype(np.float32)
         light = self._scattered(segments, middle, 0.5 * (deflection[1:] + deflection[:-1]))
         light *= attenuation
@@ -138,12 +152,15 @@ class ForwardPeak:
         source to observer and cosines (K, S) of the scattering angle, (K, S, P) sr^-1.
         """
         light = np.zeros((*cosine.shape, self._peak.shape[1]), np.float32)
-        none, whole = _THIN
-        share = np.clip((depth - none) / (whole - none), 0.0, 1.0).astype(np.float32) / np.float32(4 * np.pi)
+        none, whole = (np.float32(bound) for bound in _THIN)
+        share = np.clip((depth - none) / (whole - none), 0, 1) / np.float32(4 * np.pi)
+        share *= np.minimum(depth / np.float32(_DEPTHS[0]), 1)
+        place, turn, deep = self._places(segments.layer, depth, cosine)
         for air, step in ((segments.lower, 0), (segments.upper, 1)):
-            level = segments.layer + step
-            amount: Singles = (air[:, None] * self._peak[level])[:, None].astype(np.float32)
-            light += amount * ((share * self._change(level, depth, cosine)) @ self._spread)
+            amount: Singles = (air[:, None] * self._peak[segments.layer + step])[:, None].astype(np.float32)
+            change = self._change(place + step * self._mixed[0].size, turn, deep)
+            change *= share
+            light += amount * (change @ self._spread)
         return light
 
     @cached_property
@@ -181,24 +198,40 @@ class ForwardPeak:
         depth[depth >= HIDDEN] = 0.0
         return depth
 
-    def _change(self, level: Integers, depth: Singles, cosine: Floats) -> Singles:
-        """`table` at levels (K,), depths (K, S, Q) and scattering angles of cosines (K, S): (K, S, Q)."""
-        angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
-        place = np.interp(angle, _DEGREES, np.arange(_DEGREES.size))
-        direction = np.minimum(place.astype(int), _DEGREES.size - 2)
-        share = (place - direction)[..., None].astype(np.float32)
-        place = np.log(np.maximum(depth / np.float32(_DEPTHS[0]), 1)) / np.log(_DEPTHS[1] / _DEPTHS[0])
-        first = np.minimum(place.astype(int), _DEPTHS.size - 2)
-        next_share = np.minimum(place - first, 1).astype(np.float32)
-        change = np.zeros(depth.shape, np.float32)
-        for (turn, deep), (table, of_wavelength) in product(
-            product((0, 1), (0, 1)),
-            zip(self.table, self.optics.phase_share[:, self._few].astype(np.float32), strict=True),
-        ):
-            weight = (share if turn else 1 - share) * (next_share if deep else 1 - next_share) * of_wavelength
-            change += weight * table[level[:, None, None], direction[..., None] + turn, first + deep]
-        change *= np.minimum(depth / _DEPTHS[0], 1.0).astype(np.float32)
-        return change
+    def _places(self, level: Integers, depth: Singles, cosine: Floats) -> tuple[Integers, Singles, Singles]:
+        """Where in `_mixed`, as numbers of its flat array, levels (K,), depths (K, S, Q) and scattering angles of
+        cosines (K, S) lie: (K, S, Q), and shares of the next angle (K, S, 1) and of the next depth (K, S, Q).
+        """
+        angle = np.interp(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))), _DEGREES, np.arange(_DEGREES.size))
+        direction = np.minimum(angle.astype(int), _DEGREES.size - 2)
+        step = np.log(np.maximum(depth / np.float32(_DEPTHS[0]), 1))
+        step /= np.float32(np.log(_DEPTHS[1] / _DEPTHS[0]))
+        first = np.minimum(step.astype(int), _DEPTHS.size - 2)
+        row = ((level[:, None] * _DEGREES.size + direction) * _DEPTHS.size)[..., None]
+        place: Integers = (row + first) * depth.shape[2] + np.arange(depth.shape[2])
+        return place, (angle - direction)[..., None].astype(np.float32), np.minimum(step - first, 1).astype(np.float32)
+
+    def _change(self, place: Integers, turn: Singles, deep: Singles) -> Singles:
+        """`_mixed` at places and shares of `_places`: (K, S, Q)."""
+        points = deep.shape[2]
+        at_angles = []
+        for angle in (place, place + _DEPTHS.size * points):
+            change = np.take(self._mixed, angle)
+            change += (np.take(self._mixed, angle + points) - change) * deep
+            at_angles.append(change)
+        near, far = at_angles
+        far -= near
+        far *= turn
+        near += far
+        result: Singles = near
+        return result
+
+    @cached_property
+    def _mixed(self) -> Singles:
+        """`table` of the mixture of particles at `_few`, (N, angles, depths, Q)."""
+        share = self.optics.phase_share[:, self._few].astype(np.float32)
+        mixed: Singles = np.tensordot(self.table, share, axes=(0, 0))
+        return mixed
 
     @cached_property
     def table(self) -> Singles:

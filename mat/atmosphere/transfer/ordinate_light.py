@@ -156,6 +156,15 @@ class OrdinateLight:
         angle = np.array(angles)
         return cls(state.altitude, sine, optics.extinction, scaled, directions, parts, source, straight, angle, falling)
 
+    def part(self, points: slice | Integers) -> OrdinateLight:
+        """The same at some of the points."""
+        names = ("extinction", "scaled", "source", "straight", "falling")
+        arrays = {name: getattr(self, name) for name in names}
+        parts = {
+            name: None if all_ is None else np.ascontiguousarray(all_[..., points]) for name, all_ in arrays.items()
+        }
+        return replace(self, **parts)
+
     @property
     def single(self) -> OrdinateLight:
         """The same with the extinction in single precision."""
@@ -199,7 +208,7 @@ class OrdinateLight:
     def band(
         self, segments: Segments, depths: Depths, scaled: Depths, cosine: Floats, deflection: Floats, weight: Floats
     ) -> Floats:
-        """Radiance of a band from all segments up to each end, (K+1, S); `weight` (P,) as in
+        """Radiance of a band from each segment at the observer, (K, S); `weight` (P,) as in
         `single_scattering.scattered_band`, other arguments as of `spectral`.
         """
         nodes, share, azimuth = self._along(segments, cosine, deflection)
@@ -216,8 +225,8 @@ class OrdinateLight:
             by_elevation *= _by_function(weights.factor, azimuthal)[:, None]
             light += weights.summed(by_elevation @ moment, len(light))
         by_azimuth = np.matmul(share, light)  # (K, S, M)
-        radiance = np.zeros(cosine.shape)
-        np.cumsum(np.maximum(np.sum(by_azimuth * azimuth, axis=-1), 0.0) * scale, axis=0, out=radiance[1:], dtype=float)
+        by_azimuth *= azimuth
+        radiance: Floats = np.maximum(by_azimuth.sum(axis=-1), 0.0).astype(float) * scale
         return radiance
 
     def by_segment(
@@ -413,6 +422,11 @@ def _azimuth_cosines(upward_cosine: Floats, to_source: Floats, deflection: Float
     """
     rise = upward_cosine[:, None]
     across = np.sqrt(np.maximum((1 - rise**2) * (1 - to_source**2), 1e-12))
-    azimuth = np.arccos(np.clip((deflection + rise * to_source) / across, -1.0, 1.0))
-    cosines: Singles = np.cos(azimuth[..., None] * np.arange(count)).astype(np.float32)
+    cosine = np.clip((deflection + rise * to_source) / across, -1.0, 1.0).astype(np.float32)
+    cosines = np.empty((*cosine.shape, count), np.float32)
+    cosines[..., 0] = 1
+    if count > 1:
+        cosines[..., 1] = cosine
+    for multiple in range(2, count):  # Chebyshev's recurrence
+        cosines[..., multiple] = 2 * cosine * cosines[..., multiple - 1] - cosines[..., multiple - 2]
     return cosines

@@ -6,8 +6,10 @@ it is the blackbody radiance of the air, and air of one temperature gives exactl
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +25,7 @@ _WIDE = 256
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """The K segments of one ray that hold air.
+    """The K segments of one ray that hold air, or of several rays one after the other (`joined`).
 
     Attributes
     ----------
@@ -65,6 +67,42 @@ class Segments:
             rays.distance[row, ends],
         )
 
+    @classmethod
+    def joined(cls, lines: Sequence[Segments]) -> tuple[Segments, Integers]:
+        """The segments of L lines one after the other, a segment without air between neighbours, and the place of the
+        first end of each line among their ends, (L,).
+        """
+        if len(lines) == 1:
+            return lines[0], np.zeros(1, int)
+        first = np.concatenate([[0], np.cumsum([line.altitude.size for line in lines[:-1]])])
+
+        def of_segments(name: str) -> Any:
+            parts = [getattr(line, name) for line in lines]
+            none = np.zeros(1, parts[0].dtype)
+            return np.concatenate([array for part in parts for array in (part, none)][:-1])
+
+        def of_ends(name: str) -> Floats:
+            return np.concatenate([getattr(line, name) for line in lines])
+
+        return cls(
+            *(of_segments(name) for name in ("index", "layer", "lower", "upper")),
+            *(of_ends(name) for name in ("altitude", "central_angle", "direction", "distance")),
+        ), first
+
+    def some(self, ends: Integers) -> Segments:
+        """Those of whole lines, of joined segments, whose ends (E,) are given."""
+        segments = ends[:-1]
+        return Segments(
+            self.index[segments],
+            self.layer[segments],
+            self.lower[segments],
+            self.upper[segments],
+            self.altitude[ends],
+            self.central_angle[ends],
+            self.direction[ends],
+            self.distance[ends],
+        )
+
     @property
     def ends(self) -> Integers:
         """Place of the segment ends among the ray's, (K+1,)."""
@@ -95,7 +133,8 @@ class Segments:
     @property
     def upper_share(self) -> Floats:
         """Share of each segment's air that counts with the upper level of its layer, (K,)."""
-        return self.upper / (self.lower + self.upper)
+        air = self.lower + self.upper
+        return np.divide(self.upper, air, out=np.full(air.shape, 0.5), where=air > 0)
 
     def upper_part(self, per_molecule: Reals, column: Reals) -> Reals:
         """Part (K, P) of the integral `column` of a property (N, P) that counts with the upper level of each layer."""
@@ -167,18 +206,27 @@ class Depths:
     ----------
     per_segment : (K, P) array
         Single or double precision.
+    first : (L,) int array
+        First segment end of each line, of `Segments.joined`.
     """
 
     per_segment: Reals
+    first: Integers = field(default_factory=lambda: np.zeros(1, int))
 
     @cached_property
     def cumulative(self) -> Reals:
-        """From the observer to each segment end, (K+1, P)."""
-        result = np.zeros((self.per_segment.shape[0] + 1, self.per_segment.shape[1]), dtype=self.per_segment.dtype)
-        if self.per_segment.shape[1] < _WIDE:
-            np.cumsum(self.per_segment, axis=0, out=result[1:])
-        else:
-            for sum_before, segment, sum_after in zip(result[:-1], self.per_segment, result[1:], strict=True):
+        """From the observer of each line to each segment end, (K+1, P)."""
+        return self.summed(self.per_segment)
+
+    def summed(self, by_segment: Reals) -> Reals:
+        """Sum over the segments (K, P) from the observer of each line to each segment end, (K+1, P)."""
+        result = np.zeros((len(by_segment) + 1, by_segment.shape[1]), dtype=by_segment.dtype)
+        for start, stop in zip(self.first, np.append(self.first[1:], len(result)), strict=True):
+            part, line = by_segment[start : stop - 1], result[start:stop]
+            if by_segment.shape[1] < _WIDE:
+                np.cumsum(part, axis=0, out=line[1:])
+                continue
+            for sum_before, segment, sum_after in zip(line[:-1], part, line[1:], strict=True):
                 np.add(sum_before, segment, out=sum_after)
         return result
 

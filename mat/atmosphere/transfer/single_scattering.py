@@ -119,7 +119,7 @@ def scattered_band(
     deflection: Floats,
     weight: Floats,
 ) -> Floats:
-    """Scattered radiance of a band from all segments up to each end.
+    """Scattered radiance of a band from each segment at the observer.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def scattered_band(
 
     Returns
     -------
-    (K+1, S) array
+    (K, S) array
         In the units of `weight`, sr^-1.
     """
     middle = 0.5 * (deflection[:-1] + deflection[1:])
@@ -148,10 +148,7 @@ def scattered_band(
     scale = max(float(np.max(np.abs(weight))), np.finfo(float).tiny)  # keeps moonlight inside single precision
     column = (np.concatenate(parts, axis=-1) / scale).astype(np.float32)  # (K, P, 1 + C)
     by_kind = _light_in_band(segments, depths, source_paths, to_source, column)
-    radiance = np.zeros((middle.shape[0] + 1, middle.shape[1]))
-    np.cumsum(
-        np.sum(by_kind * np.concatenate(phases, axis=-1), axis=-1) * scale / (4 * np.pi), axis=0, out=radiance[1:]
-    )
+    radiance: Floats = np.sum(by_kind * np.concatenate(phases, axis=-1), axis=-1) * scale / (4 * np.pi)
     return radiance
 
 

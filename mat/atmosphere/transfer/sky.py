@@ -14,6 +14,7 @@ from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
 from skyshine.schemas.arrays import Floats
 
+_TOGETHER = 4  # altitudes whose lines are computed together
 # Directions of the hemisphere: Gauss nodes in the cosine of zenith angle; against 24, thermal radiation to 2e-4.
 ZENITHS = 8
 
@@ -72,16 +73,25 @@ def zenith_angles(zeniths: int = ZENITHS) -> tuple[float, ...]:
 
 def _thermal(air: SpectralAir, altitude: Floats, zeniths: int) -> Floats:
     """Thermal sky irradiance (Z, P) from radiances along lines of sight."""
+    known = air.thermal_skies
+    missing = np.unique([height for height in altitude.tolist() if (height, zeniths) not in known])
+    for start in range(0, missing.size, _TOGETHER):
+        heights = missing[start : start + _TOGETHER]
+        for height, irradiance in zip(heights.tolist(), _thermal_at(air, heights, zeniths), strict=True):
+            known[height, zeniths] = irradiance
+    return np.stack([known[height, zeniths] for height in altitude.tolist()])
+
+
+def _thermal_at(air: SpectralAir, altitude: Floats, zeniths: int) -> Floats:
+    """`_thermal` of few altitudes, whose lines of sight are joined."""
     cosine, weight = _half_range(zeniths)
     rays = trace(air.shells, np.repeat(altitude, zeniths), np.tile(np.arcsin(cosine), altitude.size))
-    thermal = np.zeros((altitude.size, air.optics.wavenumber.size))
-    for row in range(altitude.size * zeniths):
-        place, direction = divmod(row, zeniths)
-        segments = Segments.of(rays, row)
-        if segments.index.size:
-            depths = Depths(segments.column(air.optics.extinction))
-            share = 2 * np.pi * weight[direction] * cosine[direction]
-            thermal[place] += share * air.thermal_radiance(segments, depths).sum(axis=0)
+    segments, first = Segments.joined([Segments.of(rays, row) for row in range(altitude.size * zeniths)])
+    if not segments.index.size:
+        return np.zeros((altitude.size, air.optics.wavenumber.size))
+    depths = Depths(segments.column(air.optics.extinction), first)
+    radiance = depths.summed(air.thermal_radiance(segments, depths))[np.append(first[1:], segments.altitude.size) - 1]
+    thermal: Floats = 2 * np.pi * (weight * cosine) @ radiance.reshape(altitude.size, zeniths, -1)
     return thermal
 
 

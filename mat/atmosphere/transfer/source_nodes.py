@@ -65,18 +65,24 @@ def elevation_weights(sine: Floats, cosine: Floats) -> Floats:
     """Weights (..., U) of fields under sources at elevations of sines (U,), for cosines (...) of zenith angles; held
     beyond both ends. From `_SMOOTH` on they are those of a cubic through four elevations.
     """
-    inside = np.clip(cosine, sine[0], sine[-1])
-    place = np.interp(inside, sine, np.arange(sine.size))
-    weight: Floats = np.maximum(1 - np.abs(place[..., None] - np.arange(sine.size)), 0.0)
-    weight *= typical_light(inside)[..., None] / typical_light(sine)
+    inside = np.clip(np.ravel(cosine), sine[0], sine[-1])
+    weight = np.zeros((inside.size, sine.size))
     first = int(np.searchsorted(sine, np.sin(np.radians(_SMOOTH)) - 1e-9))
-    if sine.size - first >= 4:
-        high = inside >= sine[first]
-        nodes, near = _cubics(tuple(sine[first:].tolist())).weights(np.arcsin(inside[high]))
-        cubic = np.zeros((len(nodes), sine.size))
-        np.put_along_axis(cubic, first + nodes[:, None] + np.arange(near.shape[1]), near, axis=1)
-        weight[high] = cubic
-    return weight
+    high = inside >= sine[first] if sine.size - first >= 4 else np.zeros(inside.size, bool)
+    (low,) = np.nonzero(~high)
+    if low.size:
+        place = np.interp(inside[low], sine, np.arange(sine.size))
+        below = np.minimum(place.astype(int), max(sine.size - 2, 0))
+        light, at_nodes = typical_light(inside[low]), typical_light(sine)
+        weight[low, below] = (1 - (place - below)) * light / at_nodes[below]
+        above = np.minimum(below + 1, sine.size - 1)
+        weight[low, above] += (place - below) * light / at_nodes[above]
+    if low.size < inside.size:
+        (above,) = np.nonzero(high)
+        nodes, near = _cubics(tuple(sine[first:].tolist())).weights(np.arcsin(inside[above]))
+        rows = above[:, None] * sine.size + first + nodes[:, None] + np.arange(near.shape[1])
+        weight.reshape(-1)[rows] = near
+    return weight.reshape(*np.shape(cosine), sine.size)
 
 
 @lru_cache(maxsize=64)

@@ -31,6 +31,7 @@ from skyshine.schemas.arrays import Floats, Integers, Reals
 
 # Points solved together: their arrays fit into a processor's cache.
 _CHUNK = 64
+_SPECTRAL = ("extinction", "scaled", "source", "straight")  # arrays of a field by spectral point
 _GATHERED = 1 << 18  # numbers of a table copied at once for a ray
 
 
@@ -67,6 +68,11 @@ class ThermalSource:
         if not np.any(optics.aerosol_scattering):
             return cls(state.altitude, optics.emission, None)
         return cls(state.altitude, optics.emission, ThermalField.of(state, shells, optics, nodes, np.array(angles)))
+
+    def part(self, points: slice | Integers) -> ThermalSource:
+        """The same at some of the points."""
+        field = None if self.field is None else self.field.part(points)
+        return replace(self, emission=self.emission[:, points], field=field)
 
     @property
     def single(self) -> ThermalSource:
@@ -151,16 +157,19 @@ class ThermalField:
         scaled = optics.extinction - optics.aerosol_scattering * fraction
         return cls(directions, parts, optics.extinction, scaled, source, straight, angles)
 
+    def part(self, points: slice | Integers) -> ThermalField:
+        """The same at some of the points."""
+        return replace(self, **{name: np.ascontiguousarray(getattr(self, name)[..., points]) for name in _SPECTRAL})
+
     @property
     def single(self) -> ThermalField:
         """The same in single precision."""
-        names = ("extinction", "scaled", "source", "straight")
-        return replace(self, **{name: getattr(self, name).astype(np.float32) for name in names})
+        return replace(self, **{name: getattr(self, name).astype(np.float32) for name in _SPECTRAL})
 
     def along(self, segments: Segments, depths: Depths, levels: Floats) -> Reals:
         """As `ThermalSource.along`, with the altitudes (N,) [m] of the levels."""
         functions, layer = self.ordinates.functions(segments.upward_cosine), segments.layer
-        scaled = Depths(segments.column(self.scaled))
+        scaled = Depths(segments.column(self.scaled), depths.first)
         radiance = self._straight_along(segments, depths, scaled, levels)
         cut = self.parts.count[layer] > 1
         whole = np.flatnonzero(~cut)

@@ -17,6 +17,7 @@ from skyshine.mat.quantities.channels.coordinates import RayCoordinates
 from skyshine.mat.quantities.grid import lines_of_sight
 from skyshine.schemas.arrays import Floats
 
+_NEAR_KM = 1e-5  # up to which paths are straight
 _ABOVE_RISE = (0.05, 0.2, 0.4, 0.7, 1.2, 2.0)  # degree, of a source that has just risen for the end of the path
 
 
@@ -34,7 +35,8 @@ def end_rise(rays: RayCoordinates, root: float, elevation: float, path: LineOfSi
     """
     ranges = (path.length + path.beyond) / 1e3
     higher = path.surface_altitude / 1e3 - rays.ground_km - rays.straight_height(ranges, root, elevation)
-    rise: Floats = np.where(ranges > 0, higher, 0.0) / np.where(ranges > 0, ranges, 1.0)
+    away = ranges > _NEAR_KM
+    rise: Floats = np.where(away, higher, 0.0) / np.where(away, ranges, 1.0)
     return rise
 
 

@@ -7,9 +7,9 @@ which follows the lines of the band.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from skyshine.mat.quantities.channels.coordinates import RayCoordinates
 from skyshine.mat.quantities.channels.end_heights import end_rise
 from skyshine.mat.quantities.channels.nodes import ChannelNodes
 from skyshine.mat.quantities.channels.parts import Parts
-from skyshine.mat.quantities.formulas import mean_transmittance
+from skyshine.mat.quantities.joined_paths import JoinedPaths, in_groups
 from skyshine.mat.quantities.line_sources import LineSources
 from skyshine.mat.quantities.path_radiance import PathLight, scattered_light, thermal_light
 from skyshine.mat.quantities.scattering_points import ScatteringPoints
@@ -30,6 +30,7 @@ from skyshine.schemas.arrays import Floats
 
 REFERENCE = 288.0  # K, of the black body whose spectrum thermal path radiance is divided by; that of no scene matters
 _SHORTEST = 1e-9  # m of air at the observer that stand for a range of 0
+_FIRST = 1e-3  # m of air that stand for a range of 0 where light is divided by what it is of black air
 LEAST_EXTINCTION = 1e-12  # km^-1
 
 
@@ -61,24 +62,24 @@ class BandLight:
         points = ScatteringPoints.every(atmosphere.air, atmosphere.band, irradiance)
         return cls(thermal, source / total if total > 0 else source, points)
 
-    def at_few_points(
-        self, atmosphere: BandAtmosphere, lines: Iterable[tuple[LineOfSight, LineSources]], allowed: float
-    ) -> BandLight:
-        """With scattered light at the fewest points that give it on sample lines under sources, within an error
-        [W m^-2 sr^-1], root mean square.
+    def at_few_points(self, rows: Floats, allowed: float) -> BandLight:
+        """With scattered light at the fewest points that give it on sample lines, of `light_of_lines`, within an error
+        [W m^-2 sr^-1], root mean square; without any where it is fainter than that.
         """
-        air = atmosphere.air
-        if not (air.scatters and self.source.any()):
-            return self
-        light = [
-            air.scattered_radiance(
-                path.segments, path.segment_depths, sources.to_source(path.ends), sources.deflection(path.ends)
-            )
-            for path, sources in lines
-            if path.segments.index.size
-        ]
-        rows = np.concatenate(light).astype(float) if light else np.zeros((0, self.source.size))
-        return replace(self, scattering=self.scattering.fewest(rows, allowed))
+        few = self.scattering.fewest(rows, allowed)
+        return replace(self, scattering=few, source=self.source if few.index.size else np.zeros_like(self.source))
+
+
+def light_of_lines(atmosphere: BandAtmosphere, lines: Iterable[tuple[LineOfSight, LineSources]]) -> Floats:
+    """Scattered light (n, P) along lines under sources, per unit of their irradiance, sr^-1."""
+    light = [
+        atmosphere.air.scattered_radiance(
+            path.segments, path.segment_depths, sources.to_source(path.ends), sources.deflection(path.ends)
+        )
+        for path, sources in lines
+        if path.segments.index.size
+    ]
+    return np.concatenate(light).astype(float) if light else np.zeros((0, atmosphere.band.weight.size))
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,37 +104,65 @@ class PathFields:
     end_rise: Floats
 
 
-def depth_of(atmosphere: BandAtmosphere, path: LineOfSight) -> Floats:
-    """Optical depth (R, P) to each range, behind the ground as through the air above it; above 0 at a range of 0."""
-    depth = path.depth + path.depth_behind(atmosphere.air)
-    depth_above_0: Floats = np.maximum(depth, _SHORTEST * path.local_extinction)
+def depth_of(atmosphere: BandAtmosphere, lines: JoinedPaths) -> Floats:
+    """Optical depth (L, R, P) to each range of L lines, behind the ground as through the air above it; above 0 at a
+    range of 0.
+    """
+    air = atmosphere.air
+    depth = lines.depth + lines.beyond[..., None] * (air.shells.number_density[0] * air.optics.extinction[0])
+    local = np.stack([path.local_extinction for path in lines.paths])[:, None]
+    depth_above_0: Floats = np.maximum(depth, _SHORTEST * local)
     return depth_above_0
 
 
-def light_over(atmosphere: BandAtmosphere, path: LineOfSight, light: PathLight, reference: Floats) -> Floats:
-    """Path radiance (R, S) of one kind over the reference's, with its limit at a range of 0.
+@dataclass(frozen=True, eq=False)
+class LightOver:
+    """What path radiance of L lines is divided by.
 
-    Parameters
+    Attributes
     ----------
     atmosphere : BandAtmosphere
-    path : LineOfSight
-    light : PathLight
-    reference : (P,) array
-        e_j.
+    lines : JoinedPaths
+    depth : (L, R, P) array
+        Of `depth_of`.
     """
-    depth, weight = depth_of(atmosphere, path), atmosphere.band.weight
-    absorptance = mean_transmittance(depth, weight, weight.sum())[1]
-    to_ground = mean_transmittance(path.depth, weight, weight.sum())[1]
-    ratio = light.ratio(atmosphere.air, atmosphere.band, path, to_ground)
-    divisor = -np.expm1(-depth) @ reference
-    over: Floats = ratio * (absorptance / np.where(divisor > 0, divisor, np.inf))[:, None]
-    return over
 
+    atmosphere: BandAtmosphere
+    lines: JoinedPaths
+    depth: Floats
 
-def scattered_over(atmosphere: BandAtmosphere, path: LineOfSight, sources: LineSources, light: BandLight) -> Floats:
-    """Path radiance (R, S) of a source's light alone over the reference's."""
-    scattered = scattered_light(atmosphere.air, atmosphere.band, path, sources, light.scattering)
-    return np.maximum(light_over(atmosphere, path, scattered, light.source), 0.0)
+    @classmethod
+    def of(cls, atmosphere: BandAtmosphere, lines: JoinedPaths) -> LightOver:
+        """Of the lines of a prepared band."""
+        return cls(atmosphere, lines, depth_of(atmosphere, lines))
+
+    @cached_property
+    def absorbed(self) -> Floats:
+        """1 - exp(-depth), (L, R, P)."""
+        absorbed: Floats = -np.expm1(-self.depth)
+        return absorbed
+
+    @cached_property
+    def _absorptances(self) -> tuple[Floats, Floats]:
+        """In-band absorptance (L, R) of the depths, and of those to the ground alone."""
+        share = self.atmosphere.band.weight / self.atmosphere.band.weight.sum()
+        return self.absorbed @ share, -np.expm1(-self.lines.depth) @ share
+
+    def over(self, light: PathLight, reference: Floats) -> Floats:
+        """Path radiance (L, R, S) of one kind over that of a source function e_j (P,) at all points alike, with its
+        limit at a range of 0.
+        """
+        absorptance, to_ground = self._absorptances
+        ratio = light.ratio(self.atmosphere.air, self.atmosphere.band, self.lines, to_ground)
+        divisor = self.absorbed @ reference
+        over: Floats = ratio * (absorptance / np.where(divisor > 0, divisor, np.inf))[..., None]
+        return over
+
+    def scattered(self, sources: Sequence[LineSources], light: BandLight) -> Floats:
+        """Path radiance (L, R, S) of a source's light alone over the reference's."""
+        atmosphere = self.atmosphere
+        scattered = scattered_light(atmosphere.air, atmosphere.band, self.lines, sources, light.scattering)
+        return np.maximum(self.over(scattered, light.source), 0.0)
 
 
 def path_fields(
@@ -144,7 +173,7 @@ def path_fields(
     light: BandLight,
     source_elevation: Floats,
     scattering_angle: Floats,
-    progress: Callable[[int], None] | None = None,
+    known: PathFields | None = None,
 ) -> PathFields:
     """Compute the fields.
 
@@ -158,48 +187,59 @@ def path_fields(
     light : BandLight
     source_elevation, scattering_angle : (K,) arrays
         Directions of the source, rad.
-    progress : callable, optional
-        Called with the number of lines done since the last call; there are Z * U.
+    known : PathFields, optional
+        Under another source, of which all but scattered light is the same.
     """
     atmosphere.air.prepare()
-    extinction = np.empty((absorbers.count, *nodes.shape))
-    thermal, scattered = np.empty(nodes.shape), np.empty((source_elevation.size, *nodes.shape))
-    rise = np.empty(nodes.shape)
-    line = partial(_line_fields, atmosphere, absorbers, light, source_elevation, scattering_angle)
-    for place, root in enumerate(nodes.height_root):
-        lines = [rays.line(float(root), float(direction), nodes.share) for direction in nodes.direction]
-        paths = list(_paths(atmosphere, rays, float(root), lines))
-        for row, of_line in enumerate(parallel_map(line, paths, [length for _, _, length in lines])):
-            at = slice(None), slice(None), place, row
-            extinction[at], thermal[at[1:]], scattered[at] = of_line
-            rise[at[1:]] = end_rise(rays, float(root), lines[row][0], paths[row])
-        if progress is not None:
-            progress(len(paths))
+    scattered = np.empty((source_elevation.size, *nodes.shape))
+    if known is not None:
+        extinction, thermal, rise = known.extinction, known.thermal, known.end_rise
+        if not source_elevation.size:
+            return PathFields(extinction, thermal, scattered, rise)
+    else:
+        extinction, thermal = np.empty((absorbers.count, *nodes.shape)), np.empty(nodes.shape)
+        rise = np.empty(nodes.shape)
+    groups = list(in_groups(nodes.direction.size, source_elevation.size))
+
+    def at_height(place: int) -> None:
+        root = float(nodes.height_root[place])
+        lines = [rays.line(root, float(direction), nodes.share) for direction in nodes.direction]
+        paths = list(_paths(atmosphere, rays, root, lines))
+        for some in groups:
+            at = slice(None), slice(None), place, some
+            reference = LightOver.of(atmosphere, JoinedPaths.of(paths[some]))
+            if source_elevation.size:
+                sources = [
+                    LineSources(source_elevation, *azimuth_at(path.elevation, source_elevation, scattering_angle))
+                    for path in paths[some]
+                ]
+                scattered[at] = reference.scattered(sources, light).T
+            if known is None:
+                emitted = thermal_light(atmosphere.air, atmosphere.band, reference.lines)
+                thermal[at[1:]] = reference.over(emitted, light.thermal)[..., 0].T
+                length = np.stack([of_line for _, _, of_line in lines[some]])
+                extinction[at] = _mean_extinction(reference, absorbers, length).T
+        for row, path in enumerate(paths if known is None else ()):
+            rise[:, place, row] = end_rise(rays, root, lines[row][0], path)
+
+    parallel_map(at_height, range(nodes.height_root.size))
     return PathFields(extinction, thermal, scattered, rise)
 
 
-def _line_fields(
-    atmosphere: BandAtmosphere,
-    absorbers: Parts,
-    light: BandLight,
-    source_elevation: Floats,
-    scattering_angle: Floats,
-    path: LineOfSight,
-    length: Floats,
-) -> tuple[Floats, Floats, Floats]:
-    """The fields of one line: (R, X), (X,) and (K, X), for the lengths (X,) [km] of its shares."""
-    depth = depth_of(atmosphere, path)[:, absorbers.index]
-    local = path.local_extinction[absorbers.index] * 1e3
-    mean = np.where(length[:, None] > 0, depth / np.where(length > 0, length, 1.0)[:, None], local)
-    sources = LineSources(source_elevation, *azimuth_at(path.elevation, source_elevation, scattering_angle))
-    emitted = thermal_light(atmosphere.air, atmosphere.band, path)
-    thermal = light_over(atmosphere, path, emitted, light.thermal)[:, 0]
-    return np.maximum(mean, LEAST_EXTINCTION).T, thermal, scattered_over(atmosphere, path, sources, light).T
+def _mean_extinction(reference: LightOver, absorbers: Parts, length: Floats) -> Floats:
+    """Mean extinction (L, X, R) [km^-1] of the absorbers along L lines, for the lengths (L, X) [km] of their shares."""
+    index, away = absorbers.index, length[..., None] > 0
+    local = np.stack([path.local_extinction[index] for path in reference.lines.paths])[:, None] * 1e3
+    mean = np.where(away, reference.depth[..., index] / np.where(away, length[..., None], 1.0), local)
+    extinction: Floats = np.maximum(mean, LEAST_EXTINCTION)
+    return extinction
 
 
 def _paths(
     atmosphere: BandAtmosphere, rays: RayCoordinates, root: float, lines: list[tuple[float, Floats, Floats]]
 ) -> Iterator[LineOfSight]:
     ranges = np.stack([line[1] for line in lines]) * 1e3
+    if ranges.shape[1] > 1:  # the ratio at a range of 0 is that of a short path
+        ranges[:, 0] = np.maximum(ranges[:, 0], np.minimum(_FIRST, 0.5 * ranges[:, 1]))
     altitude = np.full(len(lines), (rays.ground_km + root**3) * 1e3)
     return lines_of_sight(atmosphere.air, ranges, altitude, np.radians([line[0] for line in lines]))

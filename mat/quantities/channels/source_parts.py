@@ -8,15 +8,17 @@ others by direction.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.line_of_sight import lines_of_sight
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.channels.parts import fitted_parts, pivots
-from skyshine.mat.quantities.channels.path_fields import BandLight, depth_of, scattered_over
+from skyshine.mat.quantities.channels.path_fields import BandLight, LightOver
+from skyshine.mat.quantities.joined_paths import JoinedPaths, in_groups
 from skyshine.mat.quantities.line_sources import LineSources
+from skyshine.mat.radiometry.scattering_angle import azimuth_at
 from skyshine.mat.threads import parallel_map
 from skyshine.schemas.arrays import Floats, Integers
 
@@ -52,14 +54,14 @@ def sampled_radiance(
     angle: Floats,
     lines: tuple[Floats, Floats, Floats],
 ) -> tuple[Integers, Floats]:
-    """Scattered path radiance of sample lines under all directions of the source.
+    """Scattered path radiance of sample lines under directions of the source.
 
     Parameters
     ----------
     atmosphere : BandAtmosphere
     light : BandLight
-    elevation, angle : (SE,), (SA,) arrays
-        Nodes of source elevation and of scattering angle, degree.
+    elevation, angle : (S,) arrays
+        Source elevation and scattering angle, degree.
     lines : altitude, elevation (n,), ranges (n, R)
         Of the sample, km and degree.
 
@@ -67,22 +69,27 @@ def sampled_radiance(
     -------
     numbers : (n R,) int array
         Of the line of each row.
-    radiance : (n R, SE SA) array
+    radiance : (n R, S) array
         W m^-2 sr^-1.
     """
     altitude, line_elevation, ranges = lines
     atmosphere.air.prepare()
     paths = list(lines_of_sight(atmosphere.air, ranges * 1e3, altitude * 1e3, np.radians(line_elevation)))
+    up, away = np.radians(elevation), np.radians(angle)
 
-    def seen(number: int) -> tuple[Integers, Floats]:
-        path = paths[number]
-        sources = LineSources.of_axes(path.elevation, np.radians(elevation), np.radians(angle), True)
-        divisor = -np.expm1(-depth_of(atmosphere, path)) @ light.source
-        radiance = scattered_over(atmosphere, path, sources, light) * divisor[:, None]
-        return np.full(ranges.shape[1], number), radiance
+    def seen(some: slice) -> Floats:
+        reference = LightOver.of(atmosphere, JoinedPaths.of(paths[some]))
+        sources = [LineSources(up, *azimuth_at(path.elevation, up, away)) for path in paths[some]]
+        divisor = reference.absorbed @ light.source
+        return (reference.scattered(sources, light) * divisor[..., None]).reshape(-1, up.size)
 
-    numbers, radiance = (np.concatenate(part) for part in zip(*parallel_map(seen, range(len(paths))), strict=True))
-    return numbers, radiance
+    groups = in_groups(len(paths), up.size)
+    return np.repeat(np.arange(len(paths)), ranges.shape[1]), np.concatenate(parallel_map(seen, groups))
+
+
+def all_directions(elevation: Floats, angle: Floats) -> tuple[Floats, Floats]:
+    """Source elevation and scattering angle (SE SA,) of all pairs of nodes (SE,) and (SA,)."""
+    return np.repeat(elevation, angle.size), np.tile(angle, elevation.size)
 
 
 def source_parts(
@@ -95,7 +102,8 @@ def source_parts(
     elevation, angle : (SE,), (SA,) arrays
         Nodes of source elevation and of scattering angle, degree.
     samples : sequence of `sampled_radiance`
-        Of one air or of several; none without light. Lines with odd numbers only test.
+        Under all directions of the nodes, of one air or of several; none without light. Lines with odd numbers only
+        test.
     allowed : float
         Root mean square error of path radiance on the lines that only test [W m^-2 sr^-1].
 
@@ -117,3 +125,29 @@ def source_parts(
     row, column = np.divmod(chosen.index, angle.size)
     factor = chosen.factor.T.reshape(chosen.count, elevation.size, angle.size)
     return SourceParts(elevation, angle, elevation[row], angle[column], factor)
+
+
+def telling_lines(parts: SourceParts, sample: tuple[Integers, Floats], count: int) -> Integers:
+    """Numbers of so many lines of a sample, on which the chosen directions of some parts differ most."""
+    numbers, radiance = sample
+    fit = np.flatnonzero(numbers % 2 == 0)
+    order = pivots(radiance[np.ix_(fit, _columns(parts))].T)
+    _, first = np.unique(numbers[fit[order]], return_index=True)
+    lines: Integers = np.sort(numbers[fit[order]][np.sort(first)[:count]])
+    return lines
+
+
+def _columns(parts: SourceParts) -> Integers:
+    """Numbers of the chosen directions among all of the nodes."""
+    row = np.searchsorted(parts.elevation, parts.chosen_elevation)
+    columns: Integers = row * parts.angle.size + np.searchsorted(parts.angle, parts.chosen_angle)
+    return columns
+
+
+def at_other_nodes(parts: SourceParts, elevation: Floats, angle: Floats, radiance: Floats) -> SourceParts:
+    """The chosen directions with factors at other nodes, of path radiance (m, K + SE SA) under the chosen directions
+    and under all of the nodes (SE,) and (SA,).
+    """
+    count = parts.chosen_angle.size
+    factor = fitted_parts(radiance, np.arange(count)).factor[count:]
+    return replace(parts, elevation=elevation, angle=angle, factor=factor.T.reshape(count, elevation.size, angle.size))

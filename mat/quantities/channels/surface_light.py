@@ -169,12 +169,43 @@ def _around(nodes: Floats, low: float, high: float) -> Floats:
     return nodes[first : max(int(np.searchsorted(nodes, high)) + 1, first + 2)]
 
 
+@dataclass(frozen=True, eq=False)
+class EmittedLight:
+    """Light around surfaces at Y heights, at the P points of a band, without a source.
+
+    Attributes
+    ----------
+    level : (Y, P) array
+        On a level surface, W m^-2 (cm^-1)^-1.
+    harmonics : (Y, P, H) array
+        Of `ambient_harmonics.HarmonicSky`.
+    ground : (Y, P, L) array
+        Of the transmittance to the ground.
+    """
+
+    level: Floats
+    harmonics: Floats
+    ground: Floats
+
+    @classmethod
+    def of(cls, atmosphere: BandAtmosphere, harmonics: int) -> EmittedLight:
+        """At the heights of `surface_light`, with so many harmonics, 0 for none."""
+        air, dark = atmosphere.air, np.zeros(atmosphere.band.weight.size)
+        air.prepare()
+        altitude, nadir = air.state.surface_altitude + atmosphere.scope.heights(SKY_HEIGHTS), np.array([-np.pi / 2])
+        level = SkyTable.of(air, altitude, nadir, dark).at(altitude)[:, 0]
+        if not harmonics:
+            return cls(level, np.zeros((altitude.size, dark.size, 0)), np.zeros((altitude.size, dark.size, 0)))
+        own, ground = HarmonicSky.over_ground(air, nadir, dark, harmonics, atmosphere.scope).at(altitude)
+        return cls(level, own[:, 0], ground)
+
+
 def surface_light(
     atmosphere: BandAtmosphere,
     irradiance: Floats,
     source_elevation: Floats,
     through: Floats,
-    harmonics: int,
+    emitted: EmittedLight,
     allowed: float,
 ) -> SurfaceLight:
     """Compute the light.
@@ -188,8 +219,7 @@ def surface_light(
         Nodes for diffuse light, degree.
     through : (m, P) array
         Transmittances of sample paths.
-    harmonics : int
-        How many; 0 for level surfaces alone.
+    emitted : EmittedLight
     allowed : float
         What each light may miss of what a path lets through, W m^-2 sr^-1.
     """
@@ -197,30 +227,29 @@ def surface_light(
     air.prepare()
     scope, ground = atmosphere.scope, air.state.surface_altitude
     heights, targets, above = scope.heights(SKY_HEIGHTS), scope.heights(TARGET_HEIGHTS), np.array(ABOVE_RISE, float)
-    altitude, elevation, dark = ground + heights, np.radians(source_elevation), np.zeros_like(irradiance)
+    altitude, elevation = ground + heights, np.radians(source_elevation)
     rise = np.degrees(air.source_rays.rise_at(ground + targets))
     above = _around(above, source_elevation[0] - rise.max(), source_elevation[-1] - rise.min())
     targets, above = _beam_nodes(air, (targets, above), weight * irradiance, _NODES_SHARE * allowed)
     beam, rise = _beam(air, targets, above), air.source_rays.rise_at(ground + targets)
-    emitted = SkyTable.of(air, altitude, elevation[:1], dark).at(altitude)[:, 0]
+    level, own, harmonics = emitted.level, emitted.harmonics, emitted.harmonics.shape[2]
     lit = np.any(irradiance > 0) and air.scatters
-    both = SkyTable.of(air, altitude, elevation, irradiance).at(altitude) if lit else emitted[:, None]
-    scattered = np.maximum(both - emitted[:, None], 0.0) + np.zeros((altitude.size, elevation.size, 1))
+    both = SkyTable.of(air, altitude, elevation, irradiance).at(altitude) if lit else level[:, None]
+    scattered = np.maximum(both - level[:, None], 0.0) + np.zeros((altitude.size, elevation.size, 1))
     around: tuple[LightParts | None, LightParts | None, LightParts | None] = (None, None, None)
     if harmonics:
         glow = float(planck_wavenumber(atmosphere.band.wavenumber, GROUND_TEMPERATURE).max())
-        own, to_ground = HarmonicSky.over_ground(air, elevation[:1], dark, harmonics, scope).at(altitude)
         lit_sky = np.zeros((altitude.size, elevation.size, harmonics, 1))
         if lit:
             few = _few_points(scattered.reshape(-1, weight.size) * weight, through, allowed)
             part = air.part(few.index)
             whole = HarmonicSky.over_ground(part, elevation, irradiance[few.index], harmonics, scope).at(altitude)[0]
-            of_few = (whole - own[:, :, few.index]) * weight[few.index, None]
+            of_few = (whole - own[:, None, few.index]) * weight[few.index, None]
             lit_sky = np.swapaxes(of_few, -1, -2) @ few.factor.T / weight
         around = (
-            LightParts.of(np.moveaxis(own[:, 0], -1, 1), weight * np.pi, through, allowed),
+            LightParts.of(np.moveaxis(own, -1, 1), weight * np.pi, through, allowed),
             LightParts.of(lit_sky + np.zeros(weight.size), weight * np.pi, through, allowed),
-            LightParts.of(np.moveaxis(to_ground, -1, 1), weight * np.pi, through, allowed / glow),
+            LightParts.of(np.moveaxis(emitted.ground, -1, 1), weight * np.pi, through, allowed / glow),
         )
     return SurfaceLight(
         heights / 1e3,
@@ -229,7 +258,7 @@ def surface_light(
         np.degrees(rise),
         above,
         LightParts.of(beam * irradiance, weight, through, allowed),
-        LightParts.of(emitted, weight, through, allowed),
+        LightParts.of(level, weight, through, allowed),
         LightParts.of(scattered, weight, through, allowed),
         *around,
         ground_emission(atmosphere.band),

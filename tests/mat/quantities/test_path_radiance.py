@@ -8,6 +8,7 @@ import pytest
 from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.line_of_sight import lines_of_sight
+from skyshine.mat.quantities.joined_paths import JoinedPaths
 from skyshine.mat.quantities.line_sources import LineSources
 from skyshine.mat.quantities.path_radiance import radiance_along
 
@@ -42,7 +43,8 @@ def line(air, altitude, elevation, ranges=RANGES):
 
 def ratio(air, band, path, irradiance=DARK):
     mean = (1 - np.exp(-path.depth)) @ band.weight / band.weight.sum()
-    return radiance_along(air, band, path, NIGHT, irradiance).ratio(air, band, path, mean)
+    lines = JoinedPaths.of([path])
+    return radiance_along(air, band, lines, [NIGHT], irradiance).ratio(air, band, lines, mean[None])[0]
 
 
 def test_a_path_emits_what_it_absorbs(make):
@@ -50,7 +52,7 @@ def test_a_path_emits_what_it_absorbs(make):
     path = line(air, 0.0, 4.0)
     absorbed = 1 - np.exp(-path.segment_depths.cumulative)
     expected = absorbed @ (band.radiance_weight * planck(band.wavenumber, KELVIN))
-    found = radiance_along(air, band, path, NIGHT, DARK).along
+    found = radiance_along(air, band, JoinedPaths.of([path]), [NIGHT], DARK).along
     assert found.shape == (expected.size, 2) and expected[-1] > 10 * expected[1] > 0
     np.testing.assert_allclose(found, np.stack([expected, expected], axis=1), rtol=1e-4)
 
@@ -78,7 +80,7 @@ def test_at_range_0_each_point_counts_by_its_absorption(make):
 def test_air_that_does_not_scatter_shows_no_light_of_the_source(make):
     air, band = make(1e-25, 1e-25, 1e-24, 1e-24)
     path, day = line(air, 0.0, 20.0), LineSources.at(np.radians([40.0]), np.array([0.1]))
-    dark, lit = (radiance_along(air, band, path, day, light).along for light in (DARK, np.ones(4)))
+    dark, lit = (radiance_along(air, band, JoinedPaths.of([path]), [day], light).along for light in (DARK, np.ones(4)))
     assert np.array_equal(dark, lit)
 
 
@@ -87,7 +89,8 @@ def test_scattered_light_is_in_proportion_to_the_source_and_never_negative(make)
     air, sources = replace(air, scatters=True), LineSources.at(np.radians([40.0, -40.0]), np.array([0.1, 0.1]))
     path = line(air, 0.0, 20.0)
     dark, once, thrice = (
-        radiance_along(air, band, path, sources, light * np.ones(4)).along for light in (0.0, 1e6, 3e6)
+        radiance_along(air, band, JoinedPaths.of([path]), [sources], light * np.ones(4)).along
+        for light in (0.0, 1e6, 3e6)
     )
     assert np.all(once >= dark) and np.all(np.diff(once[:, 0] - dark[:, 0]) >= 0) and once[-1, 0] > dark[-1, 0]
     np.testing.assert_allclose(thrice - dark, 3 * (once - dark), rtol=1e-4, atol=1e-9 * once.max())

@@ -73,7 +73,7 @@ def test_light_fades_from_deep_twilight_without_a_step(sun, quantity):
     place = {name: np.atleast_1d(values)[..., :1] for name, values in where(quantity).items()}
     values = table.value(quantity, **place, source_elevation=heights)
     lit, night = values[0], values[-1]
-    assert lit > night * 1.000001
+    assert lit > night * 1.0000001
     np.testing.assert_allclose((values - night) / (lit - night), [1, 1, 0.5, 0, 0, 0], atol=1e-4)
 
 

@@ -104,13 +104,13 @@ def test_smooth_peaks_have_no_core_and_diffraction_by_drops_does(air, fog):
 def test_thin_air_and_air_without_particles_change_nothing(air):
     for clear in (air(), air(clouds=[CloudLayer("water", 1e3, 2e3, 10.0, 1e-4)])):
         segments, depths, to_source, deflection = path(clear, 0.0, 0.5, 0.5, np.zeros(1))
-        assert clear.forward_peak.near(segments, to_source, deflection).size == 0
+        assert not clear.forward_peak.near(segments, to_source, deflection).any()
         assert np.all(clear.scattered_radiance(segments, depths, to_source, deflection) > 0)
 
 
 def test_sources_far_from_the_line_are_left_as_they_are(fog):
     segments, _, *angles = path(fog, 0.0, 0.5, 0.5, np.radians([0.0, 20.0, 60.0, 180.0]))
-    assert fog.forward_peak.near(segments, *angles).tolist() == [0, 1]
+    assert np.flatnonzero(fog.forward_peak.near(segments, *angles)).tolist() == [0, 1]
     table = fog.forward_peak.table
     assert np.all(np.isfinite(table)) and np.all(table[:, :, -1] == 0) and np.any(table[:, :, 0] < 0)
 
@@ -174,7 +174,8 @@ def test_the_deeper_the_fog_the_more_of_its_peak_is_spread(air):
         foggy = air(aerosol=Aerosol("fog_radiation", visibility_km=visibility))
         _, _, to_source, deflection = path(foggy, 0.0, 1.2, 1.2, NEAR)
         depth = foggy.forward_peak._source_depth(np.zeros(1), to_source[:1])
-        changes.append(foggy.forward_peak._change(np.zeros(1, int), depth, deflection[:1])[0, 0, 0])
+        peak = foggy.forward_peak
+        changes.append(peak._change(*peak._places(np.zeros(1, int), depth, deflection[:1]))[0, 0, 0])
     assert 0 > changes[0] > changes[1] > changes[2]
 
 
@@ -182,11 +183,13 @@ def test_depth_of_the_peak_is_that_from_the_source_by_the_place_to_the_observer(
     """Towards a source at the zenith both parts are the whole column, wherever the place."""
     seen = []
 
-    def change(peak, level, depth, cosine):
-        seen.append(depth)
-        return np.zeros(depth.shape, np.float32)
+    places = forward_peak.ForwardPeak._places
 
-    monkeypatch.setattr(forward_peak.ForwardPeak, "_change", change)
+    def seen_places(peak, level, depth, cosine):
+        seen.append(depth)
+        return places(peak, level, depth, cosine)
+
+    monkeypatch.setattr(forward_peak.ForwardPeak, "_places", seen_places)
     segments, depths, *angles = path(fog, 0.0, np.pi / 2, [np.pi / 2], [0.0])
     attenuation = np.ones((*depths.per_segment.shape[:1], 1, depths.per_segment.shape[1]), np.float32)
     fog.forward_peak.by_segment(segments, attenuation, *angles)

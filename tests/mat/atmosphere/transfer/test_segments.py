@@ -178,8 +178,10 @@ def test_band_and_spectral_scattering_agree(synthetic_points):
     weight = np.linspace(1.0, 2.0, 8)
     spectral = scattered_spectral(segments, air.optics, attenuation, deflection) @ weight
     band = scattered_band(segments, air.optics, Depths(depth), air.source_paths, to_source, deflection, weight)
-    assert band[-1] == pytest.approx(spectral, rel=2e-3)  # the band's light is interpolated in elevation as a whole
-    assert np.all(np.diff(band, axis=0) >= 0)
+    assert band.sum(axis=0) == pytest.approx(
+        spectral, rel=2e-3
+    )  # the band's light is interpolated in elevation as a whole
+    assert np.all(band >= 0)
     # Moonlight is a millionth as bright; single precision must not notice.
     faint = scattered_band(segments, air.optics, Depths(depth), air.source_paths, to_source, deflection, weight * 1e-30)
     assert faint == pytest.approx(band * 1e-30, rel=1e-6, abs=0)

@@ -232,7 +232,7 @@ def _described(rung: Rung, units: str) -> dict[str, Any]:
     """A rung as plain values; its time and its stages are those of the build of median processor time."""
     builds = sorted(rung.builds, key=lambda each: each.processor)
     middle = builds[(len(builds) - 1) // 2]
-    errors, floor = (_in_units(each, units) for each in (rung.errors["all"], rung.errors["all"]["averages"]))
+    errors, floor = (_in_units(each, units) for each in (rung.errors["all"], rung.errors["all"]["exact_tables"]))
     return {
         "name": rung.setting.name,
         "asked": quantity(np.nan if rung.setting.kelvin is None else rung.setting.kelvin, "K"),
@@ -246,7 +246,7 @@ def _described(rung: Rung, units: str) -> dict[str, Any]:
             {
                 "wavelength": band["wavelengths"][0],
                 "error": values["p99"],
-                "floor": _in_units(band["averages"], units)["p99"],
+                "floor": _in_units(band["exact_tables"], units)["p99"],
             }
             for band in rung.errors["bands"]
             if (values := _in_units(band, units))

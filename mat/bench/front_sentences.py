@@ -39,8 +39,8 @@ def sentences(rungs: list[dict[str, Any]], units: str) -> list[str]:
 
 def _floor(best: dict[str, Any], units: str) -> str:
     return (
-        f"The least error, {_error(best):.3g} {units}, has {best['name']}; means over the band of exact tables would"
-        f" err by {float(best['floor']['value']):.3g} {units} (dashed), which channels do without."
+        f"The least error, {_error(best):.3g} {units}, has {best['name']}; with exact tables the equations of the"
+        f" runtime would err by {float(best['floor']['value']):.3g} {units} (dashed)."
     )
 
 

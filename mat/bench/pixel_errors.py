@@ -81,7 +81,7 @@ class Truths:
         """Of the job and the scenes: errors on equal keys may be compared."""
         nodes = [getattr(self.grid, each.name).tolist() for each in fields(PathGrid)]
         nodes += [self.surface_axes[name].tolist() for name in (*_SURFACE, "time")]
-        return job_digest(self.loaded, "bands and averages", [self.scenes, self.seed, nodes])
+        return job_digest(self.loaded, "exact tables", [self.scenes, self.seed, nodes])
 
     def of(self, state: int, band: int, source: str, tables: Tables) -> PixelTruth | None:
         """The truth of one set of scenes; None where the axes leave no room for a view.
@@ -203,7 +203,7 @@ class _SetErrors:
 
 
 def _described(errors: Sequence[_SetErrors]) -> dict[str, Any]:
-    """Errors of some sets together: of their pixels, and of averages alone, in kelvin and in shares of radiance."""
+    """Errors of some sets together: of their pixels, and with exact tables, in kelvin and in shares of radiance."""
     thermal = [each for each in errors if np.isfinite(each.kelvin(each.error)).all()]
     bands = {each.band: each.response for each in errors}
     return {
@@ -212,7 +212,7 @@ def _described(errors: Sequence[_SetErrors]) -> dict[str, Any]:
         "pixels": sum(each.error.size for each in errors),
         "temperature": _measures([each.kelvin(each.error) for each in thermal], "K"),
         "share_of_radiance": _measures([each.share(each.error) for each in errors], "1"),
-        "averages": {
+        "exact_tables": {
             "temperature": _measures([each.kelvin(each.truth.averages) for each in thermal], "K"),
             "share_of_radiance": _measures([each.share(each.truth.averages) for each in errors], "1"),
         },

@@ -9,17 +9,12 @@ from skyshine.mat.atmosphere.transfer.path_axes import PathScope
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.trim import read_share
-from skyshine.mat.quantities.channels.coordinates import TOP_KM
 from skyshine.mat.quantities.grid import PathGrid
 
 
 def path_grid(job: Job) -> PathGrid:
-    """Axes within whose ends the channels of a job are placed; observers in space stand at the top of the air."""
-    axes = job.atmosphere_axes()
-    return PathGrid(
-        **{name: np.asarray(nodes, float) for name, nodes in axes.items()}
-        | {"altitude_km": np.unique(np.minimum(axes["altitude_km"], TOP_KM))}
-    )
+    """Axes between whose ends the channels of a job are placed, and by whose cells random lines of sight are drawn."""
+    return PathGrid(**{name: np.asarray(nodes, float) for name, nodes in job.sampled_axes().items()})
 
 
 def table_grid(job: Job) -> PathGrid:

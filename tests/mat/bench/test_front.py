@@ -122,7 +122,7 @@ def test_the_page_needs_nothing_else_and_shows_every_setting(front):
         assert f"<td>{name}" in page
     assert "a &lt;wall&gt; &amp; more" in page and "<wall>" not in page
     assert "0.01 K cannot run" in page and "no affordable grid &lt;meets&gt; it" in page
-    assert re.search(r"exact means</td><td>0.15</td><td>0.07</td>", page)
+    assert re.search(r"exact tables</td><td>0.15</td><td>0.07</td>", page)
     assert "EnergyPlus: absent" in page and "left out: not installed" in page
 
 

@@ -78,7 +78,7 @@ def test_drawn_jobs_reach_the_ends_and_most_pass_the_check():
     states = [state for job in jobs for state in job["states"]]
     assert sum("radiation" in state["weather"] for state in states) > 50
     assert sum(job.get("operated", {"": {}}).popitem()[1].get("kind") == "heated" for job in jobs) > 10
-    assert sum("tolerance" in job["atmosphere_grid"] for job in jobs) > 10
+    assert sum("tolerance" in job["surface_grid"] for job in jobs) > 10
     accepted = 0
     for job in jobs[:40]:
         with contextlib.suppress(InputError):

@@ -21,7 +21,7 @@ from skyshine.mat.job.site import Site, great_circle
 from skyshine.mat.job.surface import HOURLY_QUANTITIES
 from skyshine.mat.job.trim import limited_axes, trimmed
 from skyshine.mat.job.warnings import merged
-from skyshine.mat.radiometry.response_table import is_quantum
+from skyshine.mat.radiometry.response_table import response_notes
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.documents import Document, mapping_document, parse_model, problem_text, read_yaml
 from skyshine.schemas.errors import InputError, nearest
@@ -128,7 +128,7 @@ def load_job(
     requested, warnings = _with_weather_files(job, document)
     _refuse_rain_in_gaps(requested, document)
     requested, seasons = _with_ground(requested, job, document)
-    return LoadedJob(requested, trimmed(requested), document, (*_quantum_responses(job), *remarks, *warnings, *seasons))
+    return LoadedJob(requested, trimmed(requested), document, (*_response_notes(job), *remarks, *warnings, *seasons))
 
 
 def _check_query_limits(job: Job, document: Document) -> None:
@@ -284,12 +284,13 @@ def _with_profiles(job: Job) -> Job:
     return job.model_copy(update={"states": states})
 
 
-def _quantum_responses(job: Job) -> list[str]:
-    """A line for each response table that counts photons."""
+def _response_notes(job: Job) -> list[str]:
+    """What is done with response tables beyond reading them, a line each."""
     return [
-        f"band {name}: the response {band.response.name} counts photons; times wavelength, it is the response to energy"
+        f"band {name}: the response {band.response.name} {note}"
         for name, band in zip(job.band_names, job.bands, strict=True)
-        if band.response is not None and is_quantum(band.response.text, band.response.path)
+        if band.response is not None
+        for note in response_notes(band.response.text, band.response.path)
     ]
 
 

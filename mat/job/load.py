@@ -336,12 +336,12 @@ def _with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:
         if state.weather.file is not None:
             file = _weather_file(document, i, state.weather.file)
             given = [name for name in HOURLY_QUANTITIES if name in state.weather.model_fields_set]
-            measured, day = state.weather.radiation == "measured", state.date or job.site.date
+            light, day = state.weather.radiation, state.date or job.site.date
             found = read_weather(
                 file,
                 day,
                 job.site.utc_offset_h,
-                radiation=measured,
+                radiation=None if light is None else light == "measured",
                 given=given,
                 days_before=state.weather.history_days,
                 rain=state.weather.rain,
@@ -422,11 +422,12 @@ def _other_place(site: Site, station: Station | None) -> str:
     if station is None:
         return ""
     distance = great_circle(site.latitude_deg, site.longitude_deg, station.latitude, station.longitude)
-    higher = station.altitude / 1e3 - site.altitude_km
+    higher = 0.0 if station.altitude is None else station.altitude / 1e3 - site.altitude_km
     if distance <= FARTHEST_STATION_KM and abs(higher) <= HIGHEST_STATION_KM:
         return ""
     return (
-        f"was measured at latitude {station.latitude:g}, longitude {station.longitude:g}, {station.altitude:g} m:"
+        f"was measured at latitude {station.latitude:g}, longitude {station.longitude:g},"
+        f" {1e3 * (site.altitude_km + higher):g} m:"
         f" {distance:.0f} km from the site and {abs(1e3 * higher):.0f} m {'above' if higher > 0 else 'below'} it"
         f" (warned beyond {FARTHEST_STATION_KM:g} km and {1e3 * HIGHEST_STATION_KM:g} m); its temperatures are carried"
         " to the site's altitude by 6.5 K/km"

@@ -294,6 +294,13 @@ class Weather(StrictModel):
         lit = any(getattr(self.hourly, name, None) is not None for name in (SUNLIGHT[0], TOTAL))
         return self.radiation == "measured" or (self.radiation is None and lit)
 
+    def without_light(self) -> Self:
+        """The same without the light of its tables, which is computed."""
+        dark = dict.fromkeys((*RADIATION, TOTAL))
+        before = [day.model_copy(update=dark) for day in self.days_before]
+        hourly = None if self.hourly is None else self.hourly.model_copy(update=dark)
+        return self.model_copy(update={"hourly": hourly, "days_before": before})
+
     @property
     def water(self) -> dict[str, Any]:
         """What it says of water on and in the ground and of snow, as plain data; empty where it says nothing."""

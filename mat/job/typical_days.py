@@ -45,7 +45,7 @@ def typical_days(
     year: YearFile,
     days: Sequence[date],
     utc_offset_h: float,
-    radiation: bool | None,
+    radiation: bool,
     given: Container[str],
     rain: RainKey | None,
 ) -> TypicalDays:
@@ -58,8 +58,7 @@ def typical_days(
     """
     notes: dict[str, None] = {}
     tables = []
-    if radiation is None:
-        radiation = all(_is_lit(year, day) for day in days)
+    radiation = radiation or all(_is_lit(year, day) for day in days)
     for day in days:
         table, rows = _typical_day(year, day, utc_offset_h, radiation, given, notes, repeats=len(days) == 1)
         tables.append(table if rain == "none" else _with_rain(year, table, rows, rain == "file", notes))

@@ -36,6 +36,8 @@ class FileWeather:
         Of the days before, oldest first.
     station : Station or None
         None for a table that states no place.
+    utc_offset_h : float or None
+        Of the clock of a typical year; others say their times themselves.
     notes : tuple of str
         What stands in the place of what the file lacks.
     """
@@ -44,6 +46,7 @@ class FileWeather:
     before: list[HourlyWeather] = field(default_factory=list)
     station: Station | None = None
     notes: tuple[str, ...] = ()
+    utc_offset_h: float | None = None
 
 
 def read_weather(
@@ -51,7 +54,7 @@ def read_weather(
     day: date,
     utc_offset_h: float,
     *,
-    radiation: bool | None = None,
+    radiation: bool = False,
     given: Container[str] = (),
     days_before: int = 0,
     rain: RainKey | None = None,
@@ -68,8 +71,8 @@ def read_weather(
         Month and day are taken from a typical year.
     utc_offset_h : float
         Of the local clock; a typical year has its own.
-    radiation : bool, optional
-        Read measured sunlight and, where the file has it, sky longwave too; by default where the file has sunlight.
+    radiation : bool
+        Whether the file must have measured sunlight; where it has, that is read, with sky longwave.
     given : container of str
         Keys that the job writes itself: the file need not have them.
     days_before : int
@@ -104,19 +107,19 @@ def _typical(
     year: YearFile,
     days: Sequence[date],
     utc_offset_h: float,
-    radiation: bool | None,
+    radiation: bool,
     given: Container[str],
     rain: RainKey | None,
 ) -> FileWeather:
     *before, hourly = (tables := typical_days(year, days, utc_offset_h, radiation, given, rain)).hourly
-    return FileWeather(hourly, before, year.station, tuple(tables.notes))
+    return FileWeather(hourly, before, year.station, tuple(tables.notes), year.utc_offset_h)
 
 
 def _dry(table: HourlyWeather) -> HourlyWeather:
     return table.model_copy(update={"rain_mm_h": None})
 
 
-def _day_tables(file: Path, days: Sequence[date], utc_offset_h: float, radiation: bool | None) -> FileWeather:
+def _day_tables(file: Path, days: Sequence[date], utc_offset_h: float, radiation: bool) -> FileWeather:
     """The rows of each day; a table by time of day, without dates, is one day."""
     table, station, typical = _table(file, utc_offset_h)
     lit = "sw_down" in table.values or {"direct_normal", "diffuse"} <= {*table.values}
@@ -126,7 +129,6 @@ def _day_tables(file: Path, days: Sequence[date], utc_offset_h: float, radiation
             file=file,
         )
     notes = dict.fromkeys(table.notes)
-    measured = lit and radiation is not False
     number = np.floor_divide(table.time, 86400.0).astype(int)
     if number[0] == 0:
         if len(days) > 1 or number[-1] > 0:
@@ -137,7 +139,7 @@ def _day_tables(file: Path, days: Sequence[date], utc_offset_h: float, radiation
                 line=table.lines[0],
                 column=1,
             )
-        return FileWeather(_day_table(table, np.arange(number.size), measured, station, notes), [], station, (*notes,))
+        return FileWeather(_day_table(table, np.arange(number.size), station, notes), [], station, (*notes,))
     tables = []
     for day in days:
         rows = np.flatnonzero(number == day.toordinal())
@@ -152,7 +154,7 @@ def _day_tables(file: Path, days: Sequence[date], utc_offset_h: float, radiation
                 " history_days",
                 file=file,
             )
-        tables.append(_day_table(table, rows, measured, station, notes))
+        tables.append(_day_table(table, rows, station, notes))
     return FileWeather(tables[-1], tables[:-1], station, tuple(notes))
 
 
@@ -201,9 +203,7 @@ def local_seconds(cell: str, utc_offset_h: float) -> float:
     return 86400.0 * moment.toordinal() + of_day.total_seconds()
 
 
-def _day_table(
-    table: Readings, rows: Integers, measured: bool, station: Station | None, notes: dict[str, None]
-) -> HourlyWeather:
+def _day_table(table: Readings, rows: Integers, station: Station | None, notes: dict[str, None]) -> HourlyWeather:
     """Some rows, which are those of one day, without gaps."""
     clock = np.mod(table.time[rows], 86400.0)
     lines, every = [table.lines[n] for n in rows], {name: each[rows] for name, each in table.values.items()}
@@ -227,7 +227,7 @@ def _day_table(
         if name in values:
             found[f"{name}_m"] = _constant(part, name)
     sunlight = [name.removesuffix("_w_m2") for name in SUNLIGHT]
-    if measured and ({*sunlight} <= {*values} or "sw_down" in values):
+    if {*sunlight} <= {*values} or "sw_down" in values:
         found["longwave_down_w_m2"] = values.get("lw_down")
         # A thermopile's zero at night is a few watts off.
         if {*sunlight} <= {*values}:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy import constants
 
+from skyshine.mat.atmosphere.state.humidity import WATER_MOLAR_MASS
 from skyshine.mat.atmosphere.state.levels import linear
+from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.site import Site
@@ -17,6 +20,9 @@ from skyshine.mat.surface.weather import LAPSE_RATE
 # .35 K of a path of 1 km in 8 to 12 um and .9 K in 3 to 5 um (tests/validation/test_weather_air.py); most days are
 # nearer to the profile of their place and season than the second.
 NOT_FOLLOWED, FOLLOWED = 5.0, 12.0
+# m, column of water over vapour density at the ground: 1.5 to 3.5 km in most air (Reitan 1963, J. Appl. Meteorol. 2,
+# 776), less under a moist layer of fog, more in the dry mixed layer of a desert or above an Arctic inversion.
+_LEAST_HEIGHT, _MOST_HEIGHT = 700.0, 7000.0
 _VAPOUR_FACTOR, _VAPOUR = 1.5, 300.0  # Pa; both are to be exceeded
 
 
@@ -31,6 +37,21 @@ def air_warnings(job: Job) -> list[str]:
             by_air[key] = _warnings(job.site, state)
         warnings += [(number, text) for text in by_air[key]]
     return merged(warnings)
+
+
+def _water_doubt(air: AtmosphericState, source: str) -> list[str]:
+    """A line where the water above the ground is not of the vapour at the ground."""
+    present = air.mole_fraction["H2O"]
+    density = present * air.pressure * WATER_MOLAR_MASS / (constants.R * air.temperature)  # kg m^-3
+    column = float(np.trapezoid(density, air.altitude))
+    height = column / float(density[0])
+    if _LEAST_HEIGHT <= height <= _MOST_HEIGHT:
+        return []
+    return [
+        f"{source} has {column:.1f} mm of water above {1e3 * density[0]:.2f} g m^-3 at the ground, a height of"
+        f" {height / 1e3:.1f} km (usual: {_LEAST_HEIGHT / 1e3:g} to {_MOST_HEIGHT / 1e3:g} km); its humidity at the"
+        " ground or aloft may be wrong"
+    ]
 
 
 def _warnings(site: Site, state: State) -> list[str]:
@@ -51,6 +72,8 @@ def _warnings(site: Site, state: State) -> list[str]:
             f"weather of {kelvin:.1f} K at the ground (day's mean) and {source} of {there:.1f} K there are"
             f" {abs(kelvin - there):.1f} K apart; {advice}"
         )
+    if measured:
+        texts += _water_doubt(atmospheric_state(site, without_air_time(state)), source)
     if not follows or state.has_water_amount:
         air = atmospheric_state(site, without_air_time(state))
         station = (

@@ -60,7 +60,7 @@ AIR_COLUMNS = {
     "air_temperature": Column({"K": (1.0, 0.0), "C": (1.0, ZERO_CELSIUS), "F": (5 / 9, 459.67 * 5 / 9)}, 150.0, 350.0),
     "relative_humidity": Column({"%": (1.0, 0.0), "percent": (1.0, 0.0), "1": (100.0, 0.0)}, 0.0, 120.0),
     "wind_speed": Column({"m/s": (1.0, 0.0), "km/h": (1 / 3.6, 0.0), "kt": (1852 / 3600, 0.0)}, 0.0, 120.0),
-    "pressure": Column({"Pa": (1.0, 0.0), "hPa": (100.0, 0.0), "kPa": (1000.0, 0.0)}, 0.0, 120e3),
+    "pressure": Column({"Pa": (1.0, 0.0), "hPa": (100.0, 0.0), "kPa": (1000.0, 0.0)}, 20e3, 120e3),
 }
 # Heights of measurement, by default those of WMO-No. 8: 10 m and 2 m.
 HEIGHT_COLUMNS = {name: Column({"m": (1.0, 0.0)}, LEAST_HEIGHT, 200.0) for name in ("wind_height", "air_height")}

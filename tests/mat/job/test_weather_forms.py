@@ -60,8 +60,6 @@ def test_psm_of_the_nsrdb(tmp_path):
     assert hourly.direct_normal_w_m2[12:15] == pytest.approx([300.0, 300.0, 0.0])
     assert sum(hourly.diffuse_w_m2) == pytest.approx(1200.0) and hourly.pressure_hpa == pytest.approx([950.0] * 24)
     assert hourly.relative_humidity_percent[0] == pytest.approx(100 * 12.279 / 17.056, rel=2e-3)  # hPa at 10 and 15 C
-    plain = read_weather(psm(tmp_path), DAY, 1.0, radiation=False).hourly
-    assert plain.diffuse_w_m2 is None
     shifted = read_weather(psm(tmp_path, zone=0), date(2026, 7, 2), 1.0).hourly
     assert shifted.air_temperature_c[0] == pytest.approx(15 + 23)  # 23:30 UTC of the day before
 

@@ -30,8 +30,8 @@ def test_measured_light_of_greensboro():
     if not file.is_file():
         pytest.skip("this pvlib comes without its sample file")
     rows = [row.split(",") for row in file.read_text().splitlines()[2 + 24 * 171 : 2 + 24 * 172]]
-    plain, measured = (read_weather(file, date(2026, 6, 21), -5, radiation=given).hourly for given in (False, True))
-    assert plain.direct_normal_w_m2 is None and measured.longwave_down_w_m2 is None
+    measured = read_weather(file, date(2026, 6, 21), -5, radiation=True).hourly
+    assert measured.longwave_down_w_m2 is None
     at = measured.time.index(14.0)
     assert (measured.direct_normal_w_m2[at], measured.diffuse_w_m2[at]) == (float(rows[13][7]), float(rows[13][10]))
     assert sum(measured.direct_normal_w_m2) == sum(float(row[7]) for row in rows) > 1000

@@ -14,6 +14,7 @@ from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.axes import PERIODIC, AxisRule
 from skyshine.mat.tables.catalog import CATALOG, Entry, open_catalog
 from skyshine.mat.tables.loader import open_table
+from skyshine.mat.tables.night import SOURCE_ELEVATION, WITHOUT_SOURCE, Night
 from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.arrays import Booleans, Floats, Integers
@@ -147,6 +148,15 @@ def held_hours(surface: TemperatureTable, hours: Floats) -> Booleans:
     first, last = rule.nodes[[0, -1]]
     held: Booleans = np.mod(hours - first, 24.0) <= last - first + 1e-9
     return held
+
+
+def in_twilight(air: AtmosphereTable, elevation: Floats) -> Booleans:
+    """Which elevations (T,) of the source [degree] are in a twilight that the atmosphere of a band does not hold."""
+    nights = [Night.of(air.root, quantity) for quantity in WITHOUT_SOURCE]
+    if SOURCE_ELEVATION in air.root.axes:  # of channels
+        nights.append(Night(AxisRule.of(SOURCE_ELEVATION, air.root.axes[SOURCE_ELEVATION]), None))
+    lacking: Booleans = np.any([night.lacks(elevation) for night in nights if night is not None], axis=0)
+    return np.broadcast_to(lacking, elevation.shape)
 
 
 def _catalog(folder: Path, refuse: Refuse) -> tuple[Entry, ...]:

@@ -1,4 +1,4 @@
-"""Where weather, profile and sounding of a state disagree at the ground."""
+"""Where weather, profile and sounding of a state disagree, and where tables and the day do."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.job.site import Site
 from skyshine.mat.job.warnings import merged
 from skyshine.mat.scene.atmosphere import air_key, atmospheric_state, profile_of, without_air_time
-from skyshine.mat.scene.weather import ground_air
+from skyshine.mat.scene.weather import ground_air, sun_path
 from skyshine.mat.surface.weather import LAPSE_RATE
+from skyshine.mat.tables.night import CIVIL_TWILIGHT, dark_elevation
 
 # K between the weather's daily mean and the profile at the ground. Where paths do not follow the weather, the first is
 # .35 K of a path of 1 km in 8 to 12 um and .9 K in 3 to 5 um (tests/validation/test_weather_air.py); most days are
@@ -37,6 +38,29 @@ def air_warnings(job: Job) -> list[str]:
             by_air[key] = _warnings(job.site, state)
         warnings += [(number, text) for text in by_air[key]]
     return merged(warnings)
+
+
+def twilight_warnings(job: Job) -> list[str]:
+    """A line where the atmospheric tables hold no twilight that the day of a state has."""
+    if not job.bands or job.query_limits is not None:
+        return []
+    lowest = min(job.atmosphere_grid.source_elevation_deg)
+    dark = dark_elevation(max(job.observer_altitudes_km))
+    if lowest <= CIVIL_TWILIGHT:
+        return []
+    lines = []
+    for number, state in enumerate(job.states, 1):
+        elevation = sun_path(job.site.model_copy(update={"date": state.date or job.site.date})).solar_elevation
+        hours = 24.0 * np.mean((elevation < lowest) & (elevation > dark))
+        if hours > 0:
+            lines.append(
+                (
+                    number,
+                    f"tables hold no light of a Sun from {lowest:g} degrees down to {dark:.0f}, where it is dark:"
+                    f" runtimes refuse {hours:.1f} h of the day; give a source_elevation_deg of {CIVIL_TWILIGHT:g} or lower",
+                )
+            )
+    return merged(lines)
 
 
 def _water_doubt(air: AtmosphericState, source: str) -> list[str]:

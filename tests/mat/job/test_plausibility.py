@@ -39,7 +39,7 @@ def test_a_day_that_can_be_is_not_doubted():
     [
         (
             {"global_horizontal_w_m2": list(900 * np.roll(SUN, 9))},
-            r"has \d+ W m\^-2 of sunlight in the time to 0\d:00 on 2026-06-21, when the Sun is \d+ degrees or more",
+            r"has \d+ W m\^-2 of sunlight in the time to \d\d:00 on 2026-06-21, when the Sun is \d+ degrees or more",
         ),
         (
             {"global_horizontal_w_m2": list(900 * SUN * (HOURS < 10))},
@@ -108,7 +108,7 @@ def test_hectopascal_in_a_column_of_pascal_are_refused():
 
 
 def test_a_file_of_another_zone_is_said_and_its_light_not_taken(load_weather, epw, tmp_path):
-    """Two June days under a header that puts them nine hours off: by default light is computed; measured light is refused."""
+    """Two June days under a header that puts them nine hours off: light is computed, and measured light refused."""
     from skyshine.mat.job.load import load_job
     from skyshine.mat.scene.check import check_scene
 

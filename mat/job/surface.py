@@ -200,12 +200,12 @@ class Weather(StrictModel):
         ),
     )
     ground_albedo: Fraction = Field(0.2, description="Share of sunlight that the ground around surfaces reflects.")
-    radiation: Literal["computed", "measured"] = Field(
-        "computed",
+    radiation: Literal["computed", "measured"] | None = Field(
+        None,
         description=(
             "Sunlight and sky longwave on the ground: computed from the state, or measured, as the file or the table by"
-            " hour has them (EPW and TMY3 do; in CSV direct_normal and diffuse, or sw_down, and lw_down). Measured"
-            " light is of the weather, not of the state's air."
+            " hour has them (in CSV direct_normal and diffuse, or sw_down, and lw_down); by default measured where"
+            " sunlight is there. Measured light is of the weather, not of the state's air."
         ),
     )
 
@@ -255,6 +255,10 @@ class Weather(StrictModel):
                 f"found {has[0]} by hour and radiation: computed; allowed: radiation: measured; give it, or remove"
                 f" {has[0]}"
             )
+        if has and not self.measured:
+            raise ValueError(
+                f"found {has[0]} by hour without sunlight; allowed: with {' and '.join(SUNLIGHT)}, or {TOTAL}; give it"
+            )
         if self.radiation == "measured" and self.file is None and not {SUNLIGHT[0], TOTAL} & {*has}:
             raise ValueError(
                 f"found radiation: measured without {' and '.join(SUNLIGHT)}, or {TOTAL}; allowed: with a file or a"
@@ -283,6 +287,19 @@ class Weather(StrictModel):
             if low > high:
                 raise ValueError(f"found air_temperature_c [{low:g}, {high:g}]; allowed: [lowest, highest]; swap them")
         return self
+
+    @property
+    def measured(self) -> bool:
+        """Whether its light is measured."""
+        lit = any(getattr(self.hourly, name, None) is not None for name in (SUNLIGHT[0], TOTAL))
+        return self.radiation == "measured" or (self.radiation is None and lit)
+
+    def without_light(self) -> Self:
+        """The same without the light of its tables, which is computed."""
+        dark = dict.fromkeys((*RADIATION, TOTAL))
+        before = [day.model_copy(update=dark) for day in self.days_before]
+        hourly = None if self.hourly is None else self.hourly.model_copy(update=dark)
+        return self.model_copy(update={"hourly": hourly, "days_before": before})
 
     @property
     def water(self) -> dict[str, Any]:

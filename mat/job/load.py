@@ -117,7 +117,7 @@ def load_job(
     """
     document = mapping_document(source, folder or Path.cwd()) if isinstance(source, Mapping) else read_yaml(source)
     library = library or load_library()
-    context = {"materials": library.names, "folder": document.file.resolve().parent}
+    context = {"materials": library.names, "library": library, "folder": document.file.resolve().parent}
     written = parse_model(document, Job, context)
     _refuse_shared_names(written, document)
     job = _with_air_times(_with_series(written, document, context), document)

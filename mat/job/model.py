@@ -28,13 +28,21 @@ from skyshine.mat.job.surface import (
     OperatedCelsius,
     Operation,
     SurfaceGrid,
+    named_operation,
 )
 from skyshine.mat.job.textures import FinishedTexture, JobTexture
 from skyshine.mat.radiometry.spherical_harmonics import COUNTS
+from skyshine.materials.library import load_library
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.job.materials import MaterialName
 from skyshine.tmm.job.model import TextureJob, check_distinct_names, folder_by_name
+
+
+def _or_its_name(schema: dict[str, Any]) -> None:
+    """Allow a name in the place of each value of a mapping, in its JSON Schema."""
+    schema["additionalProperties"] = {"anyOf": [schema["additionalProperties"], {"type": "string"}]}
+
 
 SIX_HOLD_K = 0.15  # tests/validation/test_tilted_faces.py
 WaterContinuum = Literal["mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]
@@ -105,7 +113,12 @@ class Job(StrictModel):
     )
     materials: MaterialChoice = Field("used", description="Those the textures use, all of the library, or names.")
     operated: dict[MaterialName, Operation] = Field(
-        {}, description="Back boundaries of materials in operation: engines, heated rooms, cold stores."
+        {},
+        description=(
+            "Back boundaries of materials in operation: engines, heated rooms, cold stores; or the name of one that the"
+            " material has: engine_deck: idling."
+        ),
+        json_schema_extra=_or_its_name,
     )
     temperatures_c: dict[MaterialName, Annotated[float | list[float], by_hour(OperatedCelsius)]] = Field(
         {}, description="Temperatures given by hand in place of the heat balance, one or 24 at the hours 0 to 23."
@@ -258,6 +271,19 @@ class Job(StrictModel):
                     f"{self.site.altitude_km:g}; raise it, or lower the site"
                 )
         return self
+
+    @pydantic.field_validator("operated", mode="before")
+    @classmethod
+    def _operations_by_name(cls, content: Any, info: pydantic.ValidationInfo) -> Any:
+        if not isinstance(content, dict):
+            return content
+        library = (info.context or {}).get("library") or load_library()
+        return {
+            name: named_operation(name, operation, library)
+            if isinstance(operation, str) and name in library
+            else operation
+            for name, operation in content.items()
+        }
 
     @pydantic.model_validator(mode="after")
     def _operated_once(self) -> Self:

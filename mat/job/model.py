@@ -28,11 +28,9 @@ from skyshine.mat.job.surface import (
     OperatedCelsius,
     Operation,
     SurfaceGrid,
-    named_operation,
 )
 from skyshine.mat.job.textures import FinishedTexture, JobTexture
 from skyshine.mat.radiometry.spherical_harmonics import COUNTS
-from skyshine.materials.library import load_library
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.job.materials import MaterialName
@@ -271,19 +269,6 @@ class Job(StrictModel):
                     f"{self.site.altitude_km:g}; raise it, or lower the site"
                 )
         return self
-
-    @pydantic.field_validator("operated", mode="before")
-    @classmethod
-    def _operations_by_name(cls, content: Any, info: pydantic.ValidationInfo) -> Any:
-        if not isinstance(content, dict):
-            return content
-        library = (info.context or {}).get("library") or load_library()
-        return {
-            name: named_operation(name, operation, library)
-            if isinstance(operation, str) and name in library
-            else operation
-            for name, operation in content.items()
-        }
 
     @pydantic.model_validator(mode="after")
     def _operated_once(self) -> Self:

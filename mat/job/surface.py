@@ -24,8 +24,7 @@ from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface.weather_readings import MOST_MOISTURE
 from skyshine.materials.files import by_hour as values_by_hour
 from skyshine.materials.files import refuse_incomplete_back
-from skyshine.materials.library import MaterialLibrary
-from skyshine.materials.records import Back
+from skyshine.materials.records import Back, Material
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import nearest
 
@@ -393,19 +392,19 @@ class Operation(StrictModel):
         )
 
 
-def named_operation(name: str, operation: str, library: MaterialLibrary) -> dict[str, Any]:
-    """Keys of the `Operation` that a material of the library has under a name.
+def named_operation(material: Material, operation: str) -> dict[str, Any]:
+    """Keys of the `Operation` that a material has under a name.
 
     Raises
     ------
     ValueError
         It has none of this name.
     """
-    known = library[name].operated
-    if operation not in known:
-        allowed = nearest(operation, known) if known else f"a mapping with kind: {name} has no operation of its own"
-        raise ValueError(f"{name}: found '{operation}'; {allowed}; mat materials {name} shows them")
-    return Operation.of_back(known[operation])
+    if not material.operated:
+        raise ValueError(f"found '{operation}'; allowed: a mapping with kind, for {material.name} has none by name")
+    if operation not in material.operated:
+        raise ValueError(f"found '{operation}'; {nearest(operation, material.operated)}")
+    return Operation.of_back(material.operated[operation])
 
 
 def at_kelvin(celsius: float | list[float]) -> float | tuple[float, ...]:

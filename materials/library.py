@@ -292,4 +292,5 @@ def _read(place: _Place) -> Material:
         reflectance_note=spectrum.header,
         soil=thermal.soil,
         stand=thermal.stand,
+        operated=thermal.operated,
     )

@@ -20,6 +20,7 @@ from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
     from skyshine.materials.library import Material, MaterialLibrary
+    from skyshine.materials.records import Back
 
 NAMED_LINES = 30  # whose names have room beside the chart
 
@@ -125,22 +126,7 @@ def _numbers(material: Material) -> Iterator[tuple[str, object, str]]:
     for prefix, layer in layers:
         for field, unit in units.items():
             yield f"{prefix}.{field}", getattr(layer, field), unit
-    back = material.thermal.back
-    yield "back.kind", back.kind, ""
-    if back.kind in ("fixed", "convective"):
-        if back.temperature is None:
-            yield "back.temperature", "daily mean air", ""
-        else:
-            yield "back.temperature", back.temperature, "K"
-    given = {
-        "coefficient": "W m^-2 K^-1",
-        "exchange": "W m^-2 K^-1",
-        "capacity": "J m^-2 K^-1",
-        "heat_flux": "W m^-2",
-    }
-    for field, unit in given.items():
-        if getattr(back, field) is not None:
-            yield f"back.{field}", getattr(back, field), unit
+    yield from _back_numbers("back", material.thermal.back)
     surface = material.surface
     yield "surface.roughness_length", surface.roughness_length, "m"
     yield "surface.wetness", surface.wetness, "1"
@@ -161,8 +147,29 @@ def _numbers(material: Material) -> Iterator[tuple[str, object, str]]:
         yield "stand.soil", material.stand.soil, ""
         if "stand.clumping" in material.sources:
             yield "stand.clumping", material.stand.clumping, "1"
+    for name, back in material.operated.items():
+        yield from _back_numbers(f"operated.{name}", back)
     yield "specular_fraction", material.specular_fraction, "1"
     yield "lobe_fwhm", material.lobe_fwhm, "degree"
+
+
+def _back_numbers(place: str, back: Back) -> Iterator[tuple[str, object, str]]:
+    """Each value of a back boundary, as `_numbers`."""
+    yield f"{place}.kind", back.kind, ""
+    if back.kind in ("fixed", "convective"):
+        if back.temperature is None:
+            yield f"{place}.temperature", "daily mean air", ""
+        else:
+            yield f"{place}.temperature", back.temperature, "K"
+    given = {
+        "coefficient": "W m^-2 K^-1",
+        "exchange": "W m^-2 K^-1",
+        "capacity": "J m^-2 K^-1",
+        "heat_flux": "W m^-2",
+    }
+    for field, unit in given.items():
+        if getattr(back, field) is not None:
+            yield f"{place}.{field}", getattr(back, field), unit
 
 
 def _cited(library: MaterialLibrary, material: Material) -> dict[str, str]:

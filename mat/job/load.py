@@ -18,6 +18,7 @@ from skyshine.mat.job.moisture import check_moisture
 from skyshine.mat.job.plausibility import zone_doubt
 from skyshine.mat.job.series import MEMBER_LIMIT, Series, changed, members
 from skyshine.mat.job.state_weather import weather_doubts, with_ground, with_weather_files
+from skyshine.mat.job.surface import named_operation
 from skyshine.mat.job.trim import limited_axes, trimmed
 from skyshine.mat.job.warnings import merged
 from skyshine.mat.radiometry.response_table import response_notes
@@ -111,6 +112,7 @@ def load_job(
     document = mapping_document(source, folder or Path.cwd()) if isinstance(source, Mapping) else read_yaml(source)
     library = library or load_library()
     context = {"materials": library.names, "folder": document.file.resolve().parent}
+    document = _with_operations(document, library)
     written = parse_model(document, Job, context)
     _refuse_shared_names(written, document)
     job = _with_air_times(_with_series(written, document, context), document)
@@ -125,6 +127,21 @@ def load_job(
     zone = [text for text in [zone_doubt(site.utc_offset_h, site.longitude_deg, "site:")] if text]
     notes = (*zone, *_response_notes(job), *remarks, *weather_doubts(job), *warnings, *seasons)
     return LoadedJob(requested, trimmed(requested), document, notes)
+
+
+def _with_operations(document: Document, library: MaterialLibrary) -> Document:
+    """The document with the backs that materials have by name, where `operated` names one of them."""
+    given = document.data.get("operated") if isinstance(document.data, dict) else None
+    if not isinstance(given, dict):
+        return document
+    operated = dict(given)
+    for name, operation in given.items():
+        if isinstance(operation, str) and name in library:
+            try:
+                operated[name] = named_operation(library[name], operation)
+            except ValueError as error:
+                raise document.error(("operated", name), f"operated.{name}: {error}") from None
+    return replace(document, data={**document.data, "operated": operated})
 
 
 def _check_query_limits(job: Job, document: Document) -> None:

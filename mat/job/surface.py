@@ -24,8 +24,9 @@ from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface.weather_readings import MOST_MOISTURE
 from skyshine.materials.files import by_hour as values_by_hour
 from skyshine.materials.files import refuse_incomplete_back
-from skyshine.materials.records import Back
+from skyshine.materials.records import Back, Material
 from skyshine.schemas.documents import StrictModel
+from skyshine.schemas.errors import nearest
 
 # Default nodes of the temperature table, and the number of its times: with them 99 % of reads of all library materials
 # in the Atacama in November err by .53 K or less, those of a single material by .5 K in the middle and 1.15 K at most,
@@ -378,6 +379,21 @@ class Operation(StrictModel):
         refuse_incomplete_back(self, self.kind, keys)
         return self
 
+    @classmethod
+    def of_back(cls, back: Back) -> dict[str, Any]:
+        """The keys of a job that describe a back boundary of the library."""
+        kelvin = back.temperature
+        celsius = [each - ZERO_CELSIUS for each in kelvin] if isinstance(kelvin, tuple) else kelvin
+        flux = back.heat_flux
+        keys = {
+            "temperature_c": celsius - ZERO_CELSIUS if isinstance(celsius, float) else celsius,
+            "coefficient_w_m2_k": back.coefficient,
+            "exchange_w_m2_k": back.exchange,
+            "capacity_j_m2_k": back.capacity,
+            "heat_flux_w_m2": list(flux) if isinstance(flux, tuple) else flux,
+        }
+        return {"kind": back.kind} | {key: value for key, value in keys.items() if value is not None}
+
     @property
     def back(self) -> Back:
         """The back boundary in SI units."""
@@ -391,6 +407,21 @@ class Operation(StrictModel):
             self.exchange_w_m2_k,
             self.capacity_j_m2_k,
         )
+
+
+def named_operation(material: Material, operation: str) -> dict[str, Any]:
+    """Keys of the `Operation` that a material has under a name.
+
+    Raises
+    ------
+    ValueError
+        It has none of this name.
+    """
+    if not material.operated:
+        raise ValueError(f"found '{operation}'; allowed: a mapping with kind, for {material.name} has none by name")
+    if operation not in material.operated:
+        raise ValueError(f"found '{operation}'; {nearest(operation, material.operated)}")
+    return Operation.of_back(material.operated[operation])
 
 
 def at_kelvin(celsius: float | list[float]) -> float | tuple[float, ...]:

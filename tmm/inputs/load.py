@@ -12,18 +12,17 @@ import numpy.typing as npt
 from skyshine.materials.library import MaterialLibrary, unknown_material
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.classify.model_file import model_path, read_model
-from skyshine.tmm.classify.trained import TrainedModel, require_no_encoder
+from skyshine.tmm.classify.trained import TrainedModel
 from skyshine.tmm.classify.translation import library_classes
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.features.shade import RelitTexture
-from skyshine.tmm.features.tokens import Encoder, TokenFeatures
 from skyshine.tmm.images.no_data import SIDECAR
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.answers import read_answers
 from skyshine.tmm.inputs.polygons import check_vertices, polygon_mask, seed_names
 from skyshine.tmm.inputs.seeds import SeedTexels, seed_files, seed_texels
 from skyshine.tmm.inputs.sun import shadow_fall
-from skyshine.tmm.job.load import encoder_problem
+from skyshine.tmm.job.materials import UNKNOWN
 from skyshine.tmm.job.model import Seeds, TextureJob
 
 
@@ -55,7 +54,7 @@ def job_materials(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
     names = set(job.materials)
     for seeds in (job.seeds, job.overrides):
         if seeds is not None:
-            names |= seed_names(seeds, Path(base_folder))
+            names |= seed_names(seeds, Path(base_folder)) - {UNKNOWN}
     if job.model is not None and job.seeds is None and not job.scene_materials:
         names |= set(read_model(model_path(job.model, base_folder)).names)
     return tuple(sorted(names))
@@ -82,41 +81,11 @@ def narrowed(
     return kept, shares[kept].argmax(axis=1)
 
 
-def token_features(
-    job: TextureJob, texture: TextureFile, base_folder: Path, model: TrainedModel | None = None
-) -> TokenFeatures | None:
-    """Features of the image encoder that a job names, by the basis of a model that the job names alone; None where it
-    names none.
-
-    Raises
-    ------
-    InputError
-        The encoder cannot be opened, fails on the texture, or is not the one that the model was trained with.
-    """
-    features, basis = job.classifier.features, None if model is None else model.tokens
-    if model is not None:
-        wanted = None if basis is None else basis.encoder.sha256
-        if problem := encoder_problem(wanted, features, base_folder):
-            raise InputError(f"'{job.name}': {problem}")
-    if features is None:
-        return None
-    encoder = Encoder(Path(base_folder) / features)
-    if basis is not None and (found := encoder.identity()) != basis.encoder:
-        raise InputError(
-            f"gives {found.rows} x {found.columns} tokens of {found.side} texels here; the model was trained with "
-            f"{basis.encoder.rows} x {basis.encoder.columns} of {basis.encoder.side}; train it again",
-            file=encoder.path,
-        )
-    return TokenFeatures(texture, encoder, basis)
-
-
 def job_files(job: TextureJob, base_folder: Path) -> dict[str, Path]:
     """Files besides the image that a map depends on, by their names in the job."""
     layers = tuple(job.rules.layers.values()) if job.rules else ()
     named = (*seed_files(job.seeds), *layers, *seed_files(job.overrides), *mask_files(job, base_folder))
     files = {name: base_folder / name for name in named}
-    if job.classifier.features is not None:
-        files[job.classifier.features] = base_folder / job.classifier.features
     return files if job.model is None else {**files, job.model: model_path(job.model, base_folder)}
 
 
@@ -159,9 +128,6 @@ def load_texture(
     names = tuple(sorted(names, key=lambda name: library.code(name)))
     if job.model is not None:
         model = read_model(model_path(job.model, base_folder))
-        model.require_channels(texture)
-        if job.seeds is not None:
-            require_no_encoder(model, "beside seeds")
         if job.scene_materials:
             narrowed(job, model, library, names)
     return texture, colours, names, None if job.seeds is None else _seeds(job, job.seeds, names, texture, base_folder)
@@ -177,4 +143,5 @@ def _seeds(
             raise InputError(
                 f"'{job.name}' has a prior for '{name}', which has no seeds; {nearest(name, sorted(seeded))}"
             )
-    return seed_texels(job, seeds, tuple(name for name in names if name in seeded), texture, texture.path, base_folder)
+    classes = tuple(name for name in (*names, UNKNOWN) if name in seeded)
+    return seed_texels(job, seeds, classes, texture, texture.path, base_folder)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +25,14 @@ class _Open(pydantic.BaseModel):
 
 Position = tuple[float, float] | tuple[float, float, float]
 Ring = tuple[Position, ...]
+
+
+class SeedPolygon(NamedTuple):
+    """A polygon of seeds: its material, its rings (the outer one first), and whether `tmm suggest` asked for it."""
+
+    material: str
+    rings: tuple[Ring, ...]
+    asked: bool = False
 
 
 class _Point(_Open):
@@ -76,9 +84,7 @@ def seed_names(seeds: Seeds, base_folder: Path) -> set[str]:
     return {*seeds.polygons, *(feature.properties.material for feature in features), *named}
 
 
-def seed_polygons(
-    seeds: Seeds, base_folder: Path, texture: Windowed, image: Path
-) -> list[tuple[str, tuple[Ring, ...]]]:
+def seed_polygons(seeds: Seeds, base_folder: Path, texture: Windowed, image: Path) -> list[SeedPolygon]:
     """All polygons of seeds in pixel coordinates; disks around answered places, then those of the GeoJSON file, last.
 
     Parameters
@@ -88,9 +94,8 @@ def seed_polygons(
 
     Returns
     -------
-    list of (str, tuple of Ring)
-        Material and rings (the outer one first, then holes). Polygons in map coordinates that lie beyond the image are
-        left out; others may reach beyond it.
+    list of SeedPolygon
+        Polygons in map coordinates that lie beyond the image are left out; others may reach beyond it.
 
     Raises
     ------
@@ -99,13 +104,11 @@ def seed_polygons(
         coordinates are those of a map, and the image has no place on it; or a polygon in pixel coordinates reaches
         beyond the texture.
     """
-    polygons: list[tuple[str, tuple[Ring, ...]]] = [
-        (name, (ring,)) for name, rings in seeds.polygons.items() for ring in rings
-    ]
-    mapped: list[tuple[str, tuple[Ring, ...]]] = []
+    polygons = [SeedPolygon(name, (ring,)) for name, rings in seeds.polygons.items() for ring in rings]
+    mapped: list[SeedPolygon] = []
     for answer in read_answers(base_folder / seeds.suggested, texture) if seeds.suggested else ():
         if answer.seed is not None:
-            polygons.append((answer.seed, (disk(answer, texture.width, texture.height),)))
+            polygons.append(SeedPolygon(answer.seed, (disk(answer, texture.width, texture.height),), asked=True))
     if seeds.file is not None:
         collection = _read_features(base_folder, seeds.file)
         read = _shapes(collection)
@@ -113,20 +116,20 @@ def seed_polygons(
             mapped = _on_image(read, _place(image, collection, base_folder / seeds.file), texture)
         else:
             polygons += read
-    for name, rings in polygons:
-        check_vertices(name, rings, texture, image)
+    for polygon in polygons:
+        check_vertices(polygon.material, polygon.rings, texture, image)
     return polygons + mapped
 
 
-def _shapes(collection: _FeatureCollection) -> list[tuple[str, tuple[Ring, ...]]]:
-    polygons: list[tuple[str, tuple[Ring, ...]]] = []
+def _shapes(collection: _FeatureCollection) -> list[SeedPolygon]:
+    polygons: list[SeedPolygon] = []
     for feature in collection.features:
         name, geometry = feature.properties.material, feature.geometry
         if isinstance(geometry, _Point):
-            polygons.append((name, ((geometry.coordinates,),)))
+            polygons.append(SeedPolygon(name, ((geometry.coordinates,),)))
         else:
             shapes = geometry.coordinates if isinstance(geometry, _MultiPolygon) else (geometry.coordinates,)
-            polygons += [(name, rings) for rings in shapes]
+            polygons += [SeedPolygon(name, rings) for rings in shapes]
     return polygons
 
 
@@ -158,23 +161,21 @@ def _epsg(name: str) -> int | None:
     return int(found[1]) if found else None
 
 
-def _on_image(
-    polygons: list[tuple[str, tuple[Ring, ...]]], place: GeoReference, texture: Windowed
-) -> list[tuple[str, tuple[Ring, ...]]]:
+def _on_image(polygons: list[SeedPolygon], place: GeoReference, texture: Windowed) -> list[SeedPolygon]:
     """Polygons in pixel coordinates, of those in map coordinates whose bounds meet the image."""
     a, b, c, d, e, f = place.affine
     size = (texture.width, texture.height)
-    kept: list[tuple[str, tuple[Ring, ...]]] = []
-    for name, rings in polygons:
+    kept: list[SeedPolygon] = []
+    for polygon in polygons:
         pixels: list[Ring] = []
-        for ring in rings:
+        for ring in polygon.rings:
             ground = np.array([position[:2] for position in ring]) - (c, f)
             # Rounded far below a texel, so that what lies on an edge of the image does so exactly.
             texels = np.round(np.linalg.solve([[a, b], [d, e]], ground.T).T, 6)
             pixels.append(tuple((float(x), float(y)) for x, y in texels))
         outer = np.array(pixels[0])
         if (outer.max(axis=0) >= 0).all() and (outer.min(axis=0) <= size).all():
-            kept.append((name, tuple(pixels)))
+            kept.append(polygon._replace(rings=tuple(pixels)))
     return kept
 
 

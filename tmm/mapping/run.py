@@ -17,8 +17,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import job_path
 from skyshine.schemas.quantity import quantity
 from skyshine.tmm.classify.gaussian import GaussianModel
-from skyshine.tmm.classify.model_file import model_path, read_model
-from skyshine.tmm.inputs.load import load_texture, token_features
+from skyshine.tmm.inputs.load import load_texture
 from skyshine.tmm.inputs.seeds import unlabelled
 from skyshine.tmm.job.model import Clusters, TextureJob, TmmJob
 from skyshine.tmm.mapping.texture_map import TextureMap, map_texture
@@ -27,8 +26,7 @@ from skyshine.tmm.mapping.write import Written, is_current, write_texture
 
 
 def check(job: TextureJob, folder: Path, library: MaterialLibrary) -> dict[str, Any]:
-    """What `tmm check` says of a texture: it is read, its seeds or clusters are found, and an image encoder that it
-    names is tried on it; nothing is classified.
+    """What `tmm check` says of a texture: it is read, its seeds or clusters are found; nothing is classified.
 
     Raises
     ------
@@ -36,8 +34,6 @@ def check(job: TextureJob, folder: Path, library: MaterialLibrary) -> dict[str, 
         An image or its seeds are wrong.
     """
     texture, colours, _, seeds = load_texture(job, folder, library)
-    alone = job.model is not None and job.seeds is None
-    token_features(job, texture, folder, read_model(model_path(job.model or "", folder)) if alone else None)
     counts = {name: int((seeds.material == k).sum()) for k, name in enumerate(seeds.names)} if seeds else {}
     counts |= dict.fromkeys(unlabelled(job, seeds), 0)
     return {

@@ -18,7 +18,8 @@ from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
 from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.images.labels import Labels
 from skyshine.tmm.images.texture import TextureFile
-from skyshine.tmm.inputs.answers import SKIP, UNKNOWN, read_answers
+from skyshine.tmm.inputs.answers import SKIP, read_answers
+from skyshine.tmm.job.materials import UNKNOWN
 from skyshine.tmm.job.model import LabelImage, TextureJob
 from skyshine.tmm.quality.counts import Quality, Tally
 

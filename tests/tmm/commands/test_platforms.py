@@ -72,7 +72,7 @@ def _jobs(image: str, height: int, width: int) -> list[dict]:
     ways = [
         {"seeds": {"polygons": {"grass_green": [half]}}},
         {"seeds": seeds},
-        {"seeds": seeds, "classifier": {"method": "textured", "radius": 2}},
+        {"seeds": seeds, "classifier": {"speed": "fast"}},
         {"clusters": {"count": 3, "names": {1: "grass_green"}}},
         {"rules": {"rules": [{"material": "grass_green", "when": when}]}},
         {"palette": {"match": "nearest", "colours": {"#000000": "grass_green", "#FFFFFF": "asphalt_road"}}},
@@ -83,7 +83,6 @@ def _jobs(image: str, height: int, width: int) -> list[dict]:
 
 @pytest.mark.validation  # 25 s: every way of mapping on every kind of image
 def test_no_texture_makes_a_library_warn(write_image, tmp_path):
-    pytest.importorskip("sklearn")
     jobs = []
     for name, values in TEXTURES.items():
         write_image(name, values, "float" if values.dtype.kind == "f" else "uint8")

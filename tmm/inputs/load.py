@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,18 +20,23 @@ from skyshine.tmm.features.shade import RelitTexture
 from skyshine.tmm.images.no_data import SIDECAR
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.answers import read_answers
+from skyshine.tmm.inputs.palette import palette_colour
 from skyshine.tmm.inputs.polygons import check_vertices, polygon_mask, seed_names
 from skyshine.tmm.inputs.seeds import SeedTexels, seed_files, seed_texels
 from skyshine.tmm.inputs.sun import shadow_fall
 from skyshine.tmm.job.materials import UNKNOWN
-from skyshine.tmm.job.model import Seeds, TextureJob
+from skyshine.tmm.job.model import Palette, Seeds, TextureJob
+
+BAND_ROWS = 256  # looked at at a time
+SHOWN_COLOURS = 8  # of an image that has none of its palette
+MOST_COLOURS = 1 << 16  # of an image that is looked at for those of a palette: beyond, it is a photograph
 
 
 def open_texture(job: TextureJob, base_folder: Path) -> TextureFile:
     """The image of a job, read as the job says, without its shade where it says so; see `TextureFile`,
     `RelitTexture` and `shadow_fall` for what they raise.
     """
-    arguments = Path(base_folder) / job.image, job.colour_space, job.alpha, job.near_infrared
+    arguments = (Path(base_folder) / job.image, *reading(job))
     if job.shade is None:
         return TextureFile(*arguments)
     texture = RelitTexture(*arguments, fall=shadow_fall(job.shade, arguments[0]))
@@ -39,6 +45,16 @@ def open_texture(job: TextureJob, base_folder: Path) -> TextureFile:
             check_vertices("shade", (polygon,), texture, texture.path)
             texture.draw(fraction, partial(polygon_mask, (polygon,), texture))
     return texture
+
+
+def reading(job: TextureJob) -> tuple[str, str, str | None, float | str | None, bool]:
+    """How a job has its image read: the arguments of `TextureFile` after the path.
+
+    Colours that are compared with those of a palette or with limits are left as they are stored.
+    """
+    white = job.white or (None if job.palette or job.rules or job.material else "auto")
+    indices = job.palette is not None and all(key.isdecimal() for key in job.palette.colours)
+    return job.colour_space, job.alpha, job.near_infrared, white, indices
 
 
 def job_materials(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
@@ -92,7 +108,7 @@ def job_files(job: TextureJob, base_folder: Path) -> dict[str, Path]:
 def mask_files(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
     """Files beside the image that say where it has data, relative to the job's folder; those that are there."""
     name = job.image + SIDECAR
-    return (name,) if job.alpha == "no-data" and (base_folder / name).is_file() else ()
+    return (name,) if job.alpha != "ignore" and (base_folder / name).is_file() else ()
 
 
 def load_texture(
@@ -121,6 +137,8 @@ def load_texture(
             if not path.exists():
                 raise InputError("is not there yet; let 'tmm suggest' write it, then fill in its names", file=path)
             read_answers(path, texture, library.names)
+    if job.palette is not None and job.palette.match == "exact":
+        _require_colours(job.palette, texture, colours)
     names = job_materials(job, base_folder)
     for name in names:
         if name not in library:
@@ -131,6 +149,32 @@ def load_texture(
         if job.scene_materials:
             narrowed(job, model, library, names)
     return texture, colours, names, None if job.seeds is None else _seeds(job, job.seeds, names, texture, base_folder)
+
+
+def _require_colours(palette: Palette, texture: TextureFile, colours: DistinctColours) -> None:
+    """Refuse an image that has no colour of a palette, and say which it has."""
+    wanted = {palette_colour(key, texture.dtype, texture.path) for key in palette.colours}
+    counts: Counter[tuple[int, ...]] = Counter()
+    for top in range(0, texture.height, BAND_ROWS):
+        rows = slice(top, min(top + BAND_ROWS, texture.height))
+        pixels, valid = texture.window(rows, slice(0, texture.width))
+        values, number = np.unique(pixels[valid][:, :3], axis=0, return_counts=True)
+        counts.update(dict(zip(map(tuple, values.tolist()), number.tolist(), strict=True)))
+        if not wanted.isdisjoint(counts) or len(counts) > MOST_COLOURS:
+            break
+    if not wanted.isdisjoint(counts) or len(counts) > MOST_COLOURS:
+        return
+    limit = np.iinfo(texture.dtype).max // 255
+    shown = [
+        str(colour[0]) if len(set(colour)) == 1 else "#" + "".join(f"{part // limit:02X}" for part in colour)
+        for colour, _ in counts.most_common(SHOWN_COLOURS)
+    ]
+    more = f" and {len(counts) - SHOWN_COLOURS} more" if len(counts) > SHOWN_COLOURS else ""
+    raise InputError(
+        f"has no colour of the palette ({', '.join(sorted(palette.colours))}); it has {', '.join(shown)}{more}; give "
+        "these as keys, or the numbers of a palette image's entries",
+        file=texture.path,
+    )
 
 
 def _seeds(

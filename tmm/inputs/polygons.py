@@ -13,6 +13,7 @@ from pydantic import Field
 
 from skyshine.schemas.documents import parse_model, read_yaml
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.images.gdal import WGS84, find_system, transformed
 from skyshine.tmm.images.georeference import GeoReference, read_georeference
 from skyshine.tmm.images.texture import Windowed
 from skyshine.tmm.inputs.answers import disk, read_answers
@@ -113,7 +114,9 @@ def seed_polygons(seeds: Seeds, base_folder: Path, texture: Windowed, image: Pat
         collection = _read_features(base_folder, seeds.file)
         read = _shapes(collection)
         if seeds.coordinates == "map":
-            mapped = _on_image(read, _place(image, collection, base_folder / seeds.file), texture)
+            file = base_folder / seeds.file
+            place = _place(image, file)
+            mapped = _on_image(_on_map(read, collection, place, image, file), place, texture)
         else:
             polygons += read
     for polygon in polygons:
@@ -133,8 +136,8 @@ def _shapes(collection: _FeatureCollection) -> list[SeedPolygon]:
     return polygons
 
 
-def _place(image: Path, collection: _FeatureCollection, file: Path) -> GeoReference:
-    """The georeference of an image, in whose system the features must be; they are where they name none."""
+def _place(image: Path, file: Path) -> GeoReference:
+    """The georeference of an image, on whose map features lie."""
     place = read_georeference(image)
     if place is None:
         raise InputError(
@@ -142,23 +145,43 @@ def _place(image: Path, collection: _FeatureCollection, file: Path) -> GeoRefere
             " in pixel coordinates",
             file=image,
         )
-    stated = None if collection.crs is None else _epsg(collection.crs.properties.name)
-    own = _epsg(place.crs)
-    if stated is not None and own is not None and stated != own:
-        raise InputError(
-            f"has coordinates of EPSG:{stated}; allowed: those of the image {image.name}, EPSG:{own}; reproject the "
-            "polygons",
-            file=file,
-        )
     return place
 
 
-def _epsg(name: str) -> int | None:
-    """Number of a coordinate system by a name such as EPSG:32633 or urn:ogc:def:crs:EPSG::32633; None for others."""
+def _on_map(
+    polygons: list[SeedPolygon], collection: _FeatureCollection, place: GeoReference, image: Path, file: Path
+) -> list[SeedPolygon]:
+    """Polygons in the image's system, of those of a file in its own.
+
+    A file that names no system is in longitude and latitude, as RFC 7946 has it, unless its numbers cannot be.
+    """
+    stated = "" if collection.crs is None else _system_name(collection.crs.properties.name)
+    if not stated:
+        degrees = all(
+            abs(x) <= 180 and abs(y) <= 90 for polygon in polygons for ring in polygon.rings for x, y, *_ in ring
+        )
+        if not degrees or not place.crs:  # a world file names none: both are then in one system
+            return polygons
+        stated = WGS84
+    if stated == place.crs:
+        return polygons
+    source, target = find_system(stated, file), find_system(place.crs, image)
+    moved = []
+    for polygon in polygons:
+        rings = []
+        for ring in polygon.rings:
+            x, y = transformed(source, target, *np.array([position[:2] for position in ring]).T)
+            rings.append(tuple(zip(x.tolist(), y.tolist(), strict=True)))
+        moved.append(polygon._replace(rings=tuple(rings)))
+    return moved
+
+
+def _system_name(name: str) -> str:
+    """A coordinate system as PROJ knows it, by a name such as EPSG:32633 or urn:ogc:def:crs:EPSG::32633."""
     if name.upper().endswith("CRS84"):
-        return 4326  # the same system; in both files longitude comes first
+        return WGS84  # the same system; in both files longitude comes first
     found = re.search(r"EPSG:(?:[0-9.]*:)?([0-9]+)$", name, re.IGNORECASE)
-    return int(found[1]) if found else None
+    return f"EPSG:{found[1]}" if found else name
 
 
 def _on_image(polygons: list[SeedPolygon], place: GeoReference, texture: Windowed) -> list[SeedPolygon]:

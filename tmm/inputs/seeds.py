@@ -20,6 +20,7 @@ from skyshine.tmm.job.model import Seeds, TextureJob
 BLOCK = 32  # texels; of a material with many labels, blocks of this size are drawn
 BLOCKS = 4096  # of one material in a label image that are seeds: four million texels tell its colours well enough
 POLYGON_TEXELS = 1 << 22  # of one polygon that are seeds; a larger one is thinned to a regular grid
+MOST_LOST = 0.1  # share of a material's drawn seeds without data: edges of cut-outs lose some
 PIECE_TEXELS = 1 << 21  # read at a time
 MERGED_CLAIMS = 1 << 22  # claims of texels that wait before those of one texel are merged: 128 MiB
 
@@ -179,6 +180,7 @@ def _settle(
     agreed = lowest == highest
     rows, columns = np.divmod(texel, texture.width)
     colours, valid = gather(texture, rows, columns)
+    _require_data(names, drawn, lowest[agreed], valid[agreed], path)
     keep = agreed & valid
     material = lowest[keep]
     here = np.bincount(material, minlength=len(names)) > 0
@@ -193,6 +195,20 @@ def _settle(
     rows, columns = rows[keep], columns[keep]
     region = places(rows, columns, material, shape[keep])
     return SeedTexels(names, rows, columns, material, region, colours[keep], int(np.sum(~agreed)), asked[keep] > 0)
+
+
+def _require_data(
+    names: tuple[str, ...], drawn: set[str], material: npt.NDArray[Any], valid: npt.NDArray[np.bool_], path: Path
+) -> None:
+    """Refuse polygons of a material of which much lies where the image has no data."""
+    all_, lost = (np.bincount(texels, minlength=len(names)) for texels in (material, material[~valid]))
+    for name, count, without in zip(names, all_, lost, strict=True):
+        if name in drawn and without > MOST_LOST * count:
+            raise InputError(
+                f"has no data at {100 * without / count:.0f} % of the seeds of '{name}'; draw them where it has, or "
+                "see what 'tmm check' says of alpha and of no data",
+                file=path,
+            )
 
 
 def gather(

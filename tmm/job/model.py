@@ -263,10 +263,11 @@ class TextureJob(StrictModel):
         pattern=r"^([A-Za-z0-9_][A-Za-z0-9_.-]*)?$",
         description="Name of the database (NAME.tmm.h5); by default the image's name without its ending.",
     )
-    alpha: Literal["no-data", "ignore"] = Field(
-        default="no-data",
-        description="Whether texels with alpha below one half, masked ones (in a TIFF, or in a .msk file beside the "
-        "image) and those of a TIFF's no-data value are left without a material.",
+    alpha: Literal["auto", "no-data", "ignore"] = Field(
+        default="auto",
+        description="auto: texels with alpha below one half, masked ones (in a TIFF, or in a .msk file beside the "
+        "image) and those of a TIFF's no-data value have no material; what a file calls alpha and has few texels that "
+        "are clear or opaque is none. no-data: it is. ignore: all texels are used.",
     )
     colour_space: Literal["auto", "srgb", "linear"] = Field(
         default="auto",
@@ -275,7 +276,14 @@ class TextureJob(StrictModel):
     near_infrared: str | None = Field(
         default=None,
         min_length=1,
-        description="Name or number, from 1, of the channel of near infrared, if there is one.",
+        description="Name or number, from 1, of the channel of near infrared, or 'none'; by default the fourth of a "
+        "TIFF of four that is no alpha.",
+    )
+    white: float | None = Field(
+        default=None,
+        gt=0,
+        description="Stored value that is white, of 16 bit images that fill a part of their range, such as 4095 of 12 "
+        "bits or 10000 of reflectance times 10,000; by default by the data.",
     )
     shade: Shade | None = Field(
         None,

@@ -16,6 +16,7 @@ from skyshine.tmm.features.colour import ndvi, to_coordinates, to_lab
 from skyshine.tmm.images.labels import NONE, Labels
 from skyshine.tmm.images.raster import Raster
 from skyshine.tmm.images.texture import Windowed
+from skyshine.tmm.inputs.palette import palette_colour
 from skyshine.tmm.inputs.polygons import polygon_mask, seed_polygons
 from skyshine.tmm.job.model import Clusters, Palette, Rules, Seeds
 
@@ -49,26 +50,6 @@ class ExactPalette:
         for colour, material in self._colours.items():
             posterior[material, (colours[:, :3] == colour).all(axis=1)] = POSTERIOR_ONE
         return posterior, np.minimum(posterior.max(axis=0, initial=0), 1).astype(np.float32)
-
-
-def palette_colour(key: str, dtype: np.dtype[Any], path: Path) -> tuple[int, int, int]:
-    """The colour that a palette's key names, as a texture of this type holds it.
-
-    Raises
-    ------
-    InputError
-        The texture's type cannot hold it.
-    """
-    if dtype.kind != "u":
-        raise InputError("holds floats; allowed for a palette: 8 or 16 bit colours; use rules instead", file=path)
-    limit = np.iinfo(dtype).max
-    if key.startswith("#"):
-        # 8 bits spread over 16 as image formats do it: 255 becomes 65535.
-        red, green, blue = (int(key[i : i + 2], 16) * (limit // 255) for i in (1, 3, 5))
-        return red, green, blue
-    if int(key) > limit:
-        raise InputError(f"holds values to {limit}; the palette's grey level {key} is beyond", file=path)
-    return int(key), int(key), int(key)
 
 
 def nearest_palette(

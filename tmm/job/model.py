@@ -287,8 +287,8 @@ class TextureJob(StrictModel):
     )
     shade: Shade | None = Field(
         None,
-        description="Find the cast shade of a photograph, take it away before materials are found, and store it as a "
-        "layer; {} does, where the Sun stood helps, polygons correct it.",
+        description="Find the cast shade of a photograph by where the Sun stood, take it away before materials are "
+        "found, and store it as a layer; polygons correct it.",
     )
     classifier: Classifier = Field(
         Classifier(), description="How texels are classified from seeds, clusters or a model."

@@ -30,7 +30,7 @@ def test_demo_is_sensible(demo):
     usage = {name: entry["value"] for name, entry in report["usage"].items()}
     assert 0.05 < usage["asphalt_road"] < 0.10
     assert usage["conifer"] > usage["grass_green"] > usage["asphalt_road"] > usage["wood_pine_weathered"]
-    assert report["overall_accuracy"]["value"] > 0.9 and report["mean_iou"]["value"] > 0.8
+    assert report["overall_accuracy"]["value"] > 0.9 and report["mean_iou"]["value"] > 0.75
 
 
 def test_check(run, demo_folder):

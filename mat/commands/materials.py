@@ -57,16 +57,21 @@ for part in (fit, handbooks, new, openmaterial, sources):
 )
 @json_option
 def show(name: str | None, plot: Path | None, as_json: bool) -> None:
-    """List the materials, or show the one called NAME (or of this code) with the source of each value.
+    """List the materials, those that a word such as 'road' may mean, or show the one called NAME (or of this code) with
+    the source of each value.
 
     Solar absorptance is the mean over sunlight at the ground (ASTM G173, air mass 1.5); emissivities are of 300 K.
     MATERIALS_DATABASE in the environment adds a folder of your own.
     """
     from skyshine.mat.scene.material_summary import material_summary
     from skyshine.materials.library import load_library
+    from skyshine.materials.words import matches
 
     library = load_library()
-    chosen = [_find(library, name)] if name else list(library)
+    if name and not name.isdecimal() and name not in library and (found := matches(name, library.names)):
+        chosen, name = [library[match] for match in found], None  # a word for several materials lists them
+    else:
+        chosen = [_find(library, name)] if name else list(library)
     summaries = {material.name: material_summary(material) for material in chosen}
     if plot and name:
         draw_card(chosen[0], summaries[chosen[0].name], plot)

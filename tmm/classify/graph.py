@@ -1,23 +1,24 @@
-"""Seeds and a library model together: the product of their posteriors, spread over superpixels, at full resolution.
+"""Materials from seeds, alone or with a library model: posteriors, spread over superpixels, at full resolution.
 
-Seeds know the texture and a library knows the materials; what its classes stand for is learned from the seeds too. What
-they say together is pooled over superpixels, spread over their graph, and carried to the texels by a guided filter (He,
-Sun and Tang 2013, IEEE TPAMI 35:1397-1409), whose coefficients are found on a coarse grid (He and Sun 2015,
+Seeds know the texture and a library knows the materials; what its classes stand for is learned from the seeds too. The
+product of their posteriors is pooled over superpixels, spread over their graph, and carried to the texels by a guided
+filter (He, Sun and Tang 2013, IEEE TPAMI 35:1397-1409), whose coefficients are found on a coarse grid (He and Sun 2015,
 arXiv:1505.00996).
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.tmm.classify.box import averaged
-from skyshine.tmm.classify.mapper import TABLE_ENTRIES, Classified, with_margin, without_data
+from skyshine.tmm.classify.gaussian import GaussianModel
+from skyshine.tmm.classify.mapper import Classified, without_data
+from skyshine.tmm.classify.softmax import softmax_posterior
 from skyshine.tmm.classify.superpixels import HOLD, Superpixels, find_superpixels
 from skyshine.tmm.classify.trained import TYPICAL, TrainedModel
 from skyshine.tmm.classify.translation import translated
@@ -34,6 +35,8 @@ LEAST = 1e-4  # share that no material goes below
 # What seeds may say least of a material: a normal distribution of one click is far surer than right. With one click a
 # material on aerial sheets, .1 instead of LEAST took the mean IoU of superpixels from .56 to .59; with six it is alike.
 DOUBT = 0.1
+LEAST_OWN = 0.02  # that neither colour nor texture goes below, so that one does not overrule the other
+LEAST_SPREAD = 1e-3  # of a feature over a flat texture: far below any that is seen
 # Share of the seeds in the product. The library learns from the seeds as well: with six clicks a material a share of .5
 # lowers the mean IoU on 46 aerial sheets, by which it was chosen, from .76 to .75, with two from .70 to .67.
 SEEDS_SHARE = 0.3
@@ -41,7 +44,7 @@ SEEDS_SHARE = 0.3
 # sheets the calibration error is .02, .03 and .03 with one, two and six clicks a material; without it .14, .16, .19.
 SURER = 2.5
 FILTER_RADIUS, FILTER_SPREAD = 4, 4.0  # of the guided filter: texels of the grid; CIELAB units below which L* is flat
-TYPICAL_RADIUS = 8  # texels of the box that typicality is averaged over, as the classifier's radius by default
+TYPICAL_RADIUS = 8  # texels of the box whose colour and contrast tell what is typical
 REACH = 2 * FILTER_RADIUS  # of that filter: coefficients are means over means
 
 
@@ -70,28 +73,24 @@ class Survey:
     superpixels: Superpixels
     library: npt.NDArray[np.float64]
 
-    def posterior(self, model: TrainedModel) -> npt.NDArray[np.float64]:
-        """Mean posterior (N, K) of a model over each superpixel."""
-        return self.superpixels.mean(_posterior(model, self.stack, self.coordinates))
+    def posterior(self, model: GaussianModel) -> npt.NDArray[np.float64]:
+        """Mean posterior (N, K) of a colour model over each superpixel."""
+
+        def of(rows: slice) -> npt.NDArray[Any]:
+            flat = self.coordinates[rows].reshape(-1, self.coordinates.shape[-1]).astype(np.float64)
+            return np.exp(model.log_posterior(model.squared_distance(flat)))
+
+        return self.superpixels.mean(_planes(len(model.names), self.valid.shape, of))
 
 
-def _posterior(
-    model: TrainedModel, stack: npt.NDArray[np.float32], coordinates: npt.NDArray[np.float32]
-) -> npt.NDArray[Any]:
-    """Posterior (K, h, w) float32 on a grid, in blocks so that memory stays small."""
-    planes = np.empty((len(model.names), *stack.shape[1:]), np.float32)
-    step = max(BLOCK_TEXELS // stack.shape[2], 1)
-    for top in range(0, stack.shape[1], step):
-        rows = slice(top, top + step)
-        part = planes[:, rows]
-        part[...] = model.posterior(stack[:, rows].reshape(len(stack), -1), _flat(coordinates[rows])).reshape(
-            part.shape
-        )
+def _planes(count: int, shape: tuple[int, int], of: Callable[[slice], npt.NDArray[Any]]) -> npt.NDArray[np.float32]:
+    """Posterior (count, h, w) on a grid, made of blocks of rows (count, n) so that memory stays small."""
+    planes = np.empty((count, *shape), np.float32)
+    step = max(BLOCK_TEXELS // shape[1], 1)
+    for top in range(0, shape[0], step):
+        part = planes[:, top : top + step]
+        part[...] = of(slice(top, top + step)).reshape(part.shape)
     return planes
-
-
-def _flat(coordinates: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
-    return coordinates.reshape(-1, coordinates.shape[-1]).astype(np.float64)
 
 
 def grid_step(texture: Windowed) -> int:
@@ -114,7 +113,11 @@ def survey(texture: Windowed, colours: DistinctColours, library: TrainedModel | 
     superpixels = find_superpixels(stack[TYPICAL], stack)
     known = np.empty((len(superpixels.size), 0))
     if library is not None:
-        known = superpixels.mean(_posterior(library, stack, coordinates))
+        network = library.network
+        planes = _planes(
+            len(library.names), valid.shape, lambda rows: network.posterior(stack[:, rows].reshape(len(stack), -1))
+        )
+        known = superpixels.mean(planes)
     return Survey(step, stack, coordinates, valid, superpixels, known)
 
 
@@ -142,81 +145,62 @@ def clicks(label: npt.NDArray[Any], count: int) -> npt.NDArray[Any]:
     return np.array([connected(label == k, eight)[1] for k in range(count)])
 
 
-class CombinedMapper:
-    """Seeds and a library together, applied to a texture window by window."""
+class GraphMapper:
+    """Seeds, alone or with a library, applied to a texture window by window."""
 
     def __init__(
         self,
         texture: Windowed,
         colours: DistinctColours,
         surveyed: Survey,
-        model: TrainedModel,
+        model: GaussianModel,
         classes: npt.NDArray[np.float64],
         seeds: tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]],
-        tabulate: bool = True,
-        typicality: Typicality | None = None,
+        typicality: Typicality,
     ) -> None:
         """Solve for the superpixels' shares.
 
         Parameters
         ----------
         surveyed : Survey
-        model : TrainedModel
-            Of the K materials of the seeds.
+        model : GaussianModel
+            Of the colours of the K materials of the seeds.
         classes : (L, K) float64
             As of `library_classes`.
         seeds : (N,) int, three of them
             Rows, columns and material of the seeds.
-        typicality : Typicality or None
-            Of the boxes of the seeds; None: that of the texels' colours by themselves, averaged over a box.
+        typicality : Typicality
+            Of the boxes of the seeds.
         """
-        self._typicality = typicality
-        self.names, self._texture, self._colours, self._step = model.names, texture, colours, surveyed.step
-        self._model = model.colour
-        self._shared: tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]] | None = None
+        self.names, self._texture, self._colours = model.names, texture, colours
+        self._typicality, self._step = typicality, surveyed.step
         shared = colours.colours
-        if tabulate and shared is not None and len(shared) * len(model.names) <= TABLE_ENTRIES:
-            self._shared = self._tables(shared)
+        self._lightness = None if shared is None else _lightness(shared, texture.encoding)
         shares = seed_shares(surveyed, model, classes, seeds)
         self._shares, self._label = np.ascontiguousarray(shares.T, np.float32), surveyed.superpixels.label
         self._guide = surveyed.stack[0].copy()  # so that the survey need not stay in memory
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify a window; see `Mapper`."""
-        guide, typicality, valid, inner = self._looked_up(top, bottom, left, right)
-        if self._typicality is None:
-            typical = averaged(typicality, valid, TYPICAL_RADIUS, inner)
-        else:
-            typical = self._typicality.window(top, bottom, left, right)
-        valid = valid[inner]
+        pixels, valid = self._texture.window(slice(top, bottom), slice(left, right))
+        guide = self._guides(pixels, valid)
         best, total = np.full(valid.shape, -1, np.float32), np.zeros(valid.shape, np.float32)
         material = np.zeros(valid.shape, np.int16)
         for k, share in enumerate(self._filtered(guide, top, bottom, left, right)):
             total += share
             np.copyto(material, np.int16(k), where=share > best)
             np.maximum(best, share, out=best)
+        typical = self._typicality.window(top, bottom, left, right)
         return without_data(Classified(material, np.divide(best, total, out=total), typical), valid)
 
-    def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
-        """Posterior of each material; see `Mapper`."""
-        guide = self._looked_up(top, bottom, left, right)[0]
-        share: npt.NDArray[np.float32] = np.stack(list(self._filtered(guide, top, bottom, left, right)))
-        share /= share.sum(axis=0)
-        return share
-
-    def _looked_up(self, top: int, bottom: int, left: int, right: int) -> tuple[Any, ...]:
-        """L* of a window; typicality (of colours) and validity of it with a margin, and where it lies in that."""
-        rows, columns, inner = with_margin(self._texture, top, bottom, left, right, TYPICAL_RADIUS)
-        pixels, valid = self._texture.window(rows, columns)
+    def _guides(self, pixels: npt.NDArray[Any], valid: npt.NDArray[np.bool_]) -> npt.NDArray[np.float32]:
+        """L* (h, w) of the texels of a window."""
         colours, index = self._colours.of(pixels, valid)
-        if colours is None and self._shared is not None:
-            lightness, typicality = self._shared
-        else:
-            if colours is None:
-                colours, index = self._colours.in_use(index)
-            lightness, typicality = self._tables(colours)
-        typical = np.take(typicality, index) if self._typicality is None else typicality
-        return np.take(lightness, index[inner]), typical, valid, inner
+        if colours is None and self._lightness is not None:
+            return np.take(self._lightness, index)
+        if colours is None:
+            colours, index = self._colours.in_use(index)
+        return np.take(_lightness(colours, self._texture.encoding), index)
 
     def _filtered(
         self, guide: npt.NDArray[np.float32], top: int, bottom: int, left: int, right: int
@@ -234,36 +218,35 @@ class CombinedMapper:
             share += _finer(offset, down, across)
             yield np.clip(share, LEAST, 1, out=share)
 
-    def _tables(self, colours: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-        """L* (U,) of colours, and their typicality (U,); none where it is of boxes."""
-        lightness = to_lab(colours[:, :3], self._texture.encoding)[:, 0].astype(np.float32)
-        if self._typicality is not None:
-            return lightness, np.empty(0, np.float32)
-        return lightness, self._model.tables(colours, self._texture.encoding)[1]
+
+def _lightness(colours: npt.NDArray[Any], encoding: str) -> npt.NDArray[np.float32]:
+    return to_lab(colours[:, :3], encoding)[:, 0].astype(np.float32)
 
 
 def seed_shares(
     surveyed: Survey,
-    model: TrainedModel,
+    model: GaussianModel,
     classes: npt.NDArray[np.float64],
     seeds: tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]],
 ) -> npt.NDArray[np.float64]:
     """Share (N, K) of each material in each superpixel."""
     superpixels, count = surveyed.superpixels, len(model.names)
-    rows, columns, material = (seeds[0] // surveyed.step, seeds[1] // surveyed.step, seeds[2])
     drawn = np.full(superpixels.label.shape, -1)
-    drawn[rows, columns] = material
+    drawn[seeds[0] // surveyed.step, seeds[1] // surveyed.step] = seeds[2]
     at, kind = superpixels.label[drawn >= 0], drawn[drawn >= 0]
     number = len(superpixels.size)
     known = np.stack([np.bincount(at[kind == k], minlength=number) for k in range(count)], axis=1)
     held, places = known.sum(axis=1), clicks(drawn, count)
-    own = surveyed.posterior(model)
+    few = max(float(np.median(places)), 1.0)
+    textured = _textured(surveyed, drawn, model.log_prior, few)
+    own = np.sqrt(np.maximum(surveyed.posterior(model), LEAST_OWN) * np.maximum(textured, LEAST_OWN))
+    own /= own.sum(axis=1, keepdims=True)
     if len(classes):
         heard = known.T @ surveyed.library / np.maximum(known.sum(axis=0), 1)[:, np.newaxis]
         word = np.maximum(translated(surveyed.library, classes, heard, places), LEAST)
         first = np.maximum(own, DOUBT) ** SEEDS_SHARE * word ** (1 - SEEDS_SHARE)
     else:  # without a library the seeds say all
-        first = np.maximum(own, DOUBT / max(np.median(places), 1))
+        first = np.maximum(own, DOUBT / few)
     first /= first.sum(axis=1, keepdims=True)
     # A superpixel that seeds hardly touch may be of another material.
     hold = HOLD * np.minimum(2 * held / superpixels.size, 1)
@@ -272,6 +255,17 @@ def seed_shares(
         shares **= SURER
         shares /= shares.sum(axis=1, keepdims=True)
     return shares
+
+
+def _textured(
+    surveyed: Survey, drawn: npt.NDArray[Any], log_prior: npt.NDArray[np.float64], places: float
+) -> npt.NDArray[np.float64]:
+    """Posterior (N, K) of each superpixel by colour and texture of the seeds, `drawn` (h, w) and -1 elsewhere."""
+    mean = surveyed.superpixels.mean(surveyed.stack)
+    spread = np.maximum(surveyed.stack.std(axis=(1, 2), dtype=np.float64), LEAST_SPREAD)
+    middle = surveyed.superpixels.size @ mean / surveyed.superpixels.size.sum()
+    seen = (surveyed.stack[:, drawn >= 0].T - middle) / spread
+    return softmax_posterior(seen, drawn[drawn >= 0], log_prior, places, (mean - middle) / spread)
 
 
 def _guided(

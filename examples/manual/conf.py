@@ -31,10 +31,3 @@ autodoc_typehints = "none"  # docstrings name types and units
 autodoc_member_order = "bysource"
 autodoc_class_signature = "separated"
 pygments_style, pygments_dark_style = "friendly", "monokai"
-
-
-def setup(app: Any) -> None:
-    """`no_run` is how Rust's own documentation marks an example that only compiles."""
-    from pygments.lexers.rust import RustLexer
-
-    app.add_lexer("no_run", RustLexer)

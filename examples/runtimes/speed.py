@@ -1,19 +1,15 @@
-"""Speeds of the loaders: pixels a second of processor time on one frame, in C, Rust, JavaScript and Python.
+"""Speed of the C library: pixels a second of processor time on one frame, beside the Python package.
 
-Run: python speed.py FOLDER [--band N], with the folder of a build and skyshine installed. C is built with CMake, Rust
-with cargo, JavaScript with npm, in a temporary folder; a language whose tools are missing is left out. Python is the
-library, `skyshine.mat.runtime.pixel`, on a part of the pixels.
+Run: python speed.py FOLDER [--band N], with the folder of a build and skyshine installed. The library is built with
+CMake in a temporary folder. The package is `skyshine.mat.runtime.pixel`, on a part of the pixels.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import os
 import resource
-import shutil
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -23,7 +19,7 @@ import numpy as np
 
 HERE = Path(__file__).parent
 SIDE = 256  # pixels of a row and of a column
-TURNS = {"c": 400, "rust": 60, "javascript": 30}
+TURNS = 400
 FRAMES = 6
 REPEATS = 3  # the fastest is kept: other programs on the machine only ever slow one down
 PART = 4096  # pixels that Python computes
@@ -90,23 +86,11 @@ def by_library(tables: list[Any], frame: dict[str, Any], count: int) -> np.ndarr
     return pixel_radiance(surface, band, air, faces, view).radiance
 
 
-def built(language: str, folder: Path) -> list[str] | None:
-    """The command of the program of a language, built in a folder; None where a tool is missing."""
-    tools = {"c": ["cmake", "cc", "pkg-config"], "rust": ["cargo", "pkg-config"], "javascript": ["node", "npm"]}
-    if any(shutil.which(tool) is None for tool in tools[language]):
-        return None
-    place = folder / language
-    shutil.copytree(HERE / language, place)
-    target = os.environ.get("CARGO_TARGET_DIR", str(folder / "target"))
-    steps = {
-        "c": [["cmake", "-S", ".", "-B", "build"], ["cmake", "--build", "build"]],
-        "rust": [["cargo", "build", "--release", "--target-dir", target]],
-        "javascript": [["npm", "install", "--no-package-lock", "--no-audit", "--no-fund"]],
-    }
-    for step in steps[language]:
-        subprocess.run(step, cwd=place, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-    programs = {"c": [str(place / "build" / "runtime")], "rust": [f"{target}/release/runtime"]}
-    return programs.get(language, ["node", str(place / "runtime.js")])
+def built(folder: Path) -> list[str]:
+    """The command of the library's program, built in a folder."""
+    for step in (["cmake", "-S", str(HERE / "c"), "-B", str(folder)], ["cmake", "--build", str(folder)]):
+        subprocess.run(step, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    return [str(folder / "runtime")]
 
 
 def seconds_of(command: list[str], scene: Path, content: dict[str, Any]) -> tuple[float, np.ndarray]:
@@ -119,26 +103,21 @@ def seconds_of(command: list[str], scene: Path, content: dict[str, Any]) -> tupl
     return seconds, np.array(json.loads(done.stdout)["radiance"])
 
 
-def measured(
-    language: str, files: dict[str, str], frame: dict[str, Any], folder: Path
-) -> tuple[float, float, np.ndarray] | None:
+def measured(files: dict[str, str], frame: dict[str, Any], folder: Path) -> tuple[float, float, np.ndarray]:
     """Seconds a pixel, seconds a frame without its pixels, and radiances.
 
     They are differences of runs of unlike lengths, so that reading the files does not count.
     """
-    command = built(language, folder)
-    if command is None:
-        return None
-    turns, scene = TURNS[language], folder / "scene.json"
+    command, scene = built(folder), folder / "scene.json"
 
     def best(**counts: int) -> tuple[float, np.ndarray]:
         runs = [seconds_of(command, scene, files | {"frame": frame | counts}) for _ in range(REPEATS)]
         return min(runs, key=lambda run: run[0])
 
     once, radiance = best(frames=1, repeat=1)
-    often, _ = best(frames=1, repeat=1 + turns)
+    often, _ = best(frames=1, repeat=1 + TURNS)
     frames, _ = best(frames=1 + FRAMES, repeat=1)
-    pixel = (often - once) / (turns * len(radiance))
+    pixel = (often - once) / (TURNS * len(radiance))
     return pixel, (frames - once) / FRAMES - pixel * len(radiance), radiance
 
 
@@ -159,18 +138,12 @@ def main() -> None:
     begin = time.process_time()
     expected = by_library(tables, frame, PART)
     python = (time.process_time() - begin) / PART
-    print("| language | million pixels/s | times Python | a frame, ms | largest difference |\n|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
-        for language in TURNS:
-            result = measured(language, files, frame, Path(folder))
-            if result is None:
-                print(f"{language}: its tools are missing", file=sys.stderr)
-                continue
-            pixel, opened, radiance = result
-            apart = float(np.max(np.abs(radiance[:PART] / expected - 1)))
-            speeds = f"{1e-6 / pixel:.3g} | {python / pixel:,.0f} | {1e3 * opened:.0f}"
-            print(f"| {language} | {speeds} | {apart:.1g} |", flush=True)
-    print(f"| python (library) | {1e-6 / python:.3g} | 1 | | |")
+        pixel, opened, radiance = measured(files, frame, Path(folder))
+    apart = float(np.max(np.abs(radiance[:PART] / expected - 1)))
+    print("| | million pixels/s | times Python | a frame, ms | largest difference |\n|---|---|---|---|---|")
+    print(f"| C | {1e-6 / pixel:.3g} | {python / pixel:,.0f} | {1e3 * opened:.0f} | {apart:.1g} |")
+    print(f"| Python package | {1e-6 / python:.3g} | 1 | | |")
 
 
 if __name__ == "__main__":

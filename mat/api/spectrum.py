@@ -35,16 +35,14 @@ from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.ground import over_ground
 from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.scene.sources import source_irradiance
-from skyshine.mat.spectroscopy.continua import Continua
-from skyshine.mat.spectroscopy.gases import LineLibrary
-from skyshine.mat.spectroscopy.line_points import LineByLinePoints
-from skyshine.mat.spectroscopy.lowtran_continua import LowtranContinua
 from skyshine.mat.tables.dataset import Column, dataset
 from skyshine.mat.tables.spectrum_file import write_spectrum, write_spectrum_csv
 from skyshine.schemas.errors import InputError
 
 if TYPE_CHECKING:
     import xarray
+
+    from skyshine.mat.spectroscopy.line_points import LineByLinePoints
 
 RADIANCE = "W m^-2 sr^-1 (cm^-1)^-1"
 IRRADIANCE = "W m^-2 (cm^-1)^-1"
@@ -156,7 +154,7 @@ def spectrum(
     source_azimuth: float = 0.0,
     water_continuum: str | None = None,
     line_by_line: str | os.PathLike[str] | None = None,
-    continua: str | os.PathLike[str] = LowtranContinua.name,
+    continua: str | os.PathLike[str] = "lowtran7",
 ) -> Spectrum:
     """Transmittance and radiance along one line of sight.
 
@@ -211,8 +209,8 @@ def spectrum(
         Of water vapour; by default the job's, or that of the packaged band model, mt_ckd_4.3.
     line_by_line : path, optional
         Folder of HITRAN 160-column records (01_*.par, 02_*.par, ...; .gz or .xz too), whose lines are summed in place
-        of the band model: about a second for each cm^-1. The package ships cross sections and no lines. Gases without
-        records over the range are those of the band model, averaged over its intervals.
+        of the band model (extra `spectroscopy`): about a second for each cm^-1. The package ships cross sections and no
+        lines. Gases without records over the range are those of the band model, averaged over its intervals.
     continua : path or 'lowtran7'
         With `line_by_line`, of N2, O2 and CO2: the packaged ones of LOWTRAN7 (N2, O2), or a folder of MT_CKD's files.
 
@@ -305,6 +303,12 @@ def _summed(
     width: float,
 ) -> LineByLinePoints:
     """Points of bins of a width [cm^-1] at which the lines of a folder are summed."""
+    # Lines are summed with numba, which a plain installation lacks.
+    from skyshine.mat.spectroscopy.continua import Continua
+    from skyshine.mat.spectroscopy.gases import LineLibrary
+    from skyshine.mat.spectroscopy.line_points import LineByLinePoints
+    from skyshine.mat.spectroscopy.lowtran_continua import LowtranContinua
+
     of_gases = LowtranContinua() if continua == LowtranContinua.name else Continua(continua)
     return LineByLinePoints.of(band, LineLibrary(lines), of_gases, low, high, width)
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from html import escape
 from itertools import pairwise
 
-from skyshine.schemas.chart_style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, YELLOW
+from skyshine.schemas.chart_style import BLACK, BLUE, ORANGE, PURPLE, SKY, VERMILLION, YELLOW
 
 GREY, PALE = "#8A8A8A", "#DDDDDD"
 WIDTH = 720.0  # of every chart, in units of its own
@@ -27,7 +27,7 @@ class Mark:
     Attributes
     ----------
     label : str
-    shape : {'circle', 'square', 'diamond'}
+    shape : {'circle', 'diamond'}
     x, low, high, y : float
         Seconds, their least and most, and the error.
     weight : float
@@ -65,7 +65,7 @@ class Row:
 
 
 Box = tuple[float, float, float, float]
-_COLOURS = {"circle": BLUE, "square": GREEN, "diamond": VERMILLION, "triangle": PURPLE}
+_COLOURS = {"circle": BLUE, "diamond": VERMILLION, "triangle": PURPLE}
 _STAGES = (BLUE, ORANGE, VERMILLION, SKY, BLACK, YELLOW, "#BBBBBB")
 
 
@@ -238,7 +238,6 @@ def _shape(shape: str, x: float, y: float, radius: float, *, filled: bool = True
     if shape == "circle":
         return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius:.1f}" {style}/>'
     corners = {
-        "square": [(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
         "diamond": [(0, -1.2), (1.2, 0), (0, 1.2), (-1.2, 0)],
         "triangle": [(0, -1.1), (1.0, 0.8), (-1.0, 0.8)],
     }[shape]

@@ -1,4 +1,4 @@
-"""A job's own front: error of a pixel against run time, from draft to reference."""
+"""A job's own front: error of a pixel against run time, from the coarsest tolerance to the finest."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def measured(
     """
     library, front = load_library(), Front(loaded, options)
     rungs: list[Rung] = []
-    for setting in settings_of(loaded.document.data, loaded.trimmed, options.kelvins):
+    for setting in settings_of(loaded.document.data, options.kelvins):
         try:
             rungs.append(Rung.of(setting, loaded, folder / "rungs", options.states))
         except InputError as error:

@@ -6,14 +6,12 @@ from typing import Any
 
 from skyshine.mat.bench.charts import Bar, Mark, Row, front_chart, peer_chart, seconds_text, stage_chart, symbol
 from skyshine.mat.bench.rungs import STAGES
-from skyshine.mat.bench.settings import DEFAULT_AXES, DRAFT
 from skyshine.mat.budget.page import template
 
 MOST_BANDS = 3  # with a column of their own; the JSON has all
 _TEMPLATE = "front.html.j2"
 KEYS = {
     "circle": "kelvins asked of the pixel",
-    "square": "default axes, draft",
     "diamond": "the job as written, ringed",
 }
 PEER_KEYS = {"triangle": "a peer", "circle": "this job as written"}
@@ -64,7 +62,7 @@ def _marks(rungs: list[dict[str, Any]]) -> list[Mark]:
     return [
         Mark(
             f"{rung['name']}, {_megabytes(rung)}",
-            "diamond" if rung["chosen"] else "square" if rung["name"] in (DRAFT, DEFAULT_AXES) else "circle",
+            "diamond" if rung["chosen"] else "circle",
             rung["time"]["value"],
             min(rung["times"]["values"]),
             max(rung["times"]["values"]),

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.bench import energyplus, lowtran
-from skyshine.mat.bench.atmosphere import default_grid, peer_seconds
+from skyshine.mat.bench.atmosphere import VISIBILITY, thinned
+from skyshine.mat.bench.ladders import GRID
 from skyshine.mat.bench.rungs import Rung
 from skyshine.mat.plan.plan import Kind, make_plan
 from skyshine.mat.quantities.grid import PathGrid
@@ -21,6 +24,10 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
 
 LOWTRAN, ENERGYPLUS = "LOWTRAN7", "EnergyPlus"
+_PEER_CELLS = 24
+# m; with levels above, or with as many levels as it takes otherwise, its multiple scattering gives no numbers.
+_PEER_TOP = 60e3
+_PEER_LEVELS = lowtran.MAX_LEVELS - 1
 
 
 @dataclass(frozen=True)
@@ -61,7 +68,7 @@ class Comparison:
 def comparisons(
     rung: Rung, library: MaterialLibrary, *, lowtran_path: str | None, quick: bool, say: Callable[[str], object]
 ) -> list[Comparison]:
-    """LOWTRAN7 for lines of sight of each band, EnergyPlus for columns of one day.
+    """LOWTRAN7 for lines of sight at nodes of the job's axes in each band, EnergyPlus for columns of one day.
 
     Parameters
     ----------
@@ -92,11 +99,11 @@ def comparisons(
         if program is not None:
             try:
                 state = atmospheric_state(job.site, job.states[0])
-                seconds = peer_seconds(program, state, _for_peer(grid), limits)
+                seconds = _peer_seconds(program, state, _for_peer(grid), limits)
                 note = "single lines of sight with multiple scattering, in steps of 5 cm^-1"
             except InputError as error:
                 note = f"left out: {error}"
-        work = f"a line of sight, {limits[0]:g}-{limits[1]:g} um"
+        work = f"a node of the job's axes, {limits[0]:g}-{limits[1]:g} um"
         results.append(Comparison(LOWTRAN, work, seconds, _of_band(rung, number) / lines, lines, note))
     columns = _columns(rung, library)
     if quick:
@@ -112,13 +119,37 @@ def comparisons(
 
 
 def _for_peer(grid: PathGrid) -> PathGrid:
-    """The axes of which the peer's lines of sight are drawn: those of the job, or the default where they name none that
-    it computes.
+    """The axes of which the peer's lines of sight are drawn: those of the job, or usual ones where the job names none
+    that it computes.
     """
     up = (grid.elevation_deg > 0) & (grid.elevation_deg < 90)
     far = (grid.range_km >= 1) & (grid.range_km <= 40)
     known = up.any() and far.any() and (grid.altitude_km < 20).any() and (grid.source_elevation_deg > 0).any()
-    return grid if known else default_grid()
+    return grid if known else GRID
+
+
+def _peer_seconds(program: Path, state: AtmosphericState, grid: PathGrid, limits: tuple[float, float]) -> float:
+    """Mean processor seconds of LOWTRAN7 for a cell of a grid, at cells above the ground drawn at random."""
+    generator = np.random.default_rng(0)
+    low, high = (5.0 * round(1e4 / edge / 5.0) for edge in reversed(limits))
+    highest = int(np.searchsorted(state.altitude, _PEER_TOP, side="right")) - 1
+    levels = np.unique(np.linspace(0, highest, _PEER_LEVELS).astype(int))
+    air = thinned(replace(state, aerosols=()), levels)
+    up = grid.elevation_deg[(grid.elevation_deg > 0) & (grid.elevation_deg < 90)]
+    sights = [
+        lowtran.Sight(
+            1e3 * generator.choice(grid.altitude_km[grid.altitude_km < 20]),
+            generator.choice(up),
+            1e3 * generator.choice(grid.range_km[(grid.range_km >= 1) & (grid.range_km <= 40)]),
+            sun=(
+                generator.choice(grid.source_elevation_deg[grid.source_elevation_deg > 0]),
+                generator.choice(grid.source_azimuth_deg),
+            ),
+        )
+        for _ in range(_PEER_CELLS)
+    ]
+    haze = lowtran.Haze(aerosol=1, visibility=VISIBILITY)
+    return float(lowtran.run(program, air, sights, low, high, haze=haze).seconds.mean())
 
 
 def _of_band(rung: Rung, band: int) -> float:

@@ -6,10 +6,8 @@ import itertools
 import json
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -142,70 +140,6 @@ def from_textures(result: dict[str, Any]) -> list[Ladder]:
     return [Ladder("classifiers", "a million texels", "share of wrong texels", tuple(rungs), why)]
 
 
-def grid_ladder(band_um: tuple[float, float], tolerances: Sequence[float], strides: Sequence[int]) -> list[Ladder]:
-    """Grids of the default job: every n-th node, all, and those placed by tolerances; one narrow band with the Sun."""
-    import numpy as np
-
-    from skyshine.mat.atmosphere.sources.solar import solar_irradiance
-    from skyshine.mat.atmosphere.state.state import AtmosphericState
-    from skyshine.mat.bench.ladders import GRID, compiled
-    from skyshine.mat.measure.atmosphere_nodes import placed_grids
-    from skyshine.mat.measure.probes import Probes, errors_at
-    from skyshine.mat.measure.sampling import random_places
-    from skyshine.mat.measure.scale import Scale
-    from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
-    from skyshine.mat.quantities.grid import PathGrid
-    from skyshine.mat.radiometry.blackbody import SpectralResponse
-    from skyshine.mat.scene.bands import absorption_table
-    from skyshine.mat.tables.gridded import FIELDS, QUANTITIES, Gridded
-
-    response, state = SpectralResponse.rectangular(*band_um), AtmosphericState.from_profile("midlatitude_summer")
-    band = compiled(state, absorption_table().points(*response.wavenumber_range), response, 12).band
-    air, sun = BandAtmosphere.of(state, band), solar_irradiance(band.wavenumber)
-    scale, generator = Scale.kelvin(response), np.random.default_rng(1)
-    places = [random_places(getattr(GRID, name), 200, generator) for name in FIELDS]
-    ranges, altitudes, elevations, source_elevations, source_azimuths = places
-    truth = air.at_points(ranges, altitudes, elevations, source_elevations, source_azimuths, sun)
-    rungs = []
-
-    def rung(name: str, tables_of: Callable[[], dict[str, Gridded]], default: bool = False) -> None:
-        begin = time.process_time()
-        tables = tables_of()
-        spent = time.process_time() - begin
-        worst = np.max(np.abs(list(errors_at(tables, places, truth, scale).values())), axis=0)
-        nodes = sum(table.values.size for table in tables.values())
-        rungs.append(Rung(f"{name}, {nodes:,} nodes", spent, float(np.percentile(worst, 95)), default))
-
-    def thinned(stride: int) -> dict[str, Gridded]:
-        axes = (getattr(GRID, name) for name in FIELDS)
-        grid = PathGrid(*(np.unique(np.append(axis[::stride], axis[-1])) for axis in axes))
-        return Gridded.all_of(air.table(grid, sun), grid)
-
-    def placed(tolerance: float) -> dict[str, Gridded]:
-        grids = placed_grids(
-            lambda grid, key: air.table(grid, sun, wanted=(key,)),
-            lambda drawn, key, count: Probes.drawn(
-                air, GRID, sun, drawn, sky=count if key == "ambient" else 0, count=count, wanted=(key,)
-            ),
-            GRID,
-            dict.fromkeys(QUANTITIES, (scale, tolerance)),
-            seed=1,
-            max_nodes=20_000_000,
-        )
-        return {name: grid.table for name, grid in grids.items()}
-
-    for stride in strides:
-        rung("the job's axes" if stride == 1 else f"one in {stride} of them", partial(thinned, stride), stride == 1)
-    for tolerance in tolerances:
-        try:
-            rung(f"tolerance {tolerance:g} K", partial(placed, tolerance))
-        except CheckFailed:  # no affordable grid meets this tolerance or a smaller one
-            break
-    why = "axes written out are easy to read; a tolerance takes more build time and guarantees the error"
-    low, high = band_um
-    return [Ladder(f"grid of the tables, {low:g}-{high:g} um", "a table", "K, 95 % of reads", tuple(rungs), why)]
-
-
 def compile_ladders(bands: Sequence[tuple[float, float]], tolerances: Sequence[float]) -> list[Ladder]:
     """Choice of the points of thermal bands, by the root mean square and by 99 % of what a pixel errs."""
     from skyshine.mat.bench.compile_ladder import compile_rungs
@@ -262,9 +196,6 @@ def parts(quick: bool, textures: tuple[str, str] | None) -> dict[str, Callable[[
         ),
         "directions and layers": lambda: from_atmosphere(run_command("mat", "bench", "atmosphere", *short)),
         "surface solver": lambda: from_surface(run_command("mat", "bench", "surface", *short)),
-        "grids": lambda: grid_ladder(
-            (10.5, 11.0) if quick else (8.0, 12.0), (4.0,) if quick else (4.0, 2.0, 1.0), (4, 2, 1)
-        ),
     }
     if textures:
         parts_by_name["classifiers"] = lambda: from_textures(run_command("tmm", "bench", *textures))

@@ -15,8 +15,6 @@ from skyshine.schemas.quantity import quantity
 # Sources of error of a pixel by the key that makes them smaller; without one they belong to the method.
 KEYS: dict[str, tuple[str, ...]] = {
     "atmosphere_grid: {tolerance: ...}": (
-        "reflectance",
-        "transmittance",
         "emitted_transmittance",
         "reflected_wavelengths",
         "beta_star_table",
@@ -29,10 +27,9 @@ KEYS: dict[str, tuple[str, ...]] = {
     "accuracy: {spectral_tolerance: ...}": ("compiled_band",),
     "accuracy: {solver_steps: ...}": ("solver_steps",),
     "accuracy: {tilted_faces_k: ...}": ("tilted_sky",),
-    "extra_tables: [normalisation_by_angle]": ("normalisation",),
 }
-NO_KEY = "no key: linear responses to shadows and walls"
-OF_THE_METHOD = ("shade", "surroundings")
+NO_KEY = "no key: linear responses to shadows and walls, tables of the band"
+OF_THE_METHOD = ("shade", "surroundings", "normalisation", "reflectance")
 
 
 @dataclass(frozen=True)

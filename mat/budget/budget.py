@@ -14,7 +14,6 @@ import numpy as np
 from skyshine.mat.budget.built_tables import Tables
 from skyshine.mat.budget.circumstances import Circumstances
 from skyshine.mat.budget.measurement import Measurement
-from skyshine.mat.budget.options import Option
 from skyshine.mat.budget.pixel import Scenes
 from skyshine.mat.budget.truth import Prepared
 from skyshine.mat.budget.views import Views
@@ -27,11 +26,8 @@ from skyshine.schemas.errors import InputError
 
 # Of these the error of a pixel is made.
 PIXEL_SOURCES = {
-    "reflectance": "reflectance averaged over the band, outside the integral",
-    "transmittance": "transmittance of the thermal term outside the integral",
-    "emitted_transmittance": (
-        "transmittance of emitted light, by class of materials or by wavelength, with its interpolation beyond 100 m"
-    ),
+    "reflectance": "reflectance for emitted light, from its table by temperature",
+    "emitted_transmittance": "transmittance of emitted light by wavelength, with its interpolation beyond 100 m",
     "reflected_wavelengths": "wavelengths at which the tables have the light that surfaces reflect",
     "compiled_band": "few spectral points in place of all",
     "solver_steps": "the heat balance at the job's solver_steps in place of 288 a day",
@@ -85,9 +81,7 @@ class Budget:
     extrapolation : dict of str to (F, n, M) array
         The two errors of extrapolation for each of `FIELDS_OF_VIEW`.
     frames : dict of str to (F, n, M) array
-        Errors of the stored tables off the centre of a frame, for each of `options.READINGS` and `FIELDS_OF_VIEW`.
-    options : dict of str to Option
-        Errors before and after other tables and readings, and what these cost.
+        Errors of the stored tables off the centre of a frame, for each of `frames.READINGS` and `FIELDS_OF_VIEW`.
     notes : list of str
         What was not measured, and why.
     """
@@ -105,7 +99,6 @@ class Budget:
     assigned_share: Floats | None = None
     extrapolation: dict[str, Floats] = field(default_factory=dict)
     frames: dict[str, Floats] = field(default_factory=dict)
-    options: dict[str, Option] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
 
@@ -151,8 +144,7 @@ def error_budget(
     truth, views, around = drawn.truth, drawn.views, drawn.around
     measured = Measurement(prepared, tables, truth, views, around, grid)
     extrapolation = measured.of_frames(random_stream(seed, Stream.BUDGET))
-    errors = measured.of_averages() | measured.of_temperatures() | measured.of_atmosphere() | extrapolation.errors
-    options = measured.options() | extrapolation.options
+    errors = measured.of_light() | measured.of_temperatures() | measured.of_atmosphere() | extrapolation.errors
     notes = []
     if prepared.has_air_of_an_hour:
         notes.append(f"State {prepared.state}: its air is that of one time, so the weather of the air makes no error.")
@@ -176,6 +168,5 @@ def error_budget(
         tables.assigned_share,
         extrapolation.by_field,
         extrapolation.frames,
-        options,
         notes,
     )

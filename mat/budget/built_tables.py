@@ -13,18 +13,16 @@ from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
 from skyshine.mat.budget.circumstances import Circumstances
 from skyshine.mat.budget.runtime_terms import AtmosphereReadings, Emission, Finish, ReflectedLight, ratio
 from skyshine.mat.budget.views import Views, direction, fold, on_axes, slope_and_azimuth
-from skyshine.mat.job.extra_tables import NORMALISATION_BY_ANGLE
 from skyshine.mat.job.model import Job
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.spherical_harmonics import level_share
-from skyshine.mat.runtime.by_wavelength import emitted_share, parts_light, reflected
+from skyshine.mat.runtime.by_wavelength import emitted_share, reflected
 from skyshine.mat.runtime.walls import beside_walls
-from skyshine.mat.scene.averages import weighted_transmittance_bands
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.tables import response
-from skyshine.mat.tables.atmosphere_table import AtmosphereTable, ThermalTable
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
-from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
+from skyshine.mat.tables.files import atmosphere_file, band_file, state_file
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.surface_tables import BandSpectra, BandTable, TemperatureTable
 from skyshine.mat.tables.table import Table
@@ -67,7 +65,6 @@ class Tables:
     surface: TemperatureTable
     band: BandTable
     air: AtmosphereTable
-    thermal: ThermalTable | None
     assigned_share: Floats | None
 
     @classmethod
@@ -84,30 +81,18 @@ class Tables:
             band_file(band),
             atmosphere_file(state, band, source, len(job.states)),
         ]
-        if band in weighted_transmittance_bands(job):
-            names.append(thermal_file(state, band, len(job.states)))
         for name in names:
             if not (folder / name).is_file():
                 raise InputError(f"holds no {name}; build the job first: mat build", file=folder)
         surface = _open(TemperatureTable, folder / names[0])
         properties = _open(BandTable, folder / names[1])
         air = _open(AtmosphereTable, folder / names[2])
-        thermal = _open(ThermalTable, folder / names[3]) if len(names) > 3 else None
-        others = [(names[1], properties.materials)]
-        if thermal is not None:
-            others.append((names[3], thermal.materials))
-        for name, materials in others:
-            if list(surface.materials.values()) != list(materials.values()):
-                raise InputError(f"{names[0]} and {name} hold different materials; build the job again", file=folder)
-        if NORMALISATION_BY_ANGLE in (job.extra_tables or ()) and "normalisation_fine" not in properties.root.variables:
-            raise InputError(
-                f"{names[1]} lacks the {NORMALISATION_BY_ANGLE} that the job asks for; build the job again: mat build",
-                file=folder,
-            )
+        if list(surface.materials.values()) != list(properties.materials.values()):
+            raise InputError(f"{names[0]} and {names[1]} hold different materials; build the job again", file=folder)
         textures = [folder / f"{texture.name}.tmm.h5" for texture in job.texture_jobs]
         textures += job.finished_textures
         share = _assigned_shares([file for file in textures if file.is_file()], list(surface.materials))
-        return cls(surface, properties, air, thermal, share)
+        return cls(surface, properties, air, share)
 
     @property
     def materials(self) -> tuple[str, ...]:
@@ -170,22 +155,12 @@ class Tables:
         )
 
     def emission(self, temperature: Floats) -> Emission:
-        """What the materials emit at temperatures (n, M) [K]: with the reflectance that goes with the tables' own
-        transmittance.
-        """
-        if self.emits_by_wavelength:
-            return Emission(self.blackbody(temperature), self.weighted_reflectance(temperature)[0])
-        return Emission(self.blackbody(temperature), self.band.root.variables["reflectance"].data.astype(float))
-
-    @property
-    def by_wavelength(self) -> bool:
-        """Whether a runtime finds the light of the air and the materials by wavelength."""
-        return parts_light(self.air, self.band)
-
-    @property
-    def emits_by_wavelength(self) -> bool:
-        """Whether a runtime reads the transmittance of what each material emits, from either kind of table."""
-        return self.thermal is not None or self.by_wavelength
+        """What the materials emit at temperatures (n, M) [K], with their reflectance weighted by Planck radiance."""
+        codes = np.array(list(self.band.materials.values()))
+        reflectance = self.band.value(
+            "reflectance_planck", material=codes, planck_temperature=temperature, out_of_range="clamp"
+        )
+        return Emission(self.blackbody(temperature), reflectance)
 
     def blackbody(self, temperature: Floats) -> Floats:
         """Band radiance of black bodies."""
@@ -195,7 +170,7 @@ class Tables:
         self, views: Views, line: ViewLine | None = None, temperature: Floats | None = None
     ) -> AtmosphereReadings:
         """Interpolated quantities of the views, or of other lines of sight of the same observers; with temperatures
-        (n, M) [K], the transmittance of what surfaces emit too, where the job stores it.
+        (n, M) [K], the transmittance of what surfaces emit too.
         """
         line = line or ViewLine(views.range, views.elevation, views.heading, views.surface_altitude, views.normal)
         names = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
@@ -209,9 +184,7 @@ class Tables:
         tau = self.air.transmittance(range=line.range, beta_star=read("beta_star", path))
         ambient = self._of_faces(views, line.normal, source) if self.has_harmonics else read("ambient_radiance", source)
         values = read("path_radiance_ratio", place), ambient, read("direct_radiance", source)
-        emitted = None
-        if temperature is not None and self.emits_by_wavelength:
-            emitted = self.emitted_transmittance(views, temperature, line)
+        emitted = None if temperature is None else self.emitted_transmittance(views, temperature, line)
         through, ratio, ambient, direct = (value[:, None] for value in (tau, *values))
         return AtmosphereReadings(through, ratio, ambient, direct, emitted)
 
@@ -254,24 +227,10 @@ class Tables:
         """Change of the ambient light read for faces with normals (n, 3), (n, 1), over that of level faces."""
         if not self.has_harmonics:
             return np.ones((len(normal), 1))
-        return level_share(normal[:, 2:], self.air.nodes_of("harmonic").size)
-
-    def weighted_reflectance(self, temperature: Floats) -> tuple[Floats, Floats]:
-        """Reflectance weighted by Planck radiance at the temperatures (n, M), and by sunlight (M,)."""
-        codes = np.array(list(self.band.materials.values()))
-        planck = self.band.value(
-            "reflectance_planck", material=codes, planck_temperature=temperature, out_of_range="clamp"
-        )
-        return planck, self.band.root.variables["reflectance_solar"].data.astype(float)
-
-    def normalisation_at(self, cosine: Floats) -> Floats:
-        """N_s of the materials at cosines of incidence (n, 1), (n, M)."""
-        codes = np.array(list(self.band.materials.values()))
-        angle = np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0)))
-        return self.band.value("normalisation_by_angle", material=codes, source_angle=angle, out_of_range="clamp")
+        return level_share(normal[:, 2:], self.air.root.axes["harmonic"].values.size)
 
     def finish_at(self, cosine: Floats) -> Finish:
-        """The finish with N_s read at cosines of incidence (n, 1), from the finer table where the job has it."""
+        """The finish with N_s read at cosines of incidence (n, 1)."""
         codes = np.array(list(self.band.materials.values()))
         angle = np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0)))
         return replace(
@@ -279,40 +238,19 @@ class Tables:
         )
 
     def among_walls(self, views: Views, circumstances: Circumstances, ambient: Floats, level: Floats) -> Floats:
-        """Ambient radiance (n, 1) of faces beside walls, from that in the open and that of level faces there.
-
-        ``schemas/formats/atmq-2.md`` gives the formula.
-        """
+        """Ambient radiance (n, 1) of faces beside walls, from that in the open and that of level faces there."""
         kelvin = self.air.ground_temperature(self.surface, time=views.time)
         wall, ground = (self.blackbody(np.asarray(k))[:, None] for k in (circumstances.wall_temperature, kelvin))
         return _among_walls(views, circumstances, ambient, level, wall, ground)
 
     def emitted_transmittance(self, views: Views, temperature: Floats, line: ViewLine | None = None) -> Floats:
-        """Transmittance (n, M) of what the materials emit at their temperatures (n, M), where `emits_by_wavelength`."""
-        place = line or views
-        if self.thermal is None:
-            spectra = self._spectra(temperature)
-            through = self._through_by_wavelength(views, place)
-            black = np.sum((1.0 - spectra.reflectance) * spectra.emission, axis=-1)
-            return ratio(emitted_share(spectra, through), black)
-        codes = np.array(list(self.thermal.materials.values()))
-        distance, altitude, elevation = (values[:, None] for values in (place.range, views.altitude, place.elevation))
-        beta = self.thermal.beta_star(
-            material=codes,
-            temperature=temperature,
-            range=distance,
-            altitude=altitude,
-            elevation=elevation,
-            out_of_range="clamp",
-        )
-        return self.thermal.transmittance(range=distance, beta_star=beta)
+        """Transmittance (n, M) of what the materials emit at their temperatures (n, M)."""
+        spectra, through = self._spectra(temperature), self._through_by_wavelength(views, line or views)
+        black = np.sum((1.0 - spectra.reflectance) * spectra.emission, axis=-1)
+        return ratio(emitted_share(spectra, through), black)
 
-    def reflected_light(self, views: Views, circumstances: Circumstances) -> ReflectedLight | None:
-        """Light that the materials reflect by wavelength, of faces beside walls; None where the tables hold means over
-        the band alone. ``schemas/formats/atmq-3.md`` gives the formula.
-        """
-        if not self.by_wavelength:
-            return None
+    def reflected_light(self, views: Views, circumstances: Circumstances) -> ReflectedLight:
+        """Light that the materials reflect by wavelength, of faces beside walls."""
         place = _path(views, views) | {"source_elevation": views.source_elevation}
         level, direct = (
             self.air.value_by_wavelength(name, out_of_range="clamp", **place)

@@ -9,15 +9,7 @@ import numpy as np
 
 from skyshine.mat.budget.built_tables import Tables, ViewLine, frame_centres, vertices
 from skyshine.mat.budget.circumstances import Circumstances
-from skyshine.mat.budget.options import (
-    FIELDS_OF_VIEW,
-    BudgetViews,
-    Option,
-    frame_errors,
-    options_of_averages,
-    options_of_frames,
-    shade_option,
-)
+from skyshine.mat.budget.frames import FIELDS_OF_VIEW, frame_errors
 from skyshine.mat.budget.pixel import integrated_light, integrated_readings, pixel_radiance, temperature_among
 from skyshine.mat.budget.runtime_terms import (
     AtmosphereReadings,
@@ -26,8 +18,6 @@ from skyshine.mat.budget.runtime_terms import (
     exact_normalisation,
     incidence,
     runtime_radiance,
-    spectral_radiance,
-    spectral_thermal,
 )
 from skyshine.mat.budget.truth import FacetTruth, Prepared
 from skyshine.mat.budget.views import Views
@@ -38,12 +28,11 @@ from skyshine.schemas.arrays import Floats, Integers
 
 @dataclass(frozen=True, eq=False)
 class Extrapolation:
-    """Errors of faces and frames: `Budget.errors`, `extrapolation`, `frames` and `options` of them."""
+    """Errors of faces and frames: `Budget.errors`, `extrapolation` and `frames` of them."""
 
     errors: dict[str, Floats]
     by_field: dict[str, Floats]
     frames: dict[str, Floats]
-    options: dict[str, Option]
 
 
 class Measurement:
@@ -87,7 +76,7 @@ class Measurement:
         seen = truth.of(views, around, self.finish)
         self.open_air, self.shadowed, self.kelvin = seen.open_air, seen.shadowed, seen.kelvin
         self.lines, self.bounce, self.radiance = seen.lines, seen.bounce, seen.radiance
-        self.full, self.light = integrated_readings(tables, truth, seen), integrated_light(tables, truth, seen)
+        self.full, self.light = integrated_readings(truth, seen), integrated_light(tables, truth, seen)
         self.emission = tables.emission(self.kelvin)
         self.base = self._shown(self.full)
 
@@ -153,36 +142,19 @@ class Measurement:
         under = tables.temperature(views, absorbed_change=tables.absorbed_change(views, self.around.shadows_alone))
         return in_the_open, under, temperature_among(tables, views, self.around)
 
-    def of_averages(self) -> dict[str, Floats]:
-        """Averages over the band outside the integral, and the few spectral points."""
-        band, rho = self.truth.air.band, self.truth.reflectance
-        flat = np.repeat(self.finish.reflectance[:, None], band.weight.size, axis=1)
-        errors = {"compiled_band": self._direct - self.base}
-        with_flat = spectral_radiance(self.lines, band, self.kelvin, flat, self.bounce)
-        if self.light is not None:
-            return errors | {"emitted_transmittance": self._emitted_as_read(), **self._reflected_as_read()}
-        if self.full.emitted is None:
-            outside = np.repeat(self.full.transmittance, band.weight.size, axis=1)
-            radiance = spectral_radiance(self.lines, band, self.kelvin, rho, self.bounce, outside)
-            return errors | {"reflectance": with_flat - self.radiance, "transmittance": radiance - self.radiance}
-        # The thermal term has a reflectance and a transmittance of its own.
-        thermal = spectral_thermal(self.lines.transmittance, band, self.kelvin, flat)
-        emitted = self.emission.blackbody * (1 - self.emission.reflectance) * self.full.emitted
-        return errors | {
-            "reflectance": with_flat - thermal + emitted - self.radiance,
-            "emitted_transmittance": self._emitted_as_read(),
+    def of_light(self) -> dict[str, Floats]:
+        """The few spectral points, the reflectance that goes with emission, and the wavelengths at which emitted and
+        reflected light lies.
+        """
+        by_wavelength = self.tables.emitted_transmittance(self.views, self.kelvin)
+        emitted = self._shown(replace(self._among_walls, emitted=by_wavelength)) - self._direct
+        light = self.tables.reflected_light(self.views, self.around)
+        return {
+            "compiled_band": self._direct - self.base,
+            "reflectance": self.base - self.radiance,
+            "emitted_transmittance": np.where(self.views.near[:, None], 0.0, emitted),
+            "reflected_wavelengths": self._shown(self._among_walls, light=light) - self._direct,
         }
-
-    def _emitted_as_read(self) -> Floats:
-        """Error of the transmittance of emitted light, of views that are not near."""
-        by_class = self.tables.emitted_transmittance(self.views, self.kelvin)
-        stored = self._shown(replace(self._among_walls, emitted=by_class)) - self._direct
-        return np.where(self.views.near[:, None], 0.0, stored)
-
-    def _reflected_as_read(self) -> dict[str, Floats]:
-        """Error of the wavelengths at which light on surfaces lies."""
-        read = self._shown(self._among_walls, light=self.tables.reflected_light(self.views, self.around))
-        return {"reflected_wavelengths": read - self._direct}
 
     def of_temperatures(self) -> dict[str, Floats]:
         """The solver's steps, their table, and the response to shadows and walls."""
@@ -209,12 +181,13 @@ class Measurement:
         # What harmonics give with the level value computed directly.
         level_error *= self.tables.level_share(self.views.normal)
         tilt_error = read.ambient - self._in_the_open - level_error
+        emitted = read.emitted
+        assert emitted is not None  # read at temperatures
         paths = {"transmittance": read.transmittance, "path_radiance_ratio": read.path_radiance_ratio}
-        emitted = {} if read.emitted is None else {"emitted": read.emitted}
         changes = {
             "beta_star_table": {"transmittance": read.transmittance},
             "path_radiance_table": {"path_radiance_ratio": read.path_radiance_ratio},
-            "near_range": paths | emitted,
+            "near_range": paths | {"emitted": emitted},
             "ambient_table": {"ambient": direct.ambient + level_error},
             "tilted_sky": {"ambient": direct.ambient + tilt_error},
             "direct_table": {"direct": read.direct},
@@ -265,44 +238,14 @@ class Measurement:
             for air in (of_job, self.prepared.at_hour(float(hour))):
                 readings = AtmosphereReadings.of(air.at_points(*part.place, self.few_light))
                 ambient = air.ambient_on_faces(*part.place[:4], self.few_light, some)[:, None]
-                emitted = None
-                if self.full.emitted is not None:
-                    ratio = readings.transmittance / np.maximum(self._level.transmittance[rows], np.finfo(float).tiny)
-                    emitted = self.full.emitted[rows] * ratio
+                assert self.full.emitted is not None  # integrated
+                ratio = readings.transmittance / np.maximum(self._level.transmittance[rows], np.finfo(float).tiny)
+                emitted = self.full.emitted[rows] * ratio
                 readings = replace(readings, ambient=ambient, emitted=emitted)
-                blackbody, reflectance = self.emission.blackbody[rows], self.emission.reflectance
-                emission = Emission(blackbody, reflectance if reflectance.ndim == 1 else reflectance[rows])
+                emission = Emission(self.emission.blackbody[rows], self.emission.reflectance[rows])
                 shown.append(runtime_radiance(readings, emission, self.bounce[rows], self.finish))
             error[rows] = shown[0] - shown[1]
         return {"weather_of_the_air": error}
-
-    def options(self) -> dict[str, Option]:
-        """What a runtime gains by other tables and readings."""
-        ambient = self.tables.among_walls(self.views, self.around, self._read.ambient, self._level_read)
-        seen = BudgetViews(
-            self.views,
-            self.lines,
-            self.truth.air.band,
-            self.truth.reflectance,
-            self.kelvin,
-            self.emission.blackbody,
-            self.bounce,
-            self.full,
-            replace(self._read, ambient=ambient),
-            self.tables.reflected_light(self.views, self.around),
-            self.radiance,
-        )
-        options = options_of_averages(
-            self.tables, seen, lambda finish: self.truth.bounce(self.views, self.views.normal, finish, self.around)
-        )
-        if self.tables.shades:
-            in_the_open, _, beside = self._temperatures_read
-            unshaded, shaded = (
-                self._warmer(change) - self.base
-                for change in (self.open_air - self.kelvin, beside - in_the_open - (self.kelvin - self.open_air))
-            )
-            options["shade_response"] = shade_option(self.tables, unshaded, shaded)
-        return options
 
     def of_frames(self, generator: np.random.Generator) -> Extrapolation:
         """Faces, extrapolation from the centre pixel, and everything together.
@@ -337,7 +280,7 @@ class Measurement:
         errors |= {name: values[chosen, row] for name, values in by_field.items()}
         errors["all"] = together - self.radiance
         frames = frame_errors(tables, views, self.grid, offset, here, self._shown, self.kelvin)
-        return Extrapolation(errors, by_field, frames, options_of_frames(tables, views, self.grid, frames, chosen))
+        return Extrapolation(errors, by_field, frames)
 
     def _tilted(self, readings: AtmosphereReadings, line: ViewLine | None = None) -> AtmosphereReadings:
         """Readings of level faces with the difference that the tables give for the faces of the views, or of a line."""

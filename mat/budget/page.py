@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from skyshine.mat.budget.budget import Budget
-from skyshine.mat.budget.options import FIELDS_OF_VIEW
+from skyshine.mat.budget.frames import FIELDS_OF_VIEW
 from skyshine.mat.budget.sizes import kelvin
 from skyshine.mat.budget.summary import SLANTS, WHOLE, by_size
 from skyshine.schemas.chart_style import BLACK, BLUE, COLOURS, VERMILLION, chart_style, name_lines, new_figure
@@ -40,7 +40,6 @@ def render(report: dict[str, Any], budgets: Sequence[Budget]) -> str:
     """
     filters: dict[str, Callable[..., object]] = {
         "short": _short,
-        "thousandth": lambda value: _short(value if value is None else value / 1e3),
         "by_size": by_size,
         "signed": _signed,
         "units": _units,

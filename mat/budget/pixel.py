@@ -7,8 +7,13 @@ from dataclasses import dataclass, replace
 
 from skyshine.mat.budget.built_tables import Tables
 from skyshine.mat.budget.circumstances import Circumstances, random_circumstances
-from skyshine.mat.budget.options import emitted_transmittance
-from skyshine.mat.budget.runtime_terms import AtmosphereReadings, ReflectedLight, incidence, runtime_radiance
+from skyshine.mat.budget.runtime_terms import (
+    AtmosphereReadings,
+    ReflectedLight,
+    emitted_transmittance,
+    incidence,
+    runtime_radiance,
+)
 from skyshine.mat.budget.truth import FacetRadiance, FacetTruth, Prepared
 from skyshine.mat.budget.views import Views, random_views
 from skyshine.mat.measure.random_streams import Stream, random_stream
@@ -48,20 +53,15 @@ def pixel_radiance(
     return runtime_radiance(replace(read, ambient=ambient), tables.emission(temperature), bounce, tables.finish, light)
 
 
-def integrated_readings(tables: Tables, truth: FacetTruth, seen: FacetRadiance) -> AtmosphereReadings:
-    """Quantities of the air as exact tables would hold them, with the transmittance of emitted light where the tables
-    have one.
-    """
-    through, band = None, truth.air.band
-    if tables.emits_by_wavelength:
-        through = emitted_transmittance(band, truth.reflectance, seen.lines, seen.kelvin)
+def integrated_readings(truth: FacetTruth, seen: FacetRadiance) -> AtmosphereReadings:
+    """Quantities of the air as exact tables would hold them."""
+    band = truth.air.band
+    through = emitted_transmittance(band, truth.reflectance, seen.lines, seen.kelvin)
     return replace(AtmosphereReadings.integrated(seen.lines, band), emitted=through)
 
 
-def integrated_light(tables: Tables, truth: FacetTruth, seen: FacetRadiance) -> ReflectedLight | None:
-    """Reflected light as exact tables by wavelength would give it; None where the tables hold means over the band."""
-    if not tables.by_wavelength:
-        return None
+def integrated_light(tables: Tables, truth: FacetTruth, seen: FacetRadiance) -> ReflectedLight:
+    """Reflected light as exact tables would give it."""
     return ReflectedLight.integrated(seen.lines, truth.air.band, truth.reflectance, tables.finish.reflectance)
 
 
@@ -154,7 +154,7 @@ class PixelTruth:
             Of any accuracy: their materials, and the quantities that they have.
         """
         seen = scenes.truth.of(scenes.views, scenes.around, tables.finish)
-        readings = integrated_readings(tables, scenes.truth, seen)
+        readings = integrated_readings(scenes.truth, seen)
         light = integrated_light(tables, scenes.truth, seen)
         shown = runtime_radiance(readings, tables.emission(seen.kelvin), seen.bounce, tables.finish, light)
         return cls(scenes, seen.radiance, shown - seen.radiance)

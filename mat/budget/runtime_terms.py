@@ -25,7 +25,7 @@ class AtmosphereReadings:
     path_radiance_ratio, ambient, direct
         W m^-2 sr^-1.
     emitted : (n, M) array or None
-        Transmittance of the light that the materials emit; None where it is `transmittance`.
+        Transmittance of the light that the materials emit; None before the materials are known.
     """
 
     transmittance: Floats
@@ -213,6 +213,17 @@ def spectral_thermal(transmittance: Floats, band: BandPoints, temperature: Float
         emitted = planck_wavenumber(band.wavenumber, kelvin[:, None])
         thermal[:, number] = (transmittance * emitted) @ (band.radiance_weight * (1 - reflectance[number]))
     return thermal
+
+
+def emitted_transmittance(band: BandPoints, reflectance: Floats, lines: SpectralLines, temperature: Floats) -> Floats:
+    """Transmittance (n, M) of what the materials emit: equation (5) over what leaves the surfaces; arguments as for
+    `spectral_radiance`.
+    """
+    through, everything = (
+        spectral_thermal(transmittance, band, temperature, reflectance)
+        for transmittance in (lines.transmittance, np.ones_like(lines.transmittance))
+    )
+    return ratio(through, everything)
 
 
 def exact_normalisation(shininess: Floats, views: Views, normal: Floats) -> Floats:

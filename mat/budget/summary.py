@@ -10,60 +10,15 @@ import numpy as np
 from skyshine.mat.budget.advice import described as advice
 from skyshine.mat.budget.advice import headline
 from skyshine.mat.budget.budget import PIXEL_SOURCES, SOURCES, Budget
-from skyshine.mat.budget.options import FIELDS_OF_VIEW
+from skyshine.mat.budget.frames import FIELDS_OF_VIEW
 from skyshine.mat.budget.quantisation import BITS, PixelScale
 from skyshine.mat.budget.sizes import RADIANCE, in_kelvin, kelvin, measures
+from skyshine.mat.budget.views import OBSERVERS_KM
 from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.quantity import quantity
 
 WHOLE = ("pixel", "all", "tables")  # errors of several sources together
 SLANTS = ((0.0, 3.0), (3.0, 10.0), (10.0, 30.0), (30.0, 90.0))  # degree of the line of sight from the horizon
-OPTIONS = {
-    "shade_response": (
-        "temperature with absorbed_change in place of that of surfaces in full sun and in the open",
-        "shadows and walls",
-        "in every .htt file; needs.shade: false leaves it out",
-    ),
-    "light_by_wavelength": (
-        "light parted by the shares of wavelengths, reflectance_spectrum and emission_share in place of means over the"
-        " band",
-        "averages in all terms",
-        "in every file in channels, and in every .band file",
-    ),
-    "weighted_reflectance": (
-        "reflectance_planck and reflectance_solar of the .band file in place of the flat mean",
-        "averages in all terms",
-        "in every .band file",
-    ),
-    "weighted_transmittance": (
-        "with reflectance_planck, beta_star_thermal of the material's class and temperature in place of beta*",
-        "tau averaged in the thermal term",
-        "extra_tables: [weighted_transmittance]",
-    ),
-    "normalisation_in_steps": (
-        "normalisation_by_angle of the .band file, every 15 degree, in place of the mean N_s",
-        "N_s averaged over source angles",
-        "in every .band file",
-    ),
-    "normalisation_by_angle": (
-        "normalisation_fine of the .band file, to grazing light, in place of the mean N_s",
-        "N_s averaged over source angles",
-        "extra_tables: [normalisation_by_angle]",
-    ),
-    "profile_of_the_tables": (
-        "the .atmq tables along the centre's line of sight, read once a frame (Table.part), at each pixel's own range",
-        "extrapolation in range; interpolation stays",
-        "no table: a way of reading",
-    ),
-    "frame_of_the_tables": (
-        (
-            "the .atmq tables in the frame's elevations, read once a frame (Table.part), at each pixel: the same values"
-            " as the whole tables read there"
-        ),
-        "extrapolation in range and direction; interpolation stays",
-        "no table: a way of reading",
-    ),
-}
 
 
 def describe(budget: Budget) -> dict[str, Any]:
@@ -98,7 +53,6 @@ def describe(budget: Budget) -> dict[str, Any]:
                 name: quantity([measures(e)["rms"] for e in errors], RADIANCE) for name, errors in budget.frames.items()
             },
         },
-        "options": {name: _option(budget, name) for name in OPTIONS if name in budget.options},
         "radiance": quantity([float(budget.radiance.min()), float(budget.radiance.max())], RADIANCE),
         "pixel_scales": [_scale(budget, bits) for bits in BITS],
     }
@@ -139,7 +93,7 @@ def _of_material(weight: Floats | None, dims: int, number: int) -> Floats | None
 
 
 def regions(budget: Budget) -> dict[str, Booleans]:
-    """Views by where their faces stand."""
+    """Views by where their faces stand, and by the observer's height."""
     around, views = budget.circumstances, budget.views
     day = views.source_elevation > 0
     dark = around.in_shade | ~day if budget.source == "sun" else np.zeros(len(views), bool)
@@ -150,6 +104,10 @@ def regions(budget: Budget) -> dict[str, Booleans]:
         "beside a wall": around.walled,
         "source below the horizon": ~day,
         "within 100 m": views.near,
+        **{
+            f"from the height of {name}": ~views.near & (views.height >= low) & (views.height <= high)
+            for name, (low, high) in OBSERVERS_KM.items()
+        },
     }
 
 
@@ -188,45 +146,6 @@ def _by_slant(budget: Budget, error: Floats, in_radiance: bool = False) -> list[
         inside = [(slant >= low) & ((slant < high) | (high == 90)) for low, high in SLANTS]
         rows.append([measures(values[part])["rms"] if part.any() else float("nan") for part in inside])
     return rows
-
-
-def _option(budget: Budget, name: str) -> dict[str, Any]:
-    option = budget.options[name]
-    pair = option.before, option.after
-    pair_kelvin = [kelvin(budget, error) for error in pair]
-    what, removes, source = OPTIONS[name]
-    cost = option.cost
-    return {
-        "what": what,
-        "removes": removes,
-        "from": source,
-        "basis": "stored tables" if option.stored else "computed exactly: the job does not ask for the table",
-        "rms_kelvin": quantity([measures(error)["rms"] for error in pair_kelvin], "K"),
-        "rms": quantity([measures(error)["rms"] for error in pair], RADIANCE),
-        **(
-            {}
-            if option.exact is None
-            else {
-                "without_interpolation": {
-                    "rms_kelvin": quantity([measures(kelvin(budget, error))["rms"] for error in option.exact], "K"),
-                    "rms": quantity([measures(error)["rms"] for error in option.exact], RADIANCE),
-                }
-            }
-        ),
-        "rms_by_material": {
-            material: {
-                "radiance": quantity([measures(error[:, i])["rms"] for error in pair], RADIANCE),
-                "temperature": quantity([measures(error[:, i])["rms"] for error in pair_kelvin], "K"),
-            }
-            for i, material in enumerate(budget.materials)
-        },
-        "cost": {
-            "size": quantity(cost.bytes, "byte"),
-            "build": quantity(cost.seconds, "s"),
-            "values_per_frame": quantity(cost.per_frame, "1"),
-            "values_per_pixel": quantity(cost.per_pixel, "1"),
-        },
-    }
 
 
 def _scale(budget: Budget, bits: int) -> dict[str, Any]:
@@ -273,10 +192,11 @@ def describe_all(budgets: Sequence[Budget], notes: Sequence[str], *, job: str, s
 
 
 METHOD = (
-    "Random views of every material: places and directions on the tables' own axes, a quarter of them within 100 m,"
-    " ranges even in their logarithm, the Sun at all hours, the Moon above the horizon, half of the lit surfaces near"
-    " its mirror image. Of the faces 40 % stand in a shadow, 20 % have left one, 30 % stand beside a wall. Truth:"
-    " equations (5), (18), (26), (33) over all spectral points, the light of sky, ground and wall over each face's own"
-    " hemisphere, temperatures from each face's own heat balance under its shadows and beside its walls. Each source is"
-    " the change of radiance that it makes alone."
+    "Random views of every material: a quarter of them within 100 m, three in eight from drones (0.02 to 0.5 km above"
+    " the surface), aircraft (1 to 12 km) and satellites (from 200 km), as far as the tables reach, even in solid"
+    " angle; the others from any altitude of the tables, ranges even in their logarithm. The Sun at all hours, the"
+    " Moon above the horizon, half of the lit surfaces near its mirror image. Of the faces 40 % stand in a shadow, 20"
+    " % have left one, 30 % stand beside a wall. Truth: equations (5), (18), (26), (33) over all spectral points, the"
+    " light of sky, ground and wall over each face's own hemisphere, temperatures from each face's own heat balance"
+    " under its shadows and beside its walls. Each source is the change of radiance that it makes alone."
 )

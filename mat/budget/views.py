@@ -20,6 +20,11 @@ from skyshine.schemas.arrays import Booleans, Floats
 RANGES_KM = (0.1, 40.0)  # drawn evenly in their logarithm, as far as the tables reach
 NEAR_KM = (0.001, 0.1)  # likewise, of the views from nearby
 NEAR_SHARE = 0.25  # of the views
+# Heights above the surface of observers [km], even in their logarithm, as far as the tables reach: of drones, aircraft
+# and satellites. Half of the views that are not near are theirs, in equal parts; the others start anywhere on the axis.
+OBSERVERS_KM = {"drones": (0.02, 0.5), "aircraft": (1.0, 12.0), "satellites": (200.0, 2000.0)}
+OBSERVER_SHARE = 0.5
+_FLATTEST = 0.02  # sine of the elevation of their lines from the horizon: a degree
 # Faces that stand at one place at one time, under one sky: the light around them is computed once.
 FACES_OF_A_PLACE = 4
 FACES_M = (1.0, 100.0)  # lengths of faces, likewise
@@ -76,6 +81,11 @@ class Views:
     def near(self) -> Booleans:
         """Views within `NEAR_KM`."""
         return self.range <= NEAR_KM[1]
+
+    @property
+    def height(self) -> Floats:
+        """Of the observers above the surfaces, km."""
+        return self.altitude - self.surface_altitude
 
     @property
     def relative_azimuth(self) -> Floats:
@@ -222,7 +232,8 @@ def _first_of_each(values: Floats, count: int) -> Booleans:
 def _observers(grid: PathGrid, surface: Floats, generator: np.random.Generator) -> tuple[Floats, Floats]:
     """Altitudes of observers and their distances [km] from faces at altitudes (n,) [km].
 
-    Most look from the altitudes of the table, wherever that is, some from `NEAR_KM` in any direction.
+    Some look from `NEAR_KM` in any direction, some as drones, aircraft and satellites do, even in solid angle, some
+    from any altitude of the table.
     """
     count = surface.size
     shortest, longest = grid.range_km[[0, -1]]
@@ -230,10 +241,34 @@ def _observers(grid: PathGrid, surface: Floats, generator: np.random.Generator) 
         np.exp(generator.uniform(np.log(max(low, shortest, 1e-3)), np.log(max(min(high, longest), low, 1e-3)), count))
         for low, high in (NEAR_KM, RANGES_KM)
     )
-    is_near = generator.random(count) < NEAR_SHARE
+    kind = generator.random(count)
     anywhere = random_places(grid.altitude_km, count, generator)
     beside = surface - near * np.sin(np.radians(generator.uniform(-90.0, 90.0, count)))
-    return np.where(is_near, beside, anywhere), np.where(is_near, near, far)
+    flying = _heights_of_observers(grid, surface, generator)
+    slant = flying / generator.uniform(_FLATTEST, 1.0, count)
+    is_near, flies = kind < NEAR_SHARE, kind > 1 - OBSERVER_SHARE * (1 - NEAR_SHARE)
+    flies &= np.isfinite(flying) & (slant >= shortest) & (slant <= longest)
+    return (
+        np.select([is_near, flies], [beside, surface + flying], anywhere),
+        np.select([is_near, flies], [near, slant], far),
+    )
+
+
+def _heights_of_observers(grid: PathGrid, surface: Floats, generator: np.random.Generator) -> Floats:
+    """Heights (n,) above surfaces at altitudes (n,) [km] of drones, aircraft and satellites, as far as the table has
+    them; not a number where it has none.
+    """
+    lowest, highest = grid.altitude_km[[0, -1]]
+    heights = []
+    for low, high in OBSERVERS_KM.values():
+        first, last = np.maximum(low, lowest - surface), np.minimum(high, highest - surface)
+        share = generator.random(surface.size)
+        with np.errstate(invalid="ignore"):
+            heights.append(np.where(first <= last, first * (np.maximum(last, first) / first) ** share, np.nan))
+    chosen = generator.permuted(np.array(heights), axis=0)
+    # The first of them that the table has, in random order.
+    first_known: Floats = np.take_along_axis(chosen, np.argmax(np.isfinite(chosen), axis=0)[None], axis=0)[0]
+    return first_known
 
 
 def _sine_of_elevation(altitude: Floats, surface: Floats, distance: Floats) -> Floats:

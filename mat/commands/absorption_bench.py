@@ -78,13 +78,10 @@ def absorption(
 def _line_lists(lines: str | None, continua: str | None) -> tuple[LineLibrary | None, Continua | None]:
     if lines is None or continua is None:
         return None, None
-    try:
-        from skyshine.mat.spectroscopy.continua import Continua
-        from skyshine.mat.spectroscopy.gases import LineLibrary
-    except ImportError as error:
-        raise InputError(f"--lines needs the package '{error.name}'; pip install skyshine[spectroscopy]") from None
-    library = LineLibrary(lines)
-    return library, Continua(continua)
+    from skyshine.mat.spectroscopy.continua import Continua
+    from skyshine.mat.spectroscopy.gases import LineLibrary
+
+    return LineLibrary(lines), Continua(continua)
 
 
 def describe(bench: AbsorptionBench) -> dict[str, Any]:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def _numbers(_context: click.Context, _parameter: click.Parameter, given: str | None) -> tuple[float, ...] | None:
-    """Kelvins of ``--settings``, from draft to reference."""
+    """Kelvins of ``--settings``, from the coarsest to the finest."""
     if given is None:
         return None
     try:
@@ -53,11 +53,11 @@ def front(
     lowtran: str | None,
     as_json: bool,
 ) -> None:
-    """Error of a pixel against run time of JOB (default: the starter job), from draft to reference.
+    """Error of a pixel against run time of JOB (default: the starter job) at tolerances from 5 to 0.1 K.
 
-    JOB is built as it is written, on the default axes, and at tolerances for the pixel; the errors of all are measured
-    on the same scenes. The page front.html, with its numbers as front.json, says what the next second and the next
-    kelvin buy. Databases are kept in the folder: settings that are finished are not built again.
+    JOB is built as it is written and at tolerances for the pixel; the errors of all are measured on the same scenes.
+    The page front.html, with its numbers as front.json, says what the next second and the next kelvin buy. Databases
+    are kept in the folder: settings that are finished are not built again.
 
     \b
     Example:

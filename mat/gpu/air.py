@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from skyshine.mat.gpu.container import GpuFile, texture
-from skyshine.mat.gpu.coordinates import RAY, AirCoordinates, Lines
+from skyshine.mat.gpu.coordinates import AirCoordinates, Lines
 from skyshine.mat.gpu.fields import WARM_K, AirFields
 from skyshine.mat.gpu.nodes import best_counts, insertion_order
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
@@ -158,14 +158,12 @@ def export_air(
         textures[term] = texture("RGBA32F", by_row, _WHAT[term])
     numbers: dict[str, Any] = {
         "components": count,
-        "coordinates": coordinates.kind,
         "axes": [_short(axis) for axis in nodes],
         "range_km": coordinates.range_km.tolist(),
         "altitude_km": coordinates.altitude_km.tolist() if altitude is None else [altitude, altitude],
         "material": [int(code) for code in fields.codes],
         "emission_temperature": fields.temperatures.tolist(),
         "harmonic": [int(code) for code in fields.harmonics],
-        "angle_axis": fields.angle_axis,
         "angle": fields.angles.tolist(),
         "source_elevation": {term: _short(values) for term, values in heights.items()},
         "lowest_source_elevation": float(fields.source.nodes[0]),
@@ -174,13 +172,11 @@ def export_air(
         "fades": fields.fades,
         "source": str(air.attributes.get("source", "sun")),
         "wavelength_um": np.asarray(air.attributes["wavelength_um"], float).tolist(),
+        "ground_altitude_km": coordinates.rays.ground_km,
+        "scale_height_km": coordinates.rays.scale_height_km,
+        "height_root": _short(coordinates.rays.height_root),
+        "effective_radius": _short(coordinates.rays.effective_radius),
     }
-    if coordinates.kind == RAY:
-        assert coordinates.rays is not None
-        numbers["ground_altitude_km"] = coordinates.rays.ground_km
-        numbers["scale_height_km"] = coordinates.rays.scale_height_km
-        numbers["height_root"] = _short(coordinates.rays.height_root)
-        numbers["effective_radius"] = _short(coordinates.rays.effective_radius)
     return GpuFile("atmosphere", source_of(air.path.name, air.attributes), textures, numbers)
 
 

@@ -17,7 +17,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import StrPath
 from skyshine.schemas.whole_files import part_file
 
-FORMAT, FORMAT_VERSION = "skyshine-gpu", "1.2.0"
+FORMAT, FORMAT_VERSION = "skyshine-gpu", "2.0.0"
 ENDING = ".gpu.json"
 ALIGNMENT = 16  # bytes; a row of RGBA32F texels
 # Texel formats by numpy type and number of channels.

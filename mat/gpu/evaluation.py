@@ -8,13 +8,12 @@ from functools import cached_property
 import numpy as np
 
 from skyshine.mat.gpu.container import GpuFile
-from skyshine.mat.gpu.coordinates import RAY, AirCoordinates, Lines
+from skyshine.mat.gpu.coordinates import Lines
 from skyshine.mat.quantities.channels.coordinates import RayCoordinates
 from skyshine.mat.radiometry.lobe import specular_lobe
 from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.mat.radiometry.spherical_harmonics import face_normal, harmonics_at, irradiance_factors, level_share
 from skyshine.mat.runtime.pixel import Faces, View
-from skyshine.mat.tables.gridded import ANGLE
 from skyshine.mat.tables.surface_tables import BandTable
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -59,20 +58,15 @@ class GpuAir:
         )
 
     @cached_property
-    def coordinates(self) -> AirCoordinates:
-        """Of the textures."""
+    def rays(self) -> RayCoordinates:
+        """Coordinates of lines of sight in the textures."""
         numbers = self.content.numbers
-        rays = None
-        if numbers["coordinates"] == RAY:
-            rays = RayCoordinates(
-                numbers["ground_altitude_km"],
-                np.array(numbers["height_root"]),
-                np.array(numbers["effective_radius"]),
-                numbers["scale_height_km"],
-            )
-        ranges, altitudes = (np.array(numbers[name]) for name in ("range_km", "altitude_km"))
-        first, second, third = (np.array(axis) for axis in numbers["axes"])
-        return AirCoordinates(numbers["coordinates"], ranges, altitudes, rays, (first, second, third))
+        return RayCoordinates(
+            numbers["ground_altitude_km"],
+            np.array(numbers["height_root"]),
+            np.array(numbers["effective_radius"]),
+            numbers["scale_height_km"],
+        )
 
     def frame(self, source_elevation: float) -> GpuAir:
         """The same for one elevation of the source [degree].
@@ -86,7 +80,7 @@ class GpuAir:
         lowest, highest = numbers["lowest_source_elevation"], numbers["highest_source_elevation"]
         dark = numbers["dark_below"]
         below = source_elevation < lowest
-        if below and (dark is None or (not numbers["fades"] and source_elevation > dark)):
+        if below and not numbers["fades"] and source_elevation > dark:
             raise InputError(f"source_elevation: found {source_elevation:g}; allowed: {lowest:g} and above")
         if source_elevation > highest + _SLACK:
             raise InputError(f"source_elevation: found {source_elevation:g}; allowed: up to {highest:g}")
@@ -109,16 +103,16 @@ class GpuAir:
 
     def components(self, lines: Lines) -> Floats:
         """Interpolated components (n, K) at lines of sight (n,)."""
-        cells = [
-            _cell(axis, place)
-            for axis, place in zip(self.coordinates.nodes, self.coordinates.locate(lines), strict=True)
-        ]
+        places = self.rays.locate(lines.range, lines.altitude, lines.elevation)
+        axes = [np.array(nodes) for nodes in self.content.numbers["axes"]]
+        located = (places.share, places.direction, places.height_root)
+        cells = [_cell(nodes, place) for nodes, place in zip(axes, located, strict=True)]
         total = np.zeros((*lines.range.shape, self._layers.shape[-1]))
         for corner in range(8):
             weight, index = np.ones(lines.range.shape), []
             for axis, (lower, part) in enumerate(cells):
                 upper = corner >> axis & 1
-                index.append(np.minimum(lower + upper, self.coordinates.nodes[axis].size - 1))
+                index.append(np.minimum(lower + upper, axes[axis].size - 1))
                 weight = weight * (part if upper else 1 - part)
             total += weight[..., None] * self._layers[index[2], index[1], index[0]]
         return total
@@ -158,10 +152,7 @@ class GpuAir:
     def path(self, air: Floats, view: View) -> Floats:
         """Path radiance (n,)."""
         numbers = self.content.numbers
-        if numbers["angle_axis"] == ANGLE:
-            angle = scattering_angle(view.centre_elevation, view.source_elevation, view.source_azimuth)
-        else:
-            angle = np.abs(np.mod(np.asarray(view.source_azimuth) + 180.0, 360.0) - 180.0)
+        angle = scattering_angle(view.centre_elevation, view.source_elevation, view.source_azimuth)
         axis = np.array(numbers["angle"])
         lower, part = _cell(axis, angle)
         upper = np.minimum(lower + 1, axis.size - 1)

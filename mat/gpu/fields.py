@@ -16,17 +16,15 @@ import numpy as np
 from skyshine.mat.gpu.coordinates import Lines
 from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.radiometry.spherical_harmonics import zonal
-from skyshine.mat.runtime.by_wavelength import parts_light
+from skyshine.mat.runtime.by_wavelength import check_same_band
 from skyshine.mat.tables.ambient import stated_ground
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS
 from skyshine.mat.tables.axes import AxisRule
-from skyshine.mat.tables.channel_table import ChannelTable
-from skyshine.mat.tables.gridded import ANGLE, AXES
-from skyshine.mat.tables.night import CIVIL_TWILIGHT, SOURCE_ELEVATION, Night
+from skyshine.mat.tables.gridded import ANGLE
+from skyshine.mat.tables.night import CIVIL_TWILIGHT, SOURCE_ELEVATION
 from skyshine.mat.tables.surface_tables import BandTable
 from skyshine.schemas.arrays import Booleans, Floats
-from skyshine.schemas.errors import InputError
 
 _PATH = "path_radiance_ratio"
 _BELOW = 1e-3  # degree, below the first node of a table whose light ends there
@@ -47,10 +45,8 @@ class AirFields:
     air: AtmosphereTable
     band: BandTable
 
-    @cached_property
-    def parted(self) -> bool:
-        """Whether emission and reflection are inside the integral over the band."""
-        return parts_light(self.air, self.band)
+    def __post_init__(self) -> None:
+        check_same_band(self.air, self.band)
 
     @cached_property
     def codes(self) -> Any:
@@ -59,9 +55,7 @@ class AirFields:
 
     @cached_property
     def temperatures(self) -> Floats:
-        """Temperatures [K] at which emission is given; one where it does not depend on it."""
-        if not self.parted:
-            return np.array([WARM_K])
+        """Temperatures [K] at which emission is given."""
         return np.asarray(self.band.root.axes["planck_temperature"].values, float)
 
     @cached_property
@@ -72,51 +66,36 @@ class AirFields:
         return np.asarray(self.air.root.axes["harmonic"].values)
 
     @cached_property
-    def angle_axis(self) -> str:
-        """The axis of the path radiance beside the source elevation."""
-        by_angle = ANGLE in self.air.root.axes
-        return ANGLE if by_angle else AXES[-1]
-
-    @cached_property
     def angles(self) -> Floats:
-        """Nodes of that axis [degree]."""
-        if self.angle_axis == ANGLE:
-            return np.asarray(self.air.root.axes[ANGLE].values, float)
-        return np.asarray(self._rule(_PATH, AXES[-1]).nodes, float)
+        """Nodes of the angle [degree] between line of sight and source."""
+        return np.asarray(self.air.root.axes[ANGLE].values, float)
 
     @cached_property
     def source(self) -> AxisRule:
         """Rule of the source elevation."""
-        return self._rule(_PATH, SOURCE_ELEVATION)
+        return AxisRule.of(SOURCE_ELEVATION, self.air.root.axes[SOURCE_ELEVATION])
 
     @cached_property
-    def dark(self) -> float | None:
-        """A source elevation [degree] at which the air emits its light alone; None without such a rule."""
-        night = Night(self.source, None) if isinstance(self.air, ChannelTable) else Night.of(self.air.root, _PATH)
-        if night is None:
-            return None
-        return min(night.dark_below, night.lowest - _BELOW)
+    def dark(self) -> float:
+        """A source elevation [degree] at which the air emits its light alone."""
+        return min(self.source.dark_below, float(self.source.nodes[0]) - _BELOW)
 
     @property
     def fades(self) -> bool:
         """Whether elevations between that one and the first node are read."""
-        return self.dark is not None and float(self.source.nodes[0]) <= CIVIL_TWILIGHT
+        return float(self.source.nodes[0]) <= CIVIL_TWILIGHT
 
     def source_nodes(self, term: str) -> Floats:
         """Source elevations [degree] between which a term, ``path``, ``sky`` or ``direct``, is linear or nearly so."""
-        axes = self.air.root.axes
-        nodes = [np.asarray(self.source.nodes, float)]
-        if term == "sky" and _SKY in axes:
-            nodes = [np.asarray(axes[_SKY].values, float)]
-        elif term == "direct" and _RISE in axes:
+        axes, nodes = self.air.root.axes, np.asarray(self.source.nodes, float)
+        first, last = nodes[[0, -1]]
+        if term == "sky":
+            nodes = np.asarray(axes[_SKY].values, float)
+        elif term == "direct":
             rise = float(np.asarray(self.air.root.variables["source_rise"].data, float)[0])
-            nodes.append(np.asarray(axes[_RISE].values, float) + rise)
-            nodes.append(np.array([rise - 1e-3]))
-        elif _RISE not in axes:
-            nodes += [np.asarray(a.values, float) for name, a in axes.items() if name.endswith(SOURCE_ELEVATION)]
-        found = np.unique(np.concatenate(nodes))
-        found = found[(found >= self.source.nodes[0]) & (found <= self.source.nodes[-1])]
-        return found if self.dark is None else np.concatenate([[self.dark], found])
+            nodes = np.concatenate([nodes, np.asarray(axes[_RISE].values, float) + rise, [rise - _BELOW]])
+        nodes = np.unique(nodes)
+        return np.concatenate([[self.dark], nodes[(nodes >= first) & (nodes <= last)]])
 
     def transmittance(self, lines: Lines) -> Floats:
         """In-band transmittance (...), equation (9)."""
@@ -124,9 +103,6 @@ class AirFields:
 
     def emission(self, lines: Lines) -> Floats:
         """Share of the black body's radiance that materials send through paths, (..., M, T)."""
-        if not self.parted:
-            reflectance = self.band.value("reflectance", material=self.codes)
-            return np.asarray(self.transmittance(lines)[..., None, None] * (1 - reflectance)[:, None])
         through = np.exp(-self.air.value_by_wavelength("optical_depth", **lines.where()))
         spectra = self.band.spectra(material=self.codes[:, None], temperature=self.temperatures)
         return np.asarray(np.einsum("...b,mtb->...mt", through, (1 - spectra.reflectance) * spectra.emission))
@@ -134,21 +110,17 @@ class AirFields:
     def path(self, lines: Lines, elevation: float, angles: Floats) -> Floats:
         """Path radiance (..., A) for source angles."""
         where = {name: values[..., None] for name, values in lines.where().items()}
-        place: dict[str, Any] = {**where, SOURCE_ELEVATION: np.asarray(elevation), self.angle_axis: angles}
+        place: dict[str, Any] = {**where, SOURCE_ELEVATION: np.asarray(elevation), ANGLE: angles}
         ratio = self.air.value(_PATH, **place)
         return np.asarray(ratio * (1 - self.transmittance(lines))[..., None])
 
     def met(self, lines: Lines, elevation: float, angles: Floats) -> Floats:
         """Source angles (..., A), moved to those that a line can be at from a source of an elevation."""
-        if self.angle_axis != ANGLE:
-            return angles
         least, most = self._span(lines, elevation)
         return np.clip(angles, least[..., None], most[..., None])
 
     def reachable(self, lines: Lines, elevation: float) -> Booleans:
         """Whether lines (n,) can be within a cell of each of the nodes `angles` from the source, (n, A)."""
-        if self.angle_axis != ANGLE:
-            return np.ones((lines.range.size, self.angles.size), np.bool_)
         least, most = self._span(lines, elevation)
         padded = np.pad(self.angles, 1, mode="edge")
         return np.asarray((least[:, None] <= padded[2:]) & (most[:, None] >= padded[:-2]))
@@ -158,9 +130,7 @@ class AirFields:
         return np.abs(lines.elevation - elevation), 180.0 - np.abs(lines.elevation + elevation)
 
     def thermal_path(self, lines: Lines) -> Floats:
-        """Path radiance (...) without the source; 0 where the table cannot tell it from the rest."""
-        if self.dark is None:
-            return np.zeros(lines.range.shape)
+        """Path radiance (...) without the source."""
         return self.path(lines, self.dark, self.angles[:1])[..., 0]
 
     def sky(self, lines: Lines, elevation: float) -> Floats:
@@ -180,19 +150,9 @@ class AirFields:
 
     def reflected(self, quantity: str, lines: Lines, place: dict[str, Any]) -> Floats:
         """Light of a quantity at a place (..., M) that materials reflect and the path lets through."""
-        through = self.transmittance(lines)
-        if not self.parted:
-            reflectance = self.band.value("reflectance", material=self.codes)
-            return np.asarray((self.air.value(quantity, **place) * through)[..., None] * reflectance)
-        light = self.air.value_by_wavelength(quantity, **place) * through[..., None]
+        light = self.air.value_by_wavelength(quantity, **place) * self.transmittance(lines)[..., None]
         spectra = self.band.spectra(material=self.codes, temperature=WARM_K)
         return np.asarray(light @ spectra.reflectance.T)
-
-    def _rule(self, quantity: str, axis: str) -> AxisRule:
-        for rule in self.air.rules(quantity):
-            if rule.name == axis:
-                return rule
-        raise InputError(f"'{quantity}' lacks the axis '{axis}'; build the file again", file=self.air.path)
 
 
 # Source elevations share what does not depend on them: lines are kept by identity.

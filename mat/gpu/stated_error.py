@@ -34,7 +34,7 @@ def random_pixels(content: GpuFile, count: int, random: np.random.Generator, sou
     numbers = content.numbers
     low, high = numbers["altitude_km"]
     altitude = random.uniform(low, high, count)
-    ground = numbers.get("ground_altitude_km", low)
+    ground = numbers["ground_altitude_km"]
     elevation = -np.degrees(np.arcsin(random.uniform(0.02, 1.0, count)))
     elevation[: count // 8] = random.uniform(-2.0, 10.0, count // 8)
     drop = np.maximum(altitude - ground, 1e-3)

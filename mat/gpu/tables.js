@@ -62,7 +62,7 @@ SKYSHINE.tables = (() => {
   function termsOf(name, elevation) {
     const own = numbers(name);
     const below = elevation < own.lowest_source_elevation;
-    if (below && (own.dark_below === null || (!own.fades && elevation > own.dark_below)))
+    if (below && !own.fades && elevation > own.dark_below)
       throw new Error(`No table for a source at ${elevation.toFixed(1)} degree; it begins at ${own.lowest_source_elevation}.`);
     if (elevation > own.highest_source_elevation)
       throw new Error(`No table for a source at ${elevation.toFixed(1)} degree; it ends at ${own.highest_source_elevation}.`);
@@ -80,10 +80,6 @@ SKYSHINE.tables = (() => {
   function observerOf(air, altitude) {
     const own = numbers(air);
     const layers = own.axes[2];
-    if (own.coordinates !== "ray") {
-      const [lower, , weight] = cell(layers, altitude);
-      return [0, 0, 0, (lower + weight + 0.5) / layers.length];
-    }
     const height = Math.max(altitude - own.ground_altitude_km, 0);
     const root = Math.cbrt(height);
     const [below, above, weight] = cell(own.height_root, root);

@@ -251,7 +251,6 @@
     gl.uniform4i(at.skyshineCount, own.material.length, own.emission_temperature.length, 1 + own.harmonic.length, own.angle.length);
     gl.uniform4i(at.skyshineSurface, faces.azimuth.length, faces.slope.length, faces.altitude.length, faces.azimuth_repeats ? 1 : 0);
     gl.uniform2i(at.skyshineShaded, ...(shaded ? [faces.shaded_azimuth.length, faces.shaded_slope.length] : [1, 1]));
-    gl.uniform2i(at.skyshineKind, own.coordinates === "ray" ? 1 : 0, own.angle_axis === "scattering_angle" ? 1 : 0);
     gl.uniform4f(at.skyshineObserver, ...observerOf(name, settings.altitude_km));
     gl.uniform3f(at.skyshineBand, glow.first_temperature, glow.temperature_step, glow.temperatures);
     const [e, a] = [elevation, azimuth].map((angle) => (angle * Math.PI) / 180);

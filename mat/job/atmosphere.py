@@ -34,7 +34,6 @@ from skyshine.schemas.errors import nearest
 from skyshine.tmm.job.materials import MaterialName
 
 Edges = tuple[float, float]
-HIGHEST_OBSERVER_KM = 100.0  # top of the atmosphere, from which lines of sight have coordinates
 DEFAULT_TOLERANCE = "0.5 K"
 AUTO = "auto"  # a profile blended by the site's latitude and the date
 TYPICAL = "typical"  # an optical depth by place and month
@@ -396,12 +395,11 @@ class AtmosphereGrid(StrictModel):
             " too, in the group grid of the file, with errors of their own."
         ),
     )
-    altitude_km: Annotated[list[float], axis(-0.5, HIGHEST_OBSERVER_KM)] | None = Field(
+    altitude_km: Annotated[list[float], axis(-0.5, 100_000)] | None = Field(
         None,
         description=(
-            "Of the observer above sea level; by default from 2 m to 40 km above the site's ground. There is no air"
-            f" above {HIGHEST_OBSERVER_KM:g} km: for an observer in space, give the point where its line of sight"
-            " enters the air."
+            "Of the observer above sea level; by default from 2 m to 40 km above the site's ground. From 100 km on the"
+            " file serves observers at any height in space."
         ),
     )
     elevation_deg: Annotated[list[float], axis(-90, 90)] = Field(

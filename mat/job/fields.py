@@ -134,8 +134,16 @@ def tolerance(value: str) -> str:
     return value
 
 
+def _as_text(value: object) -> object:
+    """A number without its unit as text, which `tolerance` refuses by what is missing."""
+    return f"{value:g}" if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
 Tolerance = Annotated[
-    str, pydantic.AfterValidator(tolerance), pydantic.WithJsonSchema({"type": "string", "pattern": _TOLERANCE.pattern})
+    str,
+    pydantic.BeforeValidator(_as_text),
+    pydantic.AfterValidator(tolerance),
+    pydantic.WithJsonSchema({"type": "string", "pattern": _TOLERANCE.pattern}),
 ]
 TimeOfDay = Annotated[
     float,

@@ -29,6 +29,7 @@ from skyshine.mat.job.surface import (
     SurfaceGrid,
 )
 from skyshine.mat.job.textures import FinishedTexture, JobTexture
+from skyshine.mat.quantities.channels.coordinates import TOP_KM
 from skyshine.mat.radiometry.spherical_harmonics import COUNTS
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import InputError
@@ -168,6 +169,20 @@ class Job(StrictModel):
             name: self.observer_altitudes_km if name == "altitude_km" else getattr(self.atmosphere_grid, name)
             for name in AXES
         }
+
+    def sampled_axes(self) -> dict[str, list[float]]:
+        """Axes of the cells in which random lines of sight are drawn: ends of the job's axes, default nodes between.
+
+        So what a file states does not depend on how many nodes a job writes; observers in space stand at the top of the
+        air.
+        """
+        defaults = AtmosphereGrid().model_dump()
+        defaults["altitude_km"] = [self.site.altitude_km + height for height in OBSERVER_HEIGHTS_KM]
+        axes = {}
+        for name, nodes in self.atmosphere_axes().items():
+            low, high = (min(end, TOP_KM) if name == "altitude_km" else end for end in (nodes[0], nodes[-1]))
+            axes[name] = sorted({low, *(node for node in defaults[name] if low < node < high), high})
+        return axes
 
     @property
     def texture_jobs(self) -> tuple[TextureJob, ...]:

@@ -78,7 +78,7 @@ def trimmed(job: Job) -> Job:
 
 def read_share(requested: Job, trimmed: Job) -> float:
     """Share of the cells of range, altitude and elevation of the observer that are left of a job's."""
-    all_axes, axes = requested.atmosphere_axes(), trimmed.atmosphere_axes()
+    all_axes, axes = requested.sampled_axes(), trimmed.sampled_axes()
     cells = [(max(1, len(axes[name]) - 1), max(1, len(all_axes[name]) - 1)) for name in _LINE_AXES]
     return prod(min(1.0, left / every) for left, every in cells)
 

@@ -252,7 +252,13 @@ def _lines(probes: Probes, lines: Integers) -> Probes:
         for name, values in vars(probes.truth).items()
     }
     places = {name: values[lines] for name, values in probes.places.items()}
-    return replace(probes, places=places, ambient_at=probes.ambient_at[:0], truth=AtmosphericQuantities(**truth))
+    return replace(
+        probes,
+        places=places,
+        ambient_at=probes.ambient_at[:0],
+        truth=AtmosphericQuantities(**truth),
+        on_ground=probes.on_ground[lines],
+    )
 
 
 def _errors(table: AtmosphereTable, groups: Sequence[Probes], scale: Scale) -> list[dict[str, Floats]]:

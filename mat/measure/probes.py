@@ -1,8 +1,6 @@
 """Random lines of sight on which the interpolation error of an atmospheric table is measured.
 
-Errors of these tables are small nearly everywhere and large in a few cells, where a line grazes the ground or the Sun:
-single random points miss them. So every cell of altitude and elevation gets as many lines as every other, every line a
-range in each cell of ranges.
+They look as scenes do (`scene_lines`), and their errors are stated by where they look and when.
 """
 
 from __future__ import annotations
@@ -13,7 +11,10 @@ from typing import Protocol
 
 import numpy as np
 
+from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
+from skyshine.mat.measure.sampling import lines_in_cells
 from skyshine.mat.measure.scale import Scale
+from skyshine.mat.measure.scene_lines import SceneLines
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import AtmosphericQuantities
@@ -36,9 +37,17 @@ AMBIENT = 96
 # Lines along the horizon, and spans of their elevation and of the source's elevation and azimuth, degree.
 GRAZING = 100
 _NEARLY_LEVEL, _LOW, _AHEAD = (-1.5, 1.5), (-3.0, 4.0), (0.0, 12.0)
-_SKIES = 12  # elevations of the source for which it is
-# Parts of which errors are stated: ranges up to a kilometre are near; with the source 6 degrees down twilight ends.
-NEAR_KM, NIGHT_DEG = 1.0, -6.0
+_SKIES = 12  # elevations of the source for which sky light is computed
+_RADIUS_KM = EARTH_RADIUS / 1e3
+# Of the source, where civil twilight ends: lower down, scattered light is below a thousandth of the day's.
+NIGHT_DEG = -6.0
+SKY_KM = 20.0  # altitude above which a line has left 95 % of the air
+# What a file says of its probes and their regions.
+DRAWN = (
+    "on random lines of sight: a third ends on the ground, a third lies in the cells of the axes, the others pass the"
+    f" limb or go up; ground: ends on it; limb: looks down past it; sky: upward to above {SKY_KM:g} km; air: all other"
+    f" lines; twilight: source 0 to {-NIGHT_DEG:g} degree down"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,11 +62,14 @@ class Probes:
         The range at which ambient is known, of each of the first m lines for its first source.
     truth : AtmosphericQuantities
         As `BandAtmosphere.along_lines`.
+    on_ground : (n,) bool array
+        Lines whose last range is that to the ground.
     """
 
     places: dict[str, Floats]
     ambient_at: Integers
     truth: AtmosphericQuantities
+    on_ground: Booleans
 
     @classmethod
     def drawn(
@@ -71,17 +83,20 @@ class Probes:
         count: int = LINES,
         wanted: tuple[str, ...] = tuple(key for key, _ in QUANTITIES.values()),
     ) -> Probes:
-        """Draw so many lines on the job's own axes and compute the quantities on them, ambient on the first `sky`."""
-        altitude, elevation, ranges = lines_in_cells(base, count, generator)
+        """Draw so many lines between the ends of the job's own axes and compute the quantities on them, ambient on the
+        first `sky`.
+        """
+        seen = SceneLines.drawn(air.air.shells, base, count, generator)
+        altitude, elevation, ranges = seen.altitude_km, seen.elevation_deg, seen.range_km
         lines, steps = np.arange(count), ranges.shape[1]
         source, azimuth = (
             _spread(nodes, count * _SOURCES, generator).reshape(count, _SOURCES)
             for nodes in (base.source_elevation_deg, base.source_azimuth_deg)
         )
         source[:sky, 0] = _spread(base.source_elevation_deg, _SKIES, generator)[lines[:sky] % _SKIES]
-        ambient_at = generator.permutation(sky) % steps
+        ambient_at = np.where(seen.on_ground[:sky], steps - 1, generator.permutation(sky) % steps)
         truth = air.along_lines(ranges, altitude, elevation, source, azimuth, ambient_at, irradiance, wanted=wanted)
-        return cls(_places(ranges, altitude, elevation, source, azimuth), ambient_at, truth)
+        return cls(_places(ranges, altitude, elevation, source, azimuth), ambient_at, truth, seen.on_ground)
 
     @classmethod
     def along_the_horizon(
@@ -109,7 +124,7 @@ class Probes:
         wanted = ("beta_star", "path_radiance_ratio")
         none = np.zeros(0, int)
         truth = air.along_lines(ranges, altitude, elevation, source, azimuth, none, irradiance, wanted=wanted)
-        return cls(_places(ranges, altitude, elevation, source, azimuth), none, truth)
+        return cls(_places(ranges, altitude, elevation, source, azimuth), none, truth, np.zeros(count, bool))
 
     def errors(self, tables: Mapping[str, Readable], scale: Scale | None) -> dict[str, Floats]:
         """Errors (k,) of each quantity's interpolation above the ground, in the scale's unit; without a scale in the
@@ -145,22 +160,30 @@ class Probes:
         return np.broadcast_to(valid, values.shape)
 
     def regions(self, name: str) -> dict[str, Booleans]:
-        """Which of the errors (k,) of a quantity lie in each part of the scene: near and far, up and down, and with the
-        source up, in twilight or gone where it matters.
+        """Which of the errors (k,) of a quantity lie in each region: lines that end on the ground, look down past it,
+        leave the air, or end in it; by day, in twilight and by night where the source matters.
         """
         places = self.at(name)
-        parts = {
-            "near": places["range"] < NEAR_KM,
-            "far": places["range"] >= NEAR_KM,
-            "down": places["elevation"] < 0,
-            "up": places["elevation"] >= 0,
-        }
+        last = np.arange(self.places["range"].shape[1]) == self.places["range"].shape[1] - 1
+        ground, meets = self.on_ground[:, None, None] & last[:, None], self.on_ground[:, None, None]
+        if name == "ambient_radiance":
+            row = np.arange(self.ambient_at.size)
+            ground, meets = ground[row, self.ambient_at][:, None], meets[row]
+        # Lines that meet the ground beyond the longest range look down steeply, but from space.
+        dip = np.degrees(np.arccos(_RADIUS_KM / (_RADIUS_KM + np.maximum(places["altitude"], 0.0))))
+        limb = (places["elevation"] < 0) & (places["elevation"] > -dip) & ~meets
+        sky = (places["elevation"] >= 0) & (_end_altitude(places) >= SKY_KM)
+        regions = {"ground": ground, "air": ~(ground | limb | sky), "sky": sky, "limb": limb}
         if "source_elevation" in places:
             source = places["source_elevation"]
-            parts |= {"day": source > 0, "twilight": (source <= 0) & (source > NIGHT_DEG), "night": source <= NIGHT_DEG}
+            regions |= {
+                "day": source > 0,
+                "twilight": (source <= 0) & (source > NIGHT_DEG),
+                "night": source <= NIGHT_DEG,
+            }
         shape = np.broadcast_shapes(*(values.shape for values in places.values()))
         counted = self.above_ground(name, np.empty(shape))
-        return {part: np.broadcast_to(inside, shape)[counted] for part, inside in parts.items()}
+        return {region: np.broadcast_to(inside, shape)[counted] for region, inside in regions.items()}
 
     def measured(self, tables: Mapping[str, Readable], kelvin: Scale, percent: Scale) -> list[ErrorMeasure]:
         """Errors of each quantity's interpolation above the ground, with those of its parts."""
@@ -170,32 +193,18 @@ class Probes:
         ]
 
 
-def lines_in_cells(base: PathGrid, count: int, generator: np.random.Generator) -> tuple[Floats, Floats, Floats]:
-    """Altitude, elevation (n,) and ranges (n, R) of lines, as many in each cell of altitude and elevation, a range in
-    each cell of ranges.
-    """
-    cells = max(1, base.altitude_km.size - 1), max(1, base.elevation_deg.size - 1)
-    turn = generator.permutation(cells[0] * cells[1])[np.arange(count) % (cells[0] * cells[1])]
-    altitude, elevation = (
-        _in_cell(nodes, cell, generator)
-        for nodes, cell in zip((base.altitude_km, base.elevation_deg), np.divmod(turn, cells[1]), strict=True)
-    )
-    steps = max(1, base.range_km.size - 1)
-    return altitude, elevation, _in_cell(base.range_km, np.broadcast_to(np.arange(steps), (count, steps)), generator)
-
-
 def _places(ranges: Floats, altitude: Floats, elevation: Floats, source: Floats, azimuth: Floats) -> dict[str, Floats]:
     """Places by axis, of ranges (n, R), observers (n,) and sources (n, S)."""
     arrays = ranges[:, :, None], altitude[:, None, None], elevation[:, None, None], source[:, None], azimuth[:, None]
     return dict(zip(AXES, arrays, strict=True))
 
 
-def _in_cell(nodes: Floats, cell: Integers, generator: np.random.Generator) -> Floats:
-    """A random place in each of some cells of an axis; an axis of one node gives that node."""
-    if nodes.size == 1:
-        return np.full(np.shape(cell), nodes[0])
-    places: Floats = nodes[cell] + generator.random(np.shape(cell)) * (nodes[cell + 1] - nodes[cell])
-    return places
+def _end_altitude(places: Mapping[str, Floats]) -> Floats:
+    """Altitude of the ends of straight lines over a round Earth, km."""
+    start, distance = _RADIUS_KM + places["altitude"], places["range"]
+    sine = np.sin(np.radians(places["elevation"]))
+    end: Floats = np.sqrt(start**2 + distance**2 + 2 * start * distance * sine) - _RADIUS_KM
+    return end
 
 
 def _spread(nodes: Floats, count: int, generator: np.random.Generator) -> Floats:

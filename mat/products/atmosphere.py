@@ -20,7 +20,7 @@ from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.measure.channel_nodes import quantities_of
 from skyshine.mat.measure.faces import FaceProbes
-from skyshine.mat.measure.probes import NEAR_KM, NIGHT_DEG, Probes
+from skyshine.mat.measure.probes import DRAWN, Probes
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.scale import REFLECTANCE, Scale
 from skyshine.mat.products.channel_tables import ChannelTables, SharedNodes
@@ -36,7 +36,7 @@ from skyshine.mat.scene.air_cells import shared_cell
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band
-from skyshine.mat.scene.grids import path_grid, path_scope
+from skyshine.mat.scene.grids import path_grid, path_scope, table_grid
 from skyshine.mat.scene.ground import band_albedo, ground_albedo, over_ground
 from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
@@ -53,11 +53,10 @@ SHARED_LINES, SHARED_SKY = 80, 24  # the same for each of many states that share
 
 
 METHOD = (
-    "interpolation against direct computation on random lines of sight above the ground; kelvin: change of a black body"
-    f" at 300 K seen through the path; a surface that reflects {REFLECTANCE:g} faces sky and source; percent: of that"
-    " black body's radiance, in bands that end before 2.5 um of the light that such a surface reflects of the source"
-    f" outside the atmosphere; near: up to {NEAR_KM:g} km; twilight: source 0 to {-NIGHT_DEG:g} degree down;"
-    f" {AMBIENT_HARMONICS}: ambient radiance of faces in random directions"
+    f"interpolation against direct computation above the ground, {DRAWN}; kelvin: change of a black body at 300 K seen"
+    f" through the path; a surface that reflects {REFLECTANCE:g} faces sky and source; percent: of that black body's"
+    " radiance, in bands that end before 2.5 um of the light that such a surface reflects of the source outside the"
+    f" atmosphere; {AMBIENT_HARMONICS}: ambient radiance of faces in all directions, half of them beside walls"
 )
 
 
@@ -235,13 +234,13 @@ class _SourceTables:
                 own, kelvin, percent = (
                     faces.errors(placed.table, scale) for scale in (None, *self._scales(irradiance))
                 )
-                measures.append(measure(AMBIENT_HARMONICS, own, kelvin, percent))
+                measures.append(measure(AMBIENT_HARMONICS, own, kelvin, percent, regions=faces.regions()))
         report.notes.append(f"{self.source}: {channels.words(placed)}")
         notes = notes | {"tolerance": axes.tolerance} | channels.notes(placed)
         groups = {"accuracy": _accuracy(measures, self.compiled, seed, notes)}
         if axes.writes_tables:
             with report.stage("grid"):
-                tables = tables_on_axes(placed.table, base)
+                tables = tables_on_axes(placed.table, table_grid(job))
                 errors = probes.measured(tables, *self._scales(irradiance))
                 groups["grid"] = grid_group(tables, accuracy_group(errors, {}, {}, {"seed": seed, "method": METHOD}))
         root = placed.table.root

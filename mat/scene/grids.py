@@ -13,7 +13,12 @@ from skyshine.mat.quantities.grid import PathGrid
 
 
 def path_grid(job: Job) -> PathGrid:
-    """Axes of the atmospheric tables of a job."""
+    """Axes between whose ends the channels of a job are placed, and by whose cells random lines of sight are drawn."""
+    return PathGrid(**{name: np.asarray(nodes, float) for name, nodes in job.sampled_axes().items()})
+
+
+def table_grid(job: Job) -> PathGrid:
+    """Axes of the tables of a job that writes all five."""
     return PathGrid(**{name: np.asarray(nodes, float) for name, nodes in job.atmosphere_axes().items()})
 
 

@@ -10,6 +10,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from skyshine.mat.quantities.channels.coordinates import TOP_KM, Entry
 from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.mat.tables.ambient import ambient_radiance, stated_ground
@@ -36,6 +37,7 @@ _READ_BY = {
 }
 _OF_THE_BAND = ("beta_star", "path_radiance_ratio")  # not parted by wavelength
 _NEAREST_KM, _SHOWN = 1e-3, 40
+_FARTHEST_KM = 100_000.0  # of observers in space
 _SHOWN_ELEVATIONS = (-90, -60, -40, -20, -10, -5, -3, -2, -1, 0, 1, 2, 3, 5, 10, 20, 40, 60, 90)
 _STORED = {AMBIENT_HARMONICS: "scattered_harmonics", GROUND_HARMONICS: "ground_harmonics"}
 
@@ -70,7 +72,7 @@ class AtmosphereTable(Table):
     def _rule(self, name: str) -> AxisRule:
         ends = {
             "range": np.asarray(self.attributes["range_km"], float),
-            "altitude": np.asarray(self.attributes["altitude_km"], float),
+            "altitude": _with_space(np.asarray(self.attributes["altitude_km"], float)),
             "elevation": np.array([-90.0, 90.0]),
         }
         if name in ends:
@@ -100,15 +102,21 @@ class AtmosphereTable(Table):
                 raise InputError(f"found the axis '{name}'; {nearest(name, sorted(wanted))}", file=self.path)
         if missing := sorted(wanted - set(where)):
             raise InputError(f"the axis '{missing[0]}' is missing; give a value for it", file=self.path)
-        if quantity == VALID:
-            places = self._reader.rays.locate(*(where[name] for name in _PATH))
-            return np.asarray(np.asarray(where["range"]) <= places.ground_distance, float)
         place = _aligned(
             {name: where[name] for name in rules if name in where} | ({} if angle is None else {ANGLE: angle})
         )
         for name in _PATH:
             place[name] = _within(rules[name], place[name])
-        reader, paths = self._reader, self._reader.paths(*(place[name] for name in _PATH))
+        entry = Entry.of(*(place[name] for name in _PATH))
+        line = entry.range_km, entry.altitude_km, entry.elevation_deg
+        reader = self._reader
+        if quantity == VALID:
+            return np.asarray(entry.range_km <= reader.rays.locate(*line).ground_distance, float)
+        paths = reader.paths(*line)
+        if np.any(np.isfinite(entry.end_altitude_km)):  # in space the beam alone knows how high
+            high = np.where(np.isfinite(entry.end_altitude_km), entry.end_altitude_km - reader.ground_km, 0.0)
+            end = np.where(np.isfinite(entry.end_altitude_km), high, paths.places.end_height)
+            paths = replace(paths, places=replace(paths.places, end_height=end))
         if quantity == "beta_star":
             return reader.beta_star(paths, place["range"])
         if quantity == DEPTH:
@@ -125,6 +133,8 @@ class AtmosphereTable(Table):
         if quantity == AMBIENT_HARMONICS:
             return reader.harmonics(paths, source, place["harmonic"], out_of_range, **parted)
         turned = place[ANGLE] if angle is not None else scattering_angle(place["elevation"], source, place[AXES[-1]])
+        if angle is None:
+            source = entry.source_elevation(source, place[AXES[-1]])
         return reader.path_radiance_ratio(paths, source, turned, out_of_range)
 
     def value_by_wavelength(
@@ -170,7 +180,7 @@ class AtmosphereTable(Table):
             return np.array(_SHOWN_ELEVATIONS, float)
         if axis == AXES[-1]:
             return np.linspace(0.0, 180.0, 13)
-        return super().nodes_of(axis)
+        return np.asarray(self.root.axes[axis].values, float)
 
     def part(self, *, out_of_range: Policy = None, **where: Any) -> Self:
         """The table with some axes fixed; pairs of values are checked, and change nothing.
@@ -248,6 +258,11 @@ class AtmosphereTable(Table):
         """Transmittance over a range in km for a given beta*, equation (9)."""
         depth = BETA_FACTOR * np.asarray(range, float) / np.asarray(beta_star, float)
         return np.asarray(np.exp(-depth))
+
+
+def _with_space(altitudes: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Least and most altitude of observers: those of a file that reaches the top of the air may be in space."""
+    return np.array([altitudes[0], _FARTHEST_KM]) if altitudes[1] >= TOP_KM else altitudes
 
 
 def _aligned(where: Mapping[str, Any]) -> dict[str, npt.NDArray[Any]]:

@@ -1,4 +1,4 @@
-"""The example runtimes, built once a module, and a scene for them."""
+"""The C library, built once a module, and a scene for its program."""
 
 import json
 import subprocess
@@ -20,17 +20,15 @@ from runtime_loaders import missing_tools, prepared
 FILES = {"surface": "s01.htt.h5", "band": "b01.band.h5", "atmosphere": "s01b01.atmq.h5"}
 CAMERA = {"bits": 12, "gain": 60.0, "buffer_gain": 1.02, "offset": 0.05}
 PIXELS = 200
-DOWNLOADS = pytest.mark.validation
-LANGUAGES = ["python", "c", pytest.param("javascript", marks=DOWNLOADS), pytest.param("rust", marks=DOWNLOADS)]
 
 
-@pytest.fixture(scope="module", params=LANGUAGES)
-def runtime(request, tmp_path_factory):
-    """Run the runtime of a language on a scene: exit status, standard output, standard error."""
-    if missing := missing_tools(request.param):
+@pytest.fixture(scope="module")
+def runtime(tmp_path_factory):
+    """Run the program of the C library on a scene: exit status, standard output, standard error."""
+    if missing := missing_tools():
         pytest.skip(f"{', '.join(missing)} not installed")
-    folder = tmp_path_factory.mktemp(request.param)
-    command = prepared(request.param, folder)
+    folder = tmp_path_factory.mktemp("c")
+    command = prepared(folder)
 
     def run(scene):
         (folder / "scene.json").write_text(json.dumps(scene), encoding="utf-8")

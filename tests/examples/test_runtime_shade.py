@@ -1,4 +1,4 @@
-"""Texels in the shade of their photograph: the runtimes in four languages against the library, to 1e-9."""
+"""Texels in the shade of their photograph: the C library against the package, to 1e-9."""
 
 import json
 import shutil

@@ -1,4 +1,4 @@
-"""The loaders of databases, the package and that in C, run so that a crash, a hang or a huge allocation is an answer."""
+"""The loaders of databases, in Python and in C, run so that a crash, a hang or a huge allocation is an answer."""
 
 from __future__ import annotations
 

@@ -64,23 +64,23 @@ def test_starter_with_and_without_what_its_needs_leave(tmp_path):
 
 def test_starter_with_and_without_moonlight_in_the_air(tmp_path):
     less, differences = measured(starter(tmp_path / "demo", {}))
-    assert less["size"] < 1 and less["time"] < 1 and differences["s01b02.lunar_atmq.h5: path, K"]["largest"] > 0
-    assert differences["s01b02.atmq.h5: path_radiance_ratio"]["largest"] == 0
+    assert less["size"] < 1 and less["time"] < 1
+    assert differences["s01b02.lunar_atmq.h5: path_radiance_ratio, K"]["largest"] > 0
 
 
 def test_starter_with_and_without_sunlight_in_the_air(tmp_path):
     _, differences = measured(
         starter(tmp_path / "demo", {"bands": [{"wavelength_um": [8, 12]}], "accuracy": {"negligible_k": 0.8}})
     )
-    assert differences["s01b01.atmq.h5: path, K"]["largest"] > 0.01
+    assert differences["s01b01.atmq.h5: path_radiance_ratio, K"]["largest"] > 0.01
 
 
 @pytest.mark.parametrize("name", STATES)
 def test_edges_with_and_without(tmp_path, name):
-    """An observer in space, ranges through the whole air, and a tolerance so wide that much is left out."""
+    """An observer at the top of the air, ranges through all of it, and a tolerance so wide that much is left out."""
     grid = {
         "range_km": [0.001, 1, 30, 1000, 3000],
-        "altitude_km": [2.102, 6, 12, 800],
+        "altitude_km": [2.102, 6, 12, 100],
         "elevation_deg": [-90, -20, -2, 0, 3, 60],
         "source_elevation_deg": [-10, 0, 5, 40, 90],
         "source_azimuth_deg": [0, 10, 90, 180],
@@ -89,4 +89,4 @@ def test_edges_with_and_without(tmp_path, name):
     _, differences = measured(
         starter(tmp_path / "demo", {**changes, "atmosphere_grid": grid, "accuracy": {"negligible_k": 1.0}})
     )
-    assert any(name.endswith("path, K") for name in differences)
+    assert any(name.endswith("path_radiance_ratio, K") for name in differences)

@@ -3,7 +3,7 @@
  * A line of PIXELS is a pixel: code of its material, temperature (K), range (km), then the unit vectors normal, to the
  * source and to the observer (east, north, up). A line of the result is its radiance, its path radiance
  * (W m^-2 sr^-1) and its apparent temperature (K). The steps are those of skyshine.glsl;
- * schemas/formats/gpu-1.md describes the files. */
+ * schemas/formats/gpu-2.md describes the files. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -17,7 +17,7 @@ struct cell { int lower, upper; double weight; };
 
 struct frame {
     struct axis first, second, temperature, angle, material;
-    int components, light, ray, by_angle;
+    int components, light;
     double height, rho, scale;
     double *air;    /* (second, first, components) */
     double *terms;  /* rows: emission, thermal path, path, sky, direct */
@@ -108,9 +108,9 @@ static char *open_export(const char *path, const char *kind, char **bytes, long 
     long length;
     char *text = contents(path, &length), name[512], wanted[32];
     snprintf(wanted, sizeof wanted, "\"%s\"", kind);
-    if (strncmp(behind(path, text, "format"), "\"skyshine-gpu\"", 14) || strncmp(behind(path, text, "format_version"), "\"1.", 3)
+    if (strncmp(behind(path, text, "format"), "\"skyshine-gpu\"", 14) || strncmp(behind(path, text, "format_version"), "\"2.", 3)
         || strncmp(behind(path, text, "kind"), wanted, strlen(wanted)))
-        fail(path, "is no skyshine-gpu 1.x file of the kind that is wanted");
+        fail(path, "is no skyshine-gpu 2.x file of the kind that is wanted");
     const char *slash = strrchr(path, '/'), *file = behind(path, text, "data") + 1;
     int folder = slash ? (int)(slash - path + 1) : 0;
     snprintf(name, sizeof name, "%.*s%.*s", folder, path, (int)strcspn(file, "\""), file);
@@ -148,22 +148,18 @@ static void read_air(struct frame *frame, const char *path)
     frame->temperature = list(path, behind(path, numbers, "emission_temperature"));
     frame->angle = list(path, behind(path, numbers, "angle"));
     frame->light = 1 + list(path, behind(path, numbers, "harmonic")).count;
-    frame->by_angle = !strncmp(behind(path, numbers, "angle_axis"), "\"scattering_angle\"", 18);
-    frame->ray = !strncmp(behind(path, numbers, "coordinates"), "\"ray\"", 5);
-    if (frame->ray) {
-        double altitude = list(path, behind(path, numbers, "altitude_km")).nodes[0];
-        struct axis roots = list(path, behind(path, numbers, "height_root"));
-        struct axis radii = list(path, behind(path, numbers, "effective_radius"));
-        frame->height = fmax(altitude - strtod(behind(path, numbers, "ground_altitude_km"), NULL), 0.0);
-        frame->scale = strtod(behind(path, numbers, "scale_height_km"), NULL);
-        struct cell cell = locate(roots, cbrt(frame->height));
-        frame->rho = radii.nodes[cell.lower] * (1 - cell.weight) + radii.nodes[cell.upper] * cell.weight;
-    }
+    double altitude = list(path, behind(path, numbers, "altitude_km")).nodes[0];
+    struct axis roots = list(path, behind(path, numbers, "height_root")), radii = list(path, behind(path, numbers, "effective_radius"));
+    if (roots.count < 1 || radii.count != roots.count) fail(path, "holds an axis that does not fit another");
+    frame->height = fmax(altitude - strtod(behind(path, numbers, "ground_altitude_km"), NULL), 0.0);
+    frame->scale = strtod(behind(path, numbers, "scale_height_km"), NULL);
+    struct cell at = locate(roots, cbrt(frame->height));
+    frame->rho = radii.nodes[at.lower] * (1 - at.weight) + radii.nodes[at.upper] * at.weight;
     long places = (long)frame->first.count * frame->second.count;
     frame->air = malloc(sizeof(double) * (size_t)(places * frame->components));
     if (!frame->air) fail(path, "is too large");
     for (int group = 0; group < frame->components / 4; ++group) {
-        char name[8];
+        char name[16];
         snprintf(name, sizeof name, "air%d", group);
         double *values = texels(path, text, bytes, size, name, &count);
         if (count != places * 4) fail(path, "holds a texture that does not fit its axes");
@@ -207,11 +203,9 @@ static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] 
 static double limited(double value) { return fmin(fmax(value, 0.0), 1.0); }
 static double degrees(double angle) { return angle * 180.0 / acos(-1.0); }
 
-/* Share of the way and direction, or range and elevation, of a line of sight. */
+/* Share of the way and direction of a line of sight. */
 static void place(const struct frame *frame, double range, double sine, double *first, double *second)
 {
-    *first = range, *second = degrees(asin(sine));
-    if (!frame->ray) return;
     double height = frame->height, rho = frame->rho, scale = frame->scale, radius = rho + height;
     double rise = radius * sine, fall = height * (2 * rho + height), inside = rise * rise - fall;
     if (sine < 0 && inside >= 0) {
@@ -260,19 +254,15 @@ static double blackbody(const struct frame *frame, double temperature)
 static double path_radiance(const struct frame *frame, const double *air, const double *source, const double *observer)
 {
     long row = (long)frame->material.count * frame->temperature.count;
-    double x = -observer[0], y = -observer[1], z = -observer[2], angle;
-    if (frame->by_angle) {
-        double a = y * source[2] - z * source[1], b = z * source[0] - x * source[2], c = x * source[1] - y * source[0];
-        angle = atan2(sqrt(a * a + b * b + c * c), x * source[0] + y * source[1] + z * source[2]);
-    } else {
-        angle = fabs(atan2(x * source[1] - y * source[0], x * source[0] + y * source[1]));
-    }
+    double x = -observer[0], y = -observer[1], z = -observer[2];
+    double a = y * source[2] - z * source[1], b = z * source[0] - x * source[2], c = x * source[1] - y * source[0];
+    double angle = atan2(sqrt(a * a + b * b + c * c), x * source[0] + y * source[1] + z * source[2]);
     struct cell cell = locate(frame->angle, degrees(angle));
     double below = field(frame, row + 1 + cell.lower, air), above = field(frame, row + 1 + cell.upper, air);
     return fmax(field(frame, row, air), 0.0) + fmax(below * (1 - cell.weight) + above * cell.weight, 0.0);
 }
 
-/* A_l / pi times Y_lm of a unit normal, in the order of the codes: schemas/formats/atmq-2.md. */
+/* A_l / pi times Y_lm of a unit normal, in the order of the codes: schemas/formats/atmq-4.md. */
 static void harmonics(double x, double y, double z, double *to)
 {
     double even = x * x - y * y;
@@ -339,6 +329,7 @@ int main(int count, char **arguments)
         while (read < 12 && scanf("%lf", v + read) == 1) ++read;
         if (read == 0 && feof(stdin)) return 0;
         if (read < 12) fail("standard input", "a pixel must be twelve numbers");
+        if (!(v[2] >= 0 && isfinite(v[2]))) fail("standard input", "a range must be a finite number from 0");
         long material = 0;
         while (material < frame.material.count && frame.material.nodes[material] != v[0]) ++material;
         if (material == frame.material.count) fail("standard input", "a material is not in the export");

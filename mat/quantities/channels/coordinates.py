@@ -23,6 +23,7 @@ import numpy.typing as npt
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, Shells
 from skyshine.schemas.arrays import Booleans, Floats
 
+TOP_KM = 100.0  # altitude above which there is no air
 SCALE_HEIGHT_KM = 12.0  # H; half of it errs twice as much in 8-12 um
 HORIZON, LEVEL, ZENITH = 2.0, 3.0, 4.0  # directions of lines to space; those into the ground lie in 0 to 1
 _CLEARANCE_KM = 1e-5  # above the ground, of the lowest line to space
@@ -55,6 +56,59 @@ class RayPlaces:
     to_ground: Booleans
     ground_distance: Floats
     end_height: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """Where lines of sight from space enter the air; arrays of one shape.
+
+    Attributes
+    ----------
+    range_km, altitude_km, elevation_deg : arrays
+        The rest of the path, altitude and elevation at the entry. Lines that do not enter stand at the top of the air,
+        upwards, with a range of 0.
+    turn : array
+        Angle at the centre of the Earth between the observer and the entry [rad].
+    end_altitude_km : array
+        Altitude of the end of paths that end in space; not a number of others.
+    """
+
+    range_km: Floats
+    altitude_km: Floats
+    elevation_deg: Floats
+    turn: Floats
+    end_altitude_km: Floats
+
+    @classmethod
+    def of(cls, range_km: npt.ArrayLike, altitude_km: npt.ArrayLike, elevation_deg: npt.ArrayLike) -> Entry:
+        """Entries of straight lines from observers above `TOP_KM`; observers in the air stay where they are."""
+        reach, altitude, elevation = np.broadcast_arrays(
+            np.asarray(range_km, float), np.asarray(altitude_km, float), np.radians(np.asarray(elevation_deg, float))
+        )
+        outside = altitude > TOP_KM
+        radius, top = EARTH_RADIUS / 1e3 + altitude, EARTH_RADIUS / 1e3 + TOP_KM
+        rise = radius * np.sin(elevation)
+        inside = rise**2 - (radius**2 - top**2)
+        enters = outside & (elevation < 0) & (inside >= 0)
+        way = np.where(enters, -rise - np.sqrt(np.maximum(inside, 0.0)), 0.0)
+        there = np.arcsin(np.clip((rise + way) / top, -1.0, 1.0))
+        in_space = outside & ~(enters & (reach > way))
+        end = np.sqrt(np.maximum(radius**2 + 2 * rise * reach + reach**2, 0.0)) - EARTH_RADIUS / 1e3
+        return cls(
+            np.where(outside, np.where(enters, np.maximum(reach - way, 0.0), 0.0), reach),
+            np.where(outside, TOP_KM, altitude),
+            np.degrees(np.where(enters, there, np.where(outside, np.pi / 2, elevation))),
+            np.where(enters, there - elevation, 0.0),
+            np.where(in_space, end, np.nan),
+        )
+
+    def source_elevation(self, elevation_deg: npt.ArrayLike, azimuth_deg: npt.ArrayLike) -> Floats:
+        """Elevation of a source at the entry [degree], from its elevation at the observer and its azimuth from the line
+        of sight [degree].
+        """
+        up, turn = np.radians(np.asarray(elevation_deg, float)), np.radians(np.asarray(azimuth_deg, float))
+        sine = np.cos(self.turn) * np.sin(up) + np.sin(self.turn) * np.cos(up) * np.cos(turn)
+        return np.where(self.turn > 0, np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0))), np.degrees(up))
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,9 +29,9 @@ def loaded(tiny_job, tmp_path_factory):
     return load_job(file)
 
 
-def four_settings(content, _job, _kelvins):
+def four_settings(content, _kelvins):
     """The job as written, with fewer solver steps, and twice with a tolerance that its few nodes cannot hold."""
-    few = {**content["atmosphere_grid"], "layout": "classic", "most_nodes": 32, "tolerance": "0.01 K"}
+    few = {**content["atmosphere_grid"], "most_nodes": 32, "tolerance": "0.01 K"}
     changes = {AS_WRITTEN: {}, STEPS: {"accuracy": {"solver_steps": 48}}}
     settings = [Setting(name, None, {**content, **change}) for name, change in changes.items()]
     return settings + [Setting(name, 0.02, {**content, "atmosphere_grid": few}) for name in (REFUSED, FINER)]

@@ -7,7 +7,7 @@ import skyshine.mat
 from skyshine.mat.budget.built_tables import Tables
 from skyshine.mat.budget.views import Views, direction
 from skyshine.mat.tables.axes import table_axis
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
+from skyshine.mat.tables.surface_tables import TemperatureTable
 from skyshine.schemas.hdf5 import Group
 
 
@@ -38,10 +38,10 @@ def make_views():
 
 
 @pytest.fixture(scope="session")
-def tables(own_axes):
-    """Tables of random quantities of the air; of the surface the axes alone."""
+def tables(small_build):
+    """Air and band of a build; of the surface the axes alone."""
     nodes = {"altitude": [0.0, 1.0], "azimuth": [0.0, 180.0], "slope": [0.0, 90.0], "time": [0.0, 12.0]}
     axes = {name: table_axis(np.array(values), "1", name) for name, values in nodes.items()}
     surface = TemperatureTable("s01.htt.h5", "htt", Group(axes), {})
-    band = BandTable("b01.band.h5", "band", Group(), {})
-    return Tables(surface, band, skyshine.mat.open(own_axes[0]), None, None)
+    air, band = (skyshine.mat.open(small_build / f"{name}.h5") for name in ("s01b01.atmq", "b01.band"))
+    return Tables(surface, band, air, None)

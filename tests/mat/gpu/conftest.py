@@ -1,4 +1,4 @@
-"""Small builds with a texture, in both layouts of the atmosphere, and a browser without a screen."""
+"""A small build with a texture, and a browser without a screen."""
 
 import base64
 import json
@@ -11,7 +11,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-COMMON = """\
+PLAN = """\
 skyshine: 1
 name: plan
 site: {latitude_deg: 29.7, longitude_deg: -82.0, date: 2026-06-28, utc_offset_h: -5}
@@ -23,6 +23,11 @@ bands:
   - wavelength_um: [3.9, 4.0]
 sources: [sun, moon]
 materials: [asphalt_road, grass_green]
+atmosphere_grid:
+  tolerance: 2 K
+  range_km: [0, 20]
+  altitude_km: [0.01, 1]
+  source_elevation_deg: [-8, 90]
 surface_grid:
   altitude_km: [0, 1]
   azimuth_deg: [0, 90, 180, 270]
@@ -37,33 +42,15 @@ textures:
         grass_green: [[[2, 2], [12, 2], [12, 15], [2, 15]]]
         asphalt_road: [[[25, 3], [38, 3], [38, 12], [25, 12]]]
 """
-GRIDS = {
-    "classic": """\
-atmosphere_grid:
-  range_km: [0.001, 0.5, 1, 2, 5, 20]
-  altitude_km: [0.01, 0.5, 1]
-  elevation_deg: [-90, -60, -30, -10, -5, -2, 0, 30, 90]
-  source_elevation_deg: [-20, 0, 30, 60, 90]
-  source_azimuth_deg: [0, 90, 180]
-""",
-    "channels": """\
-atmosphere_grid:
-  tolerance: 2 K
-  layout: channels
-  range_km: [0, 20]
-  altitude_km: [0.01, 1]
-  source_elevation_deg: [-8, 90]
-""",
-}
 # Hosts that a Chromium asks for updates and dictionaries of its own, whatever page it shows.
 OWN_HOSTS = {"clients2.google.com", "update.googleapis.com", "accounts.google.com", "redirector.gvt1.com"}
 BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome", "chrome")
 
 
-@pytest.fixture(scope="session", params=list(GRIDS))
-def plan_build(request, build_once):
-    """Folder of databases of one band with Sun, Moon and a texture, in one layout of the atmosphere."""
-    return build_once(f"plan_{request.param}", COMMON + GRIDS[request.param], write_halves)
+@pytest.fixture(scope="session")
+def plan_build(build_once):
+    """Folder of databases of one band with Sun, Moon and a texture."""
+    return build_once("plan", PLAN, write_halves)
 
 
 def write_halves(folder):

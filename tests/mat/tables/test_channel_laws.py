@@ -20,7 +20,7 @@ WRONG_SPANS = ["far", np.nan, 5.0, [1.0, 2.0, 3.0], [2.0, 1.0], [0.5, np.nan], [
 
 @pytest.fixture(scope="module")
 def good(tmp_path_factory):
-    return good_databases.write_all(tmp_path_factory.mktemp("good"))["channels"]
+    return good_databases.write_all(tmp_path_factory.mktemp("good"))["atmosphere"]
 
 
 @pytest.fixture
@@ -43,11 +43,6 @@ def refused(good, tmp_path):
 def test_the_file_that_others_are_made_from_has_nothing_wrong(good):
     assert problems(good) == []
     assert skyshine.mat.open(good).value("beta_star", range=1.0, altitude=0.5, elevation=-3.0) > 0
-
-
-@pytest.mark.parametrize("value", ["classic", 3, h5py.Empty("S8"), ["channels", "channels"], None])
-def test_the_layout_must_be_channels(refused, value):
-    assert "layout" in refused(lambda file: _state(file, "layout", value))
 
 
 @pytest.mark.parametrize("name", ["ground_altitude_km", "scale_height_km"])

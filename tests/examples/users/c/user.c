@@ -46,8 +46,16 @@ int main(int count, char **arguments)
     const char *const *names;
     double value, other = -1;
     if (count != 5) return 2;
-    check(skyshine_open(arguments[1], 1, 1, SKYSHINE_SUN, NULL, &listed, &error), &error);
-    printf("{\"listed\": %zu, ", skyshine_materials(listed, NULL, NULL));
+    check(skyshine_open(arguments[1], 1, 1, SKYSHINE_SUN, (const char *const[]){"range", NULL}, &listed, &error), &error);
+    printf("{\"listed\": %zu, \"ranges\": [", skyshine_materials(listed, NULL, NULL));
+    const double refusals[] = {-1.0, -INFINITY, INFINITY, NAN};
+    for (size_t k = 0; k < sizeof refusals / sizeof *refusals; ++k) {
+        skyshine_line wrong = LINE;
+        wrong.range = refusals[k];
+        const skyshine_status status = skyshine_transmittance(listed, &wrong, &value, &error);
+        printf("%s[%d, \"%s\"]", k ? ", " : "", status, error.message);
+    }
+    printf("], ");
     skyshine_close(listed);
     check(skyshine_open_files(arguments[2], arguments[3], arguments[4], NULL, &tables, &error), &error);
     const size_t materials = skyshine_materials(tables, &codes, &names);

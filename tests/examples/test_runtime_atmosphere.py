@@ -1,4 +1,4 @@
-"""The example runtimes against the library on an atmosphere in channels, of format 3."""
+"""The C library against the package on lines of all kinds and sources of all elevations."""
 
 import json
 import sys
@@ -21,10 +21,6 @@ TOLERANCE = 1e-9
 PIXELS = 60
 SUN = {"day": (0.0, 60.0), "rise": (-2.0, 1.0), "twilight": (-19.9, -1.0), "night": (-60.0, -22.0)}
 LINES = {"ground": (-90.0, -5.0), "limb": (-1.6, 0.0), "upward": (0.0, 90.0), "horizon": (-1.45, -1.25)}
-
-
-SHARES = ("thermal_wavelength_share", "source_wavelength_share")
-SPECTRA = ("reflectance_spectrum", "emission_share")
 
 
 @pytest.fixture(scope="module")
@@ -54,23 +50,6 @@ def lines(scene, channel_atmosphere, band_file):
 @pytest.fixture(scope="module")
 def shaded_texture(tmp_path_factory):
     return with_shade(write_texture_of_two(tmp_path_factory.mktemp("texture")))
-
-
-@pytest.fixture
-def older(lines, tmp_path):
-    """A scene of lines into the ground under a high Sun whose file of a kind lacks arrays, as older formats do."""
-
-    def written(kind, names, version):
-        scene = lines("day", "ground")
-        root, attributes = read_file(scene[kind])
-        path = tmp_path / f"older.{attributes['filetype']}.h5"
-        kept = {name: variable for name, variable in root.variables.items() if name not in names}
-        axes = {name: axis for name, axis in root.axes.items() if name != "band_wavelength"}
-        header = Header(attributes["filetype"], version, "data", "job")
-        write_file(path, replace(root, axes=axes, variables=kept), header)
-        return scene | {kind: str(path)}
-
-    return written
 
 
 def agrees(runtime, scene):
@@ -171,7 +150,7 @@ def test_a_twilight_that_no_node_holds_is_refused_in_one_line(runtime, lines, tm
         nodes = np.array(axes[name].values, float)
         axes[name] = replace(axes[name], values=np.linspace(-1.0, nodes[-1], nodes.size))
     day = tmp_path / "day.atmq.h5"
-    write_file(day, replace(root, axes=axes), Header("atmq", "3.0.0", "data", "job"))
+    write_file(day, replace(root, axes=axes), Header("atmq", "4.0.0", "data", "job"))
     dusk = scene["pixels"][0] | {"source_elevation": -9.0}
     status, shown, complaint = runtime(scene | {"atmosphere": str(day), "pixels": [dusk]})
     assert (status, shown) == (1, "") and complaint.startswith("source_elevation: found -9; allowed: -1 to 60")
@@ -219,20 +198,6 @@ def test_ends_of_bent_paths_agree(runtime, lines, tmp_path):
     terms, straight = agrees(runtime, scene | {"atmosphere": str(path)}), by_library(scene)
     assert np.mean(np.abs(terms["skyshine"] - straight["skyshine"]) > 1e-5 * straight["skyshine"]) > 0.3
     np.testing.assert_array_equal(terms["path"], straight["path"])
-
-
-@pytest.mark.parametrize(
-    ("kind", "names", "version"), [("atmosphere", SHARES, "3.1.0"), ("band", SPECTRA, "1.4.0")], ids=["air", "band"]
-)
-def test_where_a_file_of_an_older_format_has_no_wavelengths_means_over_the_band_are_read(
-    runtime, lines, older, kind, names, version
-):
-    means, parted = agrees(runtime, older(kind, names, version)), by_library(lines("day", "ground"))
-    lit = means["diffuse"] > 0
-    np.testing.assert_array_equal(means["path"], parted["path"])
-    for name, places in (("thermal", means["thermal"] > 0), ("skyshine", means["skyshine"] > 0), ("diffuse", lit)):
-        apart = np.abs(means[name] - parted[name])[places]
-        assert np.mean(apart > 1e-3 * parted[name][places]) > 0.8
 
 
 def test_a_band_of_other_wavelengths_is_refused_in_one_line(runtime, lines, scene):

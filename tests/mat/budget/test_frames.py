@@ -1,10 +1,10 @@
-"""What other readings of a frame remove, and what they cost in values and bytes."""
+"""Errors of stored tables off the centre of a frame."""
 
 import numpy as np
 import pytest
 
 from skyshine.mat.budget.built_tables import frame_centres
-from skyshine.mat.budget.options import FIELDS_OF_VIEW, READINGS, frame_errors, options_of_frames
+from skyshine.mat.budget.frames import FIELDS_OF_VIEW, READINGS, frame_errors
 from skyshine.mat.quantities.grid import PathGrid
 
 GRID = PathGrid([0.1, 20.0], [0.01, 1.0], [-89.0, 89.0], [-20.0, 60.0], [0.0, 180.0])
@@ -45,27 +45,6 @@ def test_a_profile_through_the_centre_itself_is_right(tables, views):
     here = tables.readings(views).ambient
     found = frame_errors(tables, views, GRID, np.zeros((2, 40)), here, lambda readings: readings.ambient)
     assert np.array_equal(found["profile"], np.zeros(found["profile"].shape))
-
-
-def test_options_pick_the_errors_of_each_view_in_its_field_of_view(tables, views, errors):
-    chosen = np.arange(40) % len(FIELDS_OF_VIEW)
-    options = options_of_frames(tables, views, GRID, errors, chosen)
-    profile = options["profile_of_the_tables"]
-    assert set(options) == {"profile_of_the_tables", "frame_of_the_tables"} and profile.stored
-    assert profile.after[7, 0] == errors["profile"][1, 7, 0] and profile.before[23, 0] == errors["centre"][5, 23, 0]
-    assert np.array_equal(options["frame_of_the_tables"].before, profile.before)
-
-
-def test_costs_follow_from_the_axes_that_are_left(tables, views, errors):
-    """A profile holds the range axis alone: 2 values a pixel of each of four quantities, 4 bytes a node."""
-    wide, narrow = (options_of_frames(tables, views, GRID, errors, np.full(40, width)) for width in (5, 0))
-    profile, frame = (wide[f"{name}_of_the_tables"].cost for name in ("profile", "frame"))
-    names = ("beta_star", "path_radiance_ratio", "ambient_radiance", "direct_radiance")
-    variables = tables.air.root.variables
-    nodes = sum(variables[name].data.shape[0] for name in names)
-    assert frame.per_pixel > profile.per_pixel == 8 and frame.bytes > profile.bytes == 4 * nodes
-    assert narrow["frame_of_the_tables"].cost.bytes < frame.bytes
-    assert profile.seconds is None and frame.per_frame > profile.per_frame
 
 
 def test_transmittance_of_the_centre_is_taken_to_the_range_of_the_pixel(tables, views):

@@ -211,7 +211,8 @@ class SpectralAir:
         phase: Floats | None = None,
     ) -> Floats:
         """Scattered light of the source along a ray, (S, P): the first of `scattered_along`."""
-        return self.scattered_along(segments, depths, to_source, deflection, phase)[0]
+        radiance: Floats = self.scattered_along(segments, depths, to_source, deflection, phase)[0]
+        return radiance
 
     def scattered_along(
         self,
@@ -242,7 +243,7 @@ class SpectralAir:
         light = scattering_of_segments(segments, self.optics, deflection, phase, depths.line)
         light *= attenuation
         light /= np.float32(4 * np.pi)
-        once = depths.by_line(light)
+        once = depths.by_line(light).astype(float)
         near = self._near(segments, depths, to_source, deflection)
         if near.any():
             peak = self._peak(segments, depths.first, attenuation, to_source, deflection, near)
@@ -250,7 +251,8 @@ class SpectralAir:
             once[at] = np.where(
                 seen, np.maximum(once[at] + Depths(peak.change, peak.first).by_line(peak.change), 0), once[at]
             )
-        return once + self.diffuse_light.spectral(segments, depths, scaled, to_source, deflection)
+        radiance: Floats = once + self.diffuse_light.spectral(segments, depths, scaled, to_source, deflection)
+        return radiance
 
     def scattered_in_band(
         self, segments: Segments, depths: Depths, to_source: Floats, deflection: Floats, weight: Floats
@@ -270,7 +272,8 @@ class SpectralAir:
             seen = near[np.ix_(depths.line[peak.segments], peak.sources)]
             light[at] = np.where(seen, np.maximum(light[at] + peak.change @ weight, 0.0), light[at])
         light += self.diffuse_light.band(segments, depths, scaled, to_source, deflection, weight)
-        return depths.summed(light)
+        along: Floats = depths.summed(light).astype(float, copy=False)
+        return along
 
     def _peak(
         self,

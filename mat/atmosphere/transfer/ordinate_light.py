@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -158,11 +159,10 @@ class OrdinateLight:
 
     def part(self, points: slice | Integers) -> OrdinateLight:
         """The same at some of the points."""
-        names = ("extinction", "scaled", "source", "straight", "falling")
-        arrays = {name: getattr(self, name) for name in names}
-        parts = {
-            name: None if all_ is None else np.ascontiguousarray(all_[..., points]) for name, all_ in arrays.items()
-        }
+        parts: dict[str, Any] = {}
+        for name in ("extinction", "scaled", "source", "straight", "falling"):
+            whole = getattr(self, name)
+            parts[name] = None if whole is None else np.ascontiguousarray(whole[..., points])
         return replace(self, **parts)
 
     @property
@@ -191,16 +191,17 @@ class OrdinateLight:
         nodes, share, azimuth = self._along(segments, cosine, deflection)
         weight = share[..., None] * azimuth[:, :, None]  # (K, S, V, M)
         points = depths.per_segment.shape[1]
-        light = np.zeros((nodes.size, len(share), azimuth.shape[2], points), np.float32)  # (V, K, M, P)
+        light = np.zeros((len(share), nodes.size, azimuth.shape[2], points), np.float32)  # (K, V, M, P)
         for table, azimuthal, weights in self._tables(segments, depths, scaled, nodes):
             for place, some in weights.by_place():
                 moments = _moments_from_place(table(place), azimuth.shape[2], azimuthal, weights.factor[some])
                 moments *= weights.weight[some][:, None]
+                segment, by_segment = weights.segment[some], np.swapaxes(moments, 0, 1)
                 if self.parts.is_cut:  # a segment may meet a place twice
-                    np.add.at(light, (slice(None), weights.segment[some]), moments)
+                    np.add.at(light, segment, by_segment)
                 else:
-                    light[:, weights.segment[some]] += moments
-        of_segments = np.swapaxes(light, 0, 1).reshape(len(share), -1, points)
+                    light[segment] += by_segment
+        of_segments = light.reshape(len(share), -1, points)
         radiance = depths.by_line(np.matmul(weight.reshape(*weight.shape[:2], -1), of_segments))
         return np.maximum(radiance, 0.0, out=radiance)
 

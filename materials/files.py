@@ -47,6 +47,7 @@ Roughness = Annotated[float, Field(ge=1e-7, le=10.0)]
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 Resistance = Annotated[float, Field(ge=0.0, le=1e5)]
 MOST_LEAVES = 20.0  # m2/m2: more than any stand that was measured (Asner et al. 2003: 18 at most)
+OperationName = Annotated[str, Field(pattern="^[a-z][a-z0-9_]*$")]
 LobeWidth = Annotated[float, Field(ge=0.1, le=180.0)]
 
 RANGE_KINDS = ("measured", "modelled", "fresnel", "proxy", "constant", "held", "interpolated")
@@ -263,6 +264,10 @@ class ThermalFile(StrictModel):
         default=[],
         description="Sunlight that layers let in (ice), by exponential laws; the rest stays at the surface.",
     )
+    operated: dict[OperationName, BackFile] = Field(
+        default={},
+        description="Backs in operation by name (idling, driving), one of which a job's operated may choose.",
+    )
 
     @model_validator(mode="after")
     def _whole(self) -> Self:
@@ -293,17 +298,19 @@ class ThermalContent(NamedTuple):
     surface: SurfaceProperties
     soil: Soil | None
     stand: Stand | None
+    operated: dict[str, Back]
     sources: dict[str, str]
 
 
 def load_thermal(file: StrPath) -> ThermalContent:
-    """Stack, surface properties, soil where it answers to moisture, stand of leaves, and sources: `ht/NAME.yaml`."""
+    """Stack, surface, soil, stand of leaves, backs in operation and the sources of all: `ht/NAME.yaml`."""
     content = load_model(file, ThermalFile)
     return ThermalContent(
         content.stack(),
         content.surface.properties(content.back.kind.value),
         None if content.soil is None else content.soil.soil(),
         None if content.stand is None else content.stand.stand(),
+        {name: part.back() for name, part in content.operated.items()},
         _sources(content),
     )
 
@@ -319,7 +326,7 @@ def _sources(model: StrictModel, prefix: str = "") -> dict[str, str]:
     texts: dict[str, str] = {}
     for name in type(model).model_fields:
         value = getattr(model, name)
-        entries = [(name, value)] if not isinstance(value, list) else list(_numbered(name, value))
+        entries = list(_entries(name, value))
         for key, entry in entries:
             if isinstance(entry, Sourced):
                 texts[prefix + key] = entry.source
@@ -328,8 +335,13 @@ def _sources(model: StrictModel, prefix: str = "") -> dict[str, str]:
     return texts
 
 
-def _numbered(name: str, values: list[Any]) -> Iterator[tuple[str, Any]]:
-    return ((f"{name}.{number}", value) for number, value in enumerate(values, 1))
+def _entries(name: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """Dotted names of what stands below a field: members of lists by number, those of mappings by key."""
+    if isinstance(value, list):
+        return ((f"{name}.{number}", each) for number, each in enumerate(value, 1))
+    if isinstance(value, dict):
+        return ((f"{name}.{key}", each) for key, each in value.items())
+    return iter([(name, value)])
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,8 +22,9 @@ from skyshine.materials.records import (
     SurfaceProperties,
     ThermalStack,
 )
+from skyshine.materials.words import meant
 from skyshine.schemas.documents import Document, StrictModel, Text, parse_model, read_yaml
-from skyshine.schemas.errors import InputError, nearest
+from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import StrPath
 
 __all__ = [
@@ -70,9 +71,9 @@ class Index(StrictModel):
 
 
 def unknown_material(name: object, allowed: Iterable[str]) -> str:
-    """Words for a name that the library does not have: what is allowed, and how to add it."""
+    """Words for a name that the library does not have: which it may mean, and how to add it."""
     shown = str(name)[:40]
-    said = f"unknown material '{shown}'; {nearest(shown, allowed)}"
+    said = f"unknown material '{shown}'; {meant(shown, allowed)}"
     if not re.fullmatch("[a-z][a-z0-9_]*", shown):
         return said
     return f"{said}; to add it: 'mat materials new {shown} --like ONE_OF_THESE'"
@@ -292,4 +293,5 @@ def _read(place: _Place) -> Material:
         reflectance_note=spectrum.header,
         soil=thermal.soil,
         stand=thermal.stand,
+        operated=thermal.operated,
     )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -223,6 +224,8 @@ class Material:
         Of materials that answer to soil moisture.
     stand : Stand or None
         Of leaves that stand on another material.
+    operated : mapping of str to Back
+        Backs in operation by name, which a job may choose in place of that of `thermal`.
     opened : OpenStand or None
         Of a stand through whose gaps soil is seen, as a job asks; the spectra are then those of leaves and soil
         together, seen from above. None: a closed skin.
@@ -245,6 +248,7 @@ class Material:
     reflectance_note: str
     soil: Soil | None = None
     stand: Stand | None = None
+    operated: Mapping[str, Back] = field(default_factory=dict)
     opened: OpenStand | None = None
 
 

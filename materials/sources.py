@@ -16,7 +16,11 @@ KINDS: tuple[SourceKind, ...] = get_args(SourceKind)
 SPECTRUM = "reflectance"  # its ranges have origins of their own
 # The values that a definition may stand behind: those with which the file would be of another object, in another place
 # or state, and which no sample of the substance has.
-_OBJECT = re.compile(r"(skin|layers\.\d)\.thickness|back\.\w+|surface\.(exposure|canopy|snow)|soil\.layers|stand\.soil")
+_OBJECT = re.compile(
+    r"(skin|layers\.\d)\.thickness|back\.\w+|operated\.\w+\.\w+|surface\.(exposure|canopy|snow)|soil\.layers|stand\.soil"
+)
+# Of a layer, of a part of the light, of a back in operation.
+_NUMBER_OR_NAME = re.compile(r"\.\d+|(?<=^operated)\.\w+")
 
 
 def kind_of(source: str) -> SourceKind:
@@ -66,10 +70,10 @@ def may_be_defined(material: Material, field: str) -> bool:
 
 
 def count_kinds(materials: Iterable[Material]) -> dict[str, Counter[SourceKind]]:
-    """How many values have each kind of source, by field; the layers of a stack count as one field."""
+    """How many values have each kind of source, by field; layers count as one field, and so do backs in operation."""
     counts: dict[str, Counter[SourceKind]] = {}
     for material in materials:
         for field, source in material.sources.items():
             if field != SPECTRUM:
-                counts.setdefault(re.sub(r"\.\d+", "", field), Counter())[kind_of(source)] += 1
+                counts.setdefault(_NUMBER_OR_NAME.sub("", field), Counter())[kind_of(source)] += 1
     return counts

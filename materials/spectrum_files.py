@@ -6,13 +6,17 @@ agree, and asked for where it says nothing.
 
 from __future__ import annotations
 
+import locale
 import re
+import tempfile
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import mode
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.csv_table import read_text
@@ -289,24 +293,65 @@ def _one_column(lines: list[str]) -> Floats:
 
 
 def _envi(file: Path, said: Said) -> _Raw:
-    """A spectrum of an ENVI spectral library, by the reader of Spectral Python."""
-    try:
-        from spectral.io import envi
-    except ImportError:
-        raise InputError("an ENVI library needs Spectral Python: pip install 'skyshine[envi]'", file=file) from None
+    """A spectrum of an ENVI spectral library, by the header reader of Spectral Python."""
     header = file if file.suffix.lower() == ".hdr" else _header(file)
-    try:
-        library: Any = envi.open(str(header))
-        names, bands, spectra = list(library.names), library.bands, library.spectra
-    except Exception as error:  # a reader of another project: whatever it raises, the file is at fault
-        raise InputError(f"is no ENVI spectral library: {error}; give its .hdr file", file=header) from None
+    fields, values = _envi_library(header, file)
+    names = [str(name) for name in fields.get("spectra names", range(1, len(values) + 1))]
     if said.record is None and len(names) > 1:
         raise InputError(f"holds {len(names)} spectra; name one with --record: {', '.join(names[:8])} ...", file=file)
     if said.record is not None and said.record not in names:
         raise InputError(f"holds no spectrum '{said.record}'; it has {', '.join(names[:8])} ...", file=file)
     index = names.index(said.record) if said.record is not None else 0
-    unit = _ENVI_UNITS.get(str(bands.band_unit).strip().lower())
-    return _Raw(np.array(bands.centers, float), np.array(spectra[index], float), "ENVI library", names[index], unit)
+    try:
+        wavelength, value = np.array(fields["wavelength"], float), values[index].astype(float)
+        value[value == float(fields.get("data ignore value", "nan"))] = np.nan
+        good = np.array(fields.get("bbl", np.ones(len(value))), float)
+        value[good == 0] = np.nan  # the bad bands list
+        factor = float(fields.get("reflectance scale factor", "1"))
+    except (KeyError, IndexError, ValueError) as error:
+        raise InputError(f"is no ENVI spectral library: {error}; check its header", file=header) from None
+    if len(wavelength) != len(value) or not factor > 0:
+        raise InputError(
+            f"has {len(wavelength)} wavelengths for {len(value)} values, and the reflectance scale factor {factor:g};"
+            " allowed: as many, and above 0; check its header",
+            file=header,
+        )
+    unit = str(fields.get("wavelength units", "")).strip().lower()
+    scale = None if factor == 1 else "fraction"
+    return _Raw(wavelength, value / factor, "ENVI library", names[index], _ENVI_UNITS.get(unit) or _unit(unit), scale)
+
+
+def _envi_library(header: Path, file: Path) -> tuple[dict[str, Any], npt.NDArray[Any]]:
+    """Fields of the header, and values (spectra, bands) as they are stored."""
+    try:
+        from spectral.io import envi
+    except ImportError:
+        raise InputError("an ENVI library needs Spectral Python: pip install 'skyshine[envi]'", file=file) from None
+    data = file if file != header else _data_file(header)
+    try:
+        with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of names of fields in capitals
+            plain = Path(folder, "header.hdr")  # Spectral Python reads the encoding of the system alone
+            plain.write_text(read_text(header), encoding=locale.getencoding(), errors="replace")
+            fields = dict(envi.read_envi_header(str(plain)))
+            layout = envi.gen_params(fields)
+        if "spectral library" not in str(fields.get("file type", "")).lower():
+            raise InputError("is no ENVI spectral library but another file of ENVI; give a library", file=header)
+        offset = int(fields.get("header offset", 0))
+        values = np.fromfile(data, layout.dtype, layout.ncols * layout.nrows, offset=offset)
+        return fields, values.reshape(layout.nrows, layout.ncols)
+    except InputError:
+        raise
+    except Exception as error:  # a reader of another project: whatever it raises, the file is at fault
+        raise InputError(f"is no ENVI spectral library: {error}; give its .hdr file", file=header) from None
+
+
+def _data_file(header: Path) -> Path:
+    stem = header.with_suffix("")
+    for candidate in (stem, *(Path(f"{stem}{ending}") for ending in (".sli", ".slb", ".dat", ".img", ".lib"))):
+        if candidate.is_file():
+            return candidate
+    raise InputError(f"has no data file {stem.name}.sli beside it; give both files", file=header)
 
 
 def _header(file: Path) -> Path:

@@ -35,7 +35,6 @@ EXTRAS = {
     "netCDF4": "spectroscopy",
     "distributed": "dask",
     "lxml": "exchange",
-    "trimesh": "render",
     "embreex": "render",
     "sklearn": "train",
     "xarray": "xarray",
@@ -103,11 +102,12 @@ class CommandGroup(click.Group):
         except CheckFailed as error:
             return self._complain(str(error), CHECK_FAILED)
         except ModuleNotFoundError as error:
-            if error.name not in EXTRAS:
+            package = str(error.name).partition(".")[0]
+            if package not in EXTRAS:
                 raise
             return self._complain(
-                f"this command needs the package '{error.name}'; install it with: pip install"
-                f" 'skyshine[{EXTRAS[error.name]}]'",
+                f"this command needs the package '{package}'; install it with: pip install"
+                f" 'skyshine[{EXTRAS[package]}]'",
                 INPUT_WRONG,
             )
         except click.exceptions.NoArgsIsHelpError as error:

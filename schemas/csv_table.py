@@ -1,13 +1,14 @@
 """CSV files with commented headers: tables of users, where each value knows its place, and data files of the package.
 
 Lines that begin with ``#`` are comments, empty lines are skipped, and the first other line names the columns, with
-units in brackets where they have any: ``altitude[km]``. Cells stand between commas, or between semicolons or tabs where
-that line has them.
+units in brackets where they have any: ``altitude[km]``. Cells are separated by tabs, semicolons or commas, whichever of
+them that line has first in this order, else by blanks; a comma between others is decimal.
 """
 
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +22,11 @@ from skyshine.schemas.paths import StrPath
 from skyshine.schemas.plain_numbers import plain_number
 from skyshine.schemas.regular_files import refuse_special_file
 
+_ZIP = b"PK\x03\x04"
 ROW_LIMIT = 100_000
+_DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
+# A cell between blanks; a unit in brackets may follow after a blank.
+_WORD = re.compile(r"[^\s\[(]*(?:[^\S\n]*[\[(][^\])]*[\])]?)|\S+")
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,20 +62,28 @@ class CsvTable:
 
 
 def read_text(file: StrPath) -> str:
-    """Text of a UTF-8 file.
+    """Text of a file in UTF-8, in UTF-16 that begins with its mark, or else in the code page of Western Windows.
 
     Raises
     ------
     InputError
-        It is no regular file, cannot be read or is not UTF-8.
+        It is no regular file, cannot be read or is no text.
     """
     refuse_special_file(file)
     try:
-        return Path(file).read_text(encoding="utf-8-sig")
+        content = Path(file).read_bytes()
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}; check the path", file=file) from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8", file=file) from None
+    if content[:4] == _ZIP:
+        raise InputError("is a zip archive; unpack it and name the file in it", file=file)
+    for encoding in ("utf-16",) if content[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "cp1252"):
+        try:
+            text = content.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" not in text:
+            return text.replace("\r\n", "\n").replace("\r", "\n")
+    raise InputError("is no text; save it as UTF-8", file=file)
 
 
 def data_lines(text: str) -> list[tuple[int, str]]:
@@ -78,7 +91,7 @@ def data_lines(text: str) -> list[tuple[int, str]]:
     return [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
 
 
-def parse_table(text: str, file: StrPath, least_rows: int = 2) -> CsvTable:
+def parse_table(text: str, file: StrPath, least_rows: int = 2, header: str | None = None) -> CsvTable:
     """The table in a text.
 
     Parameters
@@ -87,6 +100,8 @@ def parse_table(text: str, file: StrPath, least_rows: int = 2) -> CsvTable:
     file : path
         Named in messages.
     least_rows : int
+    header : str, optional
+        Line of column names of a text that has none.
 
     Raises
     ------
@@ -94,7 +109,7 @@ def parse_table(text: str, file: StrPath, least_rows: int = 2) -> CsvTable:
         At the file:line:column of what is not a finite number, of a column named twice or a row of another length.
     """
     file = Path(file)
-    lines = data_lines(text)
+    lines = ([] if header is None else [(0, header)]) + data_lines(text)
     if not least_rows < len(lines) <= ROW_LIMIT:
         raise InputError(
             f"found {max(len(lines) - 1, 0)} rows of numbers; allowed: {least_rows} to {ROW_LIMIT} below a line of"
@@ -145,8 +160,8 @@ def column_heads(file: Path, number: int, line: str) -> list[Head]:
 
 
 def delimiter_of(line: str) -> str:
-    """What stands between the cells of a header: a tab, a semicolon, or else a comma."""
-    return next((delimiter for delimiter in "\t;" if delimiter in line), ",")
+    """What separates the cells of a header: a tab, a semicolon, a comma, or else blanks."""
+    return next((delimiter for delimiter in "\t;," if delimiter in line), " ")
 
 
 def row_cells(file: Path, number: int, line: str, columns: int, delimiter: str = ",") -> list[tuple[str, int]]:
@@ -158,6 +173,8 @@ def row_cells(file: Path, number: int, line: str, columns: int, delimiter: str =
         The line has another number of cells than the header has columns.
     """
     parts = cells(line, delimiter)
+    if delimiter != ",":
+        parts = [(cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell, at) for cell, at in parts]
     if len(parts) != columns:
         raise InputError(
             f"found {len(parts)} cells; allowed: {columns}, one for each column", file=file, line=number, column=1
@@ -167,6 +184,8 @@ def row_cells(file: Path, number: int, line: str, columns: int, delimiter: str =
 
 def cells(line: str, delimiter: str = ",") -> list[tuple[str, int]]:
     """Cells of a line with the column each begins at, counted from 1."""
+    if delimiter == " ":
+        return [(word.group(), word.start() + 1) for word in _WORD.finditer(line) if word.group().strip()]
     places, at = [], 0
     for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=False)):
         place = line.find(cell, at) if cell else at

@@ -7,6 +7,8 @@ from pathlib import Path
 
 StrPath = str | os.PathLike[str]
 
+# Bytes of a name and of a path that Linux, macOS and Windows open (POSIX NAME_MAX, PATH_MAX).
+NAME_LIMIT, PATH_LIMIT = 255, 4095
 ALLOW_OUTSIDE = "SKYSHINE_ALLOW_OUTSIDE"  # environment variable, so that processes of a build inherit the permission
 
 
@@ -30,10 +32,16 @@ def job_path(folder: StrPath, name: str, *, written: bool = False) -> Path:
     Raises
     ------
     ValueError
-        It leads out of the folder, and the user has not allowed that.
+        It leads out of the folder, and the user has not allowed that; or it is too long for a file.
     """
     if "\0" in name:
         raise ValueError(f"found {name!r}; allowed: a path without null characters")
+    longest = max((len(os.fsencode(part)) for part in Path(name).parts), default=0)
+    if longest > NAME_LIMIT or len(os.fsencode(name)) > PATH_LIMIT:
+        raise ValueError(
+            f"found '{name[:20]}...', a name of {longest} bytes; allowed: names of {NAME_LIMIT} at most, paths of"
+            f" {PATH_LIMIT}; shorten it"
+        )
     path = Path(folder, name)
     absolute = Path(name).is_absolute()
     escapes = written if absolute else not _inside(path, Path(folder))

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from skyshine.mat.builder.build import build as build_files
 from skyshine.mat.job.load import load_job
-from skyshine.mat.scene.agreement import air_warnings
+from skyshine.mat.scene.agreement import air_warnings, twilight_warnings
 from skyshine.mat.tables.dataset import dataset
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.table import Table
@@ -153,5 +153,5 @@ def build(
     """
     loaded = load_job(job)
     record = build_files(loaded, out=out, jobs=jobs, fresh=fresh, executor=executor, progress=progress)
-    warnings = [*loaded.warnings, *air_warnings(loaded.trimmed)]
+    warnings = [*loaded.warnings, *air_warnings(loaded.trimmed), *twilight_warnings(loaded.trimmed)]
     return Build(Path(record["folder"]), record["seconds"], record["files"], record["not_of_this_job"], warnings)

@@ -16,7 +16,7 @@ from skyshine.mat.plan.physics import physics_left_out
 from skyshine.mat.plan.plan import FLOAT_BYTES, Plan, make_plan
 from skyshine.mat.plan.size import check_size
 from skyshine.mat.plan.twins import twins_left_out
-from skyshine.mat.scene.agreement import air_warnings
+from skyshine.mat.scene.agreement import air_warnings, twilight_warnings
 from skyshine.mat.scene.check import check_scene
 from skyshine.mat.scene.sources import source_hours
 from skyshine.mat.scene.summary import state_summaries
@@ -133,6 +133,6 @@ def check(job: str | os.PathLike[str] | Mapping[str, Any]) -> JobCheck:
         source_hours(loaded.trimmed.on_date_of_state(1)),
         state_summaries(loaded.trimmed),
         estimate(loaded, plan),
-        [*loaded.warnings, *air_warnings(loaded.trimmed)],
+        [*loaded.warnings, *air_warnings(loaded.trimmed), *twilight_warnings(loaded.trimmed)],
         surface_notes(loaded.trimmed, plan.materials),
     )

@@ -295,7 +295,7 @@ def _written(
         like=surface.name,
         folder=folder,
         absorptance=fitted.solar_absorptance if "solar_absorptance" in stated else None,
-        emissivity=fitted.thermal_emissivity if "thermal_emissivity" in stated else None,
+        thermal_emissivity=fitted.thermal_emissivity if "thermal_emissivity" in stated else None,
         values=changed_numbers(surface, fit.values),
         source=source,
         description=f"Like {surface.name}, {', '.join(fit.values)} {source}",

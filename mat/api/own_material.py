@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from skyshine.mat.atmosphere.sources.solar import ground_sunlight
 from skyshine.mat.radiometry.levels import blackbody_weight, odds_factor, with_odds
 from skyshine.materials.files import USER
 from skyshine.materials.library import ENVIRONMENT, Material, MaterialLibrary, load_library
+from skyshine.materials.records import Back
 from skyshine.materials.spectrum_files import FileSpectrum
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -57,6 +58,7 @@ def new_material(
     folder: str | os.PathLike[str],
     absorptance: float | None = None,
     emissivity: float | None = None,
+    thermal_emissivity: float | None = None,
     spectrum: FileSpectrum | None = None,
     values: Mapping[str, float] | None = None,
     source: str = USER,
@@ -73,9 +75,11 @@ def new_material(
         A material that lets no light pass.
     folder : path
         A library of one's own; made where there is none.
-    absorptance, emissivity : float, optional
+    absorptance, thermal_emissivity : float, optional
         Means over sunlight at the ground and over blackbody radiation of 300 K; the spectrum below and beyond 2.5 um is
         scaled to them.
+    emissivity : float, optional
+        At all wavelengths beyond 2.5 um, so of every infrared band; not with thermal_emissivity or a spectrum.
     spectrum : FileSpectrum, optional
         Where it holds values; elsewhere the spectrum of `like` stands.
     values : mapping of str to float, optional
@@ -99,7 +103,15 @@ def new_material(
     if number in codes:
         raise InputError(f"code {number} is that of '{library.by_code(number).name}'; leave --code out for a free one")
     wavelength, reflectance, borrowed = _joined(pattern, spectrum)
-    reflectance, levels = _levelled(wavelength, reflectance, absorptance, emissivity, source)
+    if emissivity is not None:
+        if thermal_emissivity is not None or spectrum is not None:
+            raise InputError(
+                "found emissivity beside a spectrum or a thermal emissivity; allowed: one; remove the others"
+            )
+        reflectance = np.where(wavelength < BORDER, reflectance, 1.0 - emissivity)
+    reflectance, levels = _levelled(wavelength, reflectance, absorptance, thermal_emissivity, source)
+    if emissivity is not None:
+        levels.append(f"beyond {BORDER:g} um an emissivity of {emissivity:g} at all wavelengths ({source})")
     text = " ".join(description.split()) if description else f"Like {like}, with values of the user"
     contents = {
         target / "ht" / f"{name}.yaml": _thermal_text(pattern, values or {}, source, text),
@@ -252,12 +264,7 @@ def _thermal_text(pattern: Material, own: Mapping[str, float], source: str, desc
             lead = "  " if key == "skin" else "  - " if position == 0 else "    "
             lines.append(f"{lead}{field.name}: {shown(f'{key}.{field.name}', getattr(layer, field.name))}")
     lines.append("back:")
-    for field in fields(stack.back):
-        value = getattr(stack.back, field.name)
-        if field.name == "temperature" and value is None and stack.back.kind in ("fixed", "convective"):
-            value = "daily_mean_air"
-        if value is not None:
-            lines.append(f"  {field.name}: {shown(f'back.{field.name}', value)}")
+    lines += [f"  {line}" for line in _back_lines(stack.back, "back", shown)]
     if stack.light:
         lines.append("light:")
     for number, light in enumerate(stack.light, 1):
@@ -269,7 +276,21 @@ def _thermal_text(pattern: Material, own: Mapping[str, float], source: str, desc
             for field in fields(part):
                 if (key := f"{name}.{field.name}") in pattern.sources or name == "surface":
                     lines.append(f"  {field.name}: {shown(key, getattr(part, field.name))}")
+    if pattern.operated:
+        lines.append("operated:")
+    for name, back in pattern.operated.items():
+        lines += [f"  {name}:", *(f"    {line}" for line in _back_lines(back, f"operated.{name}", shown))]
     return "\n".join(lines) + "\n"
+
+
+def _back_lines(back: Back, place: str, shown: Callable[[str, object], str]) -> Iterator[str]:
+    """`KEY: VALUE` of each value that a back has."""
+    for field in fields(back):
+        value = getattr(back, field.name)
+        if field.name == "temperature" and value is None and back.kind in ("fixed", "convective"):
+            value = "daily_mean_air"
+        if value is not None:
+            yield f"{field.name}: {shown(f'{place}.{field.name}', value)}"
 
 
 def _specular_text(pattern: Material, description: str) -> str:

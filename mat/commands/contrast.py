@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+import numpy as np
 
 from skyshine.schemas.commands import echo_table, emit_json, json_option
 from skyshine.schemas.errors import InputError
@@ -122,5 +123,13 @@ def _print(result: Contrast, material: str, background: str) -> None:
     ]
     click.echo(f"{result.band}: apparent temperature of {material} against {background}")
     echo_table(("time", f"{material}, K", f"{background}, K", "contrast, K"), rows)
+    steps = np.diff(np.append(result.hours, result.hours[0] + 24.0))
+    usual = float(np.median(steps))
+    for begin, step in zip(result.hours, steps, strict=True):
+        if step > 1.5 * usual:
+            gap = f"{clock_text(begin)} to {clock_text((begin + step) % 24)}"
+            click.echo(
+                f"without values: {gap}, which the tables do not hold (see source_elevation_deg, needs of the job)"
+            )
     times = ", ".join(clock_text(round(hour * 60) / 60 % 24) for hour in result.crossovers)
     click.echo(f"crossovers: {times or 'none'}\n")

@@ -70,10 +70,17 @@ def draw_card(material: Material, summary: Mapping[str, float], file: Path) -> N
         )
         spectrum, stack = figure.add_subplot(places[0, :]), figure.add_subplot(places[1, 0])
         draw_spectra(spectrum, [material])
+        spectrum.set_title(fill(_sample(material), 150), fontsize=7, loc="left")
         _stack(stack, material, summary)
         _day(figure.add_subplot(places[1, 1]), material)
         name_lines(spectrum)
         save_figure(figure, file)
+
+
+def _sample(material: Material) -> str:
+    """What its spectrum was measured on, or whose it is: the line of its table."""
+    lines = material.reflectance_note.splitlines()
+    return next((line for line in lines if line.startswith("sample: ")), "")
 
 
 def draw_spectra(axes: Axes, materials: Sequence[Material]) -> None:

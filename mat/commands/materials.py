@@ -20,6 +20,7 @@ from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
     from skyshine.materials.library import Material, MaterialLibrary
+    from skyshine.materials.records import Back
 
 NAMED_LINES = 30  # whose names have room beside the chart
 
@@ -56,16 +57,21 @@ for part in (fit, handbooks, new, openmaterial, sources):
 )
 @json_option
 def show(name: str | None, plot: Path | None, as_json: bool) -> None:
-    """List the materials, or show the one called NAME (or of this code) with the source of each value.
+    """List the materials, those that a word such as 'road' may mean, or show the one called NAME (or of this code) with
+    the source of each value.
 
     Solar absorptance is the mean over sunlight at the ground (ASTM G173, air mass 1.5); emissivities are of 300 K.
     MATERIALS_DATABASE in the environment adds a folder of your own.
     """
     from skyshine.mat.scene.material_summary import material_summary
     from skyshine.materials.library import load_library
+    from skyshine.materials.words import matches
 
     library = load_library()
-    chosen = [_find(library, name)] if name else list(library)
+    if name and not name.isdecimal() and name not in library and (found := matches(name, library.names)):
+        chosen, name = [library[match] for match in found], None  # a word for several materials lists them
+    else:
+        chosen = [_find(library, name)] if name else list(library)
     summaries = {material.name: material_summary(material) for material in chosen}
     if plot and name:
         draw_card(chosen[0], summaries[chosen[0].name], plot)
@@ -125,22 +131,7 @@ def _numbers(material: Material) -> Iterator[tuple[str, object, str]]:
     for prefix, layer in layers:
         for field, unit in units.items():
             yield f"{prefix}.{field}", getattr(layer, field), unit
-    back = material.thermal.back
-    yield "back.kind", back.kind, ""
-    if back.kind in ("fixed", "convective"):
-        if back.temperature is None:
-            yield "back.temperature", "daily mean air", ""
-        else:
-            yield "back.temperature", back.temperature, "K"
-    given = {
-        "coefficient": "W m^-2 K^-1",
-        "exchange": "W m^-2 K^-1",
-        "capacity": "J m^-2 K^-1",
-        "heat_flux": "W m^-2",
-    }
-    for field, unit in given.items():
-        if getattr(back, field) is not None:
-            yield f"back.{field}", getattr(back, field), unit
+    yield from _back_numbers("back", material.thermal.back)
     surface = material.surface
     yield "surface.roughness_length", surface.roughness_length, "m"
     yield "surface.wetness", surface.wetness, "1"
@@ -161,8 +152,29 @@ def _numbers(material: Material) -> Iterator[tuple[str, object, str]]:
         yield "stand.soil", material.stand.soil, ""
         if "stand.clumping" in material.sources:
             yield "stand.clumping", material.stand.clumping, "1"
+    for name, back in material.operated.items():
+        yield from _back_numbers(f"operated.{name}", back)
     yield "specular_fraction", material.specular_fraction, "1"
     yield "lobe_fwhm", material.lobe_fwhm, "degree"
+
+
+def _back_numbers(place: str, back: Back) -> Iterator[tuple[str, object, str]]:
+    """Each value of a back boundary, as `_numbers`."""
+    yield f"{place}.kind", back.kind, ""
+    if back.kind in ("fixed", "convective"):
+        if back.temperature is None:
+            yield f"{place}.temperature", "daily mean air", ""
+        else:
+            yield f"{place}.temperature", back.temperature, "K"
+    given = {
+        "coefficient": "W m^-2 K^-1",
+        "exchange": "W m^-2 K^-1",
+        "capacity": "J m^-2 K^-1",
+        "heat_flux": "W m^-2",
+    }
+    for field, unit in given.items():
+        if getattr(back, field) is not None:
+            yield f"{place}.{field}", getattr(back, field), unit
 
 
 def _cited(library: MaterialLibrary, material: Material) -> dict[str, str]:

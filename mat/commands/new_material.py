@@ -21,7 +21,9 @@ POSITIVE = click.FloatRange(0, min_open=True)
 @click.argument("name")
 @click.option("--like", required=True, metavar="NAME", help="The material of the library that stands for the rest.")
 @click.option("--absorptance", type=FRACTION, help="Of sunlight at the ground.")
-@click.option("--emissivity", type=FRACTION, help="Of blackbody radiation of 300 K.")
+@click.option(
+    "--emissivity", type=FRACTION, help="Of all infrared bands; with --spectrum, of blackbody radiation of 300 K."
+)
 @click.option("--spectrum", type=click.Path(path_type=Path), help="ECOSTRESS, ASTER, USGS text, CSV or ENVI library.")
 @click.option("--unit", type=click.Choice(UNITS), help="Of its first column, where it does not say.")
 @click.option("--scale", type=click.Choice(["fraction", "percent"]), help="Of its values.")
@@ -51,7 +53,8 @@ def new(
     """Write the files of a material NAME that is like one of the library but for the numbers or the spectrum given.
 
     Numbers are taken as they are; their source is "user". A spectrum stands where it holds values, that of --like
-    elsewhere; --absorptance and --emissivity scale it below and beyond 2.5 um.
+    elsewhere. --absorptance scales it below 2.5 um. --emissivity is that of all wavelengths beyond, so of every band;
+    with --spectrum, whose shape stays, it is the mean over radiation of 300 K.
     """
     from skyshine.mat.api.own_material import THERMAL, default_folder, new_material, of_first_layer
     from skyshine.mat.scene.material_summary import material_summary
@@ -70,7 +73,8 @@ def new(
         like=like,
         folder=folder or default_folder(),
         absorptance=absorptance,
-        emissivity=emissivity,
+        emissivity=None if read else emissivity,
+        thermal_emissivity=emissivity if read else None,
         spectrum=read,
         values=of_first_layer(thermal),
         description=description,
@@ -85,6 +89,9 @@ def new(
         click.echo(f"read {read.read_as}: {read.wavelength[0]:g} to {read.wavelength[-1]:g} um")
         for lower, upper in written.borrowed:
             click.echo(f"{lower:g} to {upper:g} um from {like}")
+    if emissivity is not None:
+        where = "the mean over radiation of 300 K, the shape is that of the spectrum" if read else "beyond 2.5 um"
+        click.echo(f"emissivity {emissivity:g}: {where}")
     numbers = ", ".join(f"{key.replace('_', ' ')} {value:.3f}" for key, value in summary.items())
     click.echo(f"{written.code}  {name}: {numbers}")
     for file in written.files:

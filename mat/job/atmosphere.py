@@ -361,8 +361,8 @@ class Band(StrictModel):
     response: JobFile | None = Field(
         None,
         description=(
-            "CSV of wavelength (um, nm) or wavenumber (cm-1), and response to energy; a column named QE or"
-            " quantum_efficiency counts photons and is multiplied by wavelength."
+            "Table of wavelength (um, nm) or wavenumber (cm-1), and response to energy, between commas, semicolons,"
+            " tabs or blanks; a column named QE or quantum_efficiency counts photons and is multiplied by wavelength."
         ),
     )
 

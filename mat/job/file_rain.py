@@ -33,11 +33,13 @@ def hourly_rain(year: YearFile, hours: Sequence[int]) -> Floats:
     InputError
         With file:line:column of what is no depth.
     """
-    first, last = min(hours), min(max(hours) + _LONGEST, len(year.readings))
-    first = max(first - _LONGEST, 0)
+    longest = _LONGEST * year.per_hour
+    first, last = min(hours), min(max(hours) + longest, len(year.readings))
+    first = max(first - longest, 0)
     around = range(first, last)
     depth, gathered = (year.values(name, around) for name in (RAIN_DEPTH, RAIN_HOURS))
-    spans = np.clip(np.where(np.isfinite(gathered), gathered, 1.0), 1.0, _LONGEST).round().astype(int)
+    readings = np.where(np.isfinite(gathered), gathered * year.per_hour, 1.0)
+    spans = np.clip(readings, 1.0, longest).round().astype(int)
     rain = np.where(spans == 1, depth, np.nan)
     for end in np.flatnonzero((spans > 1) & np.isfinite(depth)):
         part = np.arange(max(end - spans[end] + 1, 0), end + 1)
@@ -45,5 +47,5 @@ def hourly_rain(year: YearFile, hours: Sequence[int]) -> Floats:
         silent = part[told <= 0]
         if silent.size:
             rain[silent] = max(depth[end] - told.sum(), 0.0) / silent.size
-    chosen: Floats = rain[np.asarray(hours) - first]
+    chosen: Floats = rain[np.asarray(hours) - first] * year.per_hour
     return chosen

@@ -6,34 +6,28 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pydantic
 
 from skyshine.mat.atmosphere.state.climate import profile_weights
 from skyshine.mat.job.atmosphere import AUTO, TYPICAL, State
-from skyshine.mat.job.ground import GroundYear, ground_of_latitude
 from skyshine.mat.job.leaf_area import open_stands, refuse_no_soil
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.moisture import check_moisture
+from skyshine.mat.job.plausibility import zone_doubt
 from skyshine.mat.job.series import MEMBER_LIMIT, Series, changed, members
-from skyshine.mat.job.site import Site, great_circle
-from skyshine.mat.job.surface import HOURLY_QUANTITIES
+from skyshine.mat.job.state_weather import weather_doubts, with_ground, with_weather_files
+from skyshine.mat.job.surface import named_operation
 from skyshine.mat.job.trim import limited_axes, trimmed
 from skyshine.mat.job.warnings import merged
-from skyshine.mat.radiometry.response_table import is_quantum
+from skyshine.mat.radiometry.response_table import response_notes
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.documents import Document, mapping_document, parse_model, problem_text, read_yaml
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.paths import job_path
 
-if TYPE_CHECKING:
-    from skyshine.mat.job.typical_years import Station
-
 Location = tuple[str | int, ...]
-
-# A weather file of a station further away than this is worth a warning.
-FARTHEST_STATION_KM, HIGHEST_STATION_KM = 50.0, 0.2
 
 
 @dataclass(frozen=True)
@@ -118,6 +112,7 @@ def load_job(
     document = mapping_document(source, folder or Path.cwd()) if isinstance(source, Mapping) else read_yaml(source)
     library = library or load_library()
     context = {"materials": library.names, "folder": document.file.resolve().parent}
+    document = _with_operations(document, library)
     written = parse_model(document, Job, context)
     _refuse_shared_names(written, document)
     job = _with_air_times(_with_series(written, document, context), document)
@@ -125,10 +120,28 @@ def load_job(
     _check_soil_moisture(job, document, library)
     _check_leaf_area(job, document, library)
     job, remarks = _with_soundings(_with_typical_aerosol(_with_profiles(job)))
-    requested, warnings = _with_weather_files(job, document)
+    requested, warnings = with_weather_files(job, document)
     _refuse_rain_in_gaps(requested, document)
-    requested, seasons = _with_ground(requested, job, document)
-    return LoadedJob(requested, trimmed(requested), document, (*_quantum_responses(job), *remarks, *warnings, *seasons))
+    requested, seasons = with_ground(requested, job, document)
+    site = job.site
+    zone = [text for text in [zone_doubt(site.utc_offset_h, site.longitude_deg, "site:")] if text]
+    notes = (*zone, *_response_notes(job), *remarks, *weather_doubts(job), *warnings, *seasons)
+    return LoadedJob(requested, trimmed(requested), document, notes)
+
+
+def _with_operations(document: Document, library: MaterialLibrary) -> Document:
+    """The document with the backs that materials have by name, where `operated` names one of them."""
+    given = document.data.get("operated") if isinstance(document.data, dict) else None
+    if not isinstance(given, dict):
+        return document
+    operated = dict(given)
+    for name, operation in given.items():
+        if isinstance(operation, str) and name in library:
+            try:
+                operated[name] = named_operation(library[name], operation)
+            except ValueError as error:
+                raise document.error(("operated", name), f"operated.{name}: {error}") from None
+    return replace(document, data={**document.data, "operated": operated})
 
 
 def _check_query_limits(job: Job, document: Document) -> None:
@@ -284,12 +297,13 @@ def _with_profiles(job: Job) -> Job:
     return job.model_copy(update={"states": states})
 
 
-def _quantum_responses(job: Job) -> list[str]:
-    """A line for each response table that counts photons."""
+def _response_notes(job: Job) -> list[str]:
+    """What is done with response tables beyond reading them, a line each."""
     return [
-        f"band {name}: the response {band.response.name} counts photons; times wavelength, it is the response to energy"
+        f"band {name}: the response {band.response.name} {note}"
         for name, band in zip(job.band_names, job.bands, strict=True)
-        if band.response is not None and is_quantum(band.response.text, band.response.path)
+        if band.response is not None
+        for note in response_notes(band.response.text, band.response.path)
     ]
 
 
@@ -320,119 +334,3 @@ def _with_typical_aerosol(job: Job) -> Job:
             state = state.with_optical_depth(typical.optical_depth, words)
         states.append(state)
     return job.model_copy(update={"states": states})
-
-
-def _with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:
-    """The job with the hours of its weather files in their places, so that nothing later depends on a file; warnings
-    of files of another place.
-    """
-    if all(state.weather.file is None for state in job.states):
-        return job, []
-    from skyshine.mat.job.weather_files import read_weather
-
-    states, warnings = list(job.states), []
-    for i, state in enumerate(states):
-        if state.weather.file is not None:
-            file = _weather_file(document, i, state.weather.file)
-            given = [name for name in HOURLY_QUANTITIES if name in state.weather.model_fields_set]
-            measured, day = state.weather.radiation == "measured", state.date or job.site.date
-            found = read_weather(
-                file,
-                day,
-                job.site.utc_offset_h,
-                radiation=measured,
-                given=given,
-                days_before=state.weather.history_days,
-                rain=state.weather.rain,
-            )
-            notes = [*found.notes, *filter(None, [_other_place(job.site, found.station)])]
-            warnings += [(i + 1, f"weather file {state.weather.file} {text}") for text in notes]
-            *before, hourly = (table.model_copy(update=dict.fromkeys(given)) for table in (*found.before, found.hourly))
-            read = {"file": None, "hourly": hourly, "days_before": before, "rain": None}
-            weather = state.weather.model_copy(update=read)
-            states[i] = state.model_copy(update={"weather": weather})
-    return job.model_copy(update={"states": states}), merged(warnings)
-
-
-def _with_ground(job: Job, written: Job, document: Document) -> tuple[Job, list[str]]:
-    """The job, whose weather files are read, with the annual wave of the ground in the place of each word for it.
-
-    Parameters
-    ----------
-    job : Job
-    written : Job
-        The same before its weather files were read.
-    document : Document
-    """
-    if all(state.weather.ground in (None, "air") and state.weather.file is None for state in written.states):
-        return job, []
-    states, remarks, site = list(job.states), [], job.site
-    for i, state in enumerate(states):
-        given, file = state.weather.ground, written.states[i].weather.file
-        if isinstance(given, GroundYear):
-            year: GroundYear | None = given.at_latitude(site.latitude_deg)
-        elif given == "latitude":
-            table = state.weather.hourly
-            high = site.altitude_km if table is None or table.altitude_km is None else table.altitude_km
-            year = ground_of_latitude(site.latitude_deg, high)
-        elif file is not None and given != "air":
-            year, remark = _ground_of_file(_weather_file(document, i, file), given, site)
-            remarks += [(i + 1, f"weather file {file} {remark}")] if remark else []
-        else:
-            continue
-        if isinstance(given, str) and year is not None:
-            remarks.append((i + 1, f"ground by {given}: {year.text}"))
-        states[i] = state.model_copy(update={"weather": state.weather.model_copy(update={"ground": year})})
-    return job.model_copy(update={"states": states}), merged(remarks)
-
-
-def _ground_of_file(file: Path, given: str | None, site: Site) -> tuple[GroundYear | None, str]:
-    """The annual wave by a weather file: as it is asked for, or of itself by a typical year, of which a part or a wrong
-    reading on another day stops no job; and what is to be said of that.
-    """
-    from skyshine.mat.job.ground_files import ground_of_file, ground_of_header, is_whole_year
-
-    if given == "epw":
-        return ground_of_header(file), ""
-    if given == "file":
-        return ground_of_file(file, site.utc_offset_h), ""
-    try:
-        return (ground_of_file(file, site.utc_offset_h) if is_whole_year(file) else None), ""
-    except InputError as error:
-        line = "" if error.line is None else f"in line {error.line}: "
-        return None, f"tells no year of the ground, for which the mean air of the days stands ({line}{error.message})"
-
-
-def _weather_file(document: Document, state: int, name: str) -> Path:
-    try:
-        file = job_path(document.file.resolve().parent, name)
-    except ValueError as error:
-        raise document.error(_place(document, state), f"states.{state}.weather.file: {error}") from None
-    if not file.is_file():
-        raise document.error(
-            _place(document, state),
-            f"states.{state}.weather.file: found '{name}', which is no file; give its path from the job's folder",
-        )
-    return file
-
-
-def _other_place(site: Site, station: Station | None) -> str:
-    """How far a station is from the site, where that is too far; empty where it is not."""
-    if station is None:
-        return ""
-    distance = great_circle(site.latitude_deg, site.longitude_deg, station.latitude, station.longitude)
-    higher = station.altitude / 1e3 - site.altitude_km
-    if distance <= FARTHEST_STATION_KM and abs(higher) <= HIGHEST_STATION_KM:
-        return ""
-    return (
-        f"was measured at latitude {station.latitude:g}, longitude {station.longitude:g}, {station.altitude:g} m:"
-        f" {distance:.0f} km from the site and {abs(1e3 * higher):.0f} m {'above' if higher > 0 else 'below'} it"
-        f" (warned beyond {FARTHEST_STATION_KM:g} km and {1e3 * HIGHEST_STATION_KM:g} m); its temperatures are carried"
-        " to the site's altitude by 6.5 K/km"
-    )
-
-
-def _place(document: Document, state: int) -> Location:
-    """Where the weather of a state is written; series make more states than are written."""
-    place: Location = ("states", state, "weather", "file")
-    return place if place in document.places else ("states",)

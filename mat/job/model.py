@@ -36,6 +36,12 @@ from skyshine.schemas.errors import InputError
 from skyshine.tmm.job.materials import MaterialName
 from skyshine.tmm.job.model import TextureJob, check_distinct_names, folder_by_name
 
+
+def _or_its_name(schema: dict[str, Any]) -> None:
+    """Allow a name in the place of each value of a mapping, in its JSON Schema."""
+    schema["additionalProperties"] = {"anyOf": [schema["additionalProperties"], {"type": "string"}]}
+
+
 SIX_HOLD_K = 0.15  # tests/validation/test_tilted_faces.py
 WaterContinuum = Literal["mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]
 
@@ -99,7 +105,12 @@ class Job(StrictModel):
     )
     materials: MaterialChoice = Field("used", description="Those the textures use, all of the library, or names.")
     operated: dict[MaterialName, Operation] = Field(
-        {}, description="Back boundaries of materials in operation: engines, heated rooms, cold stores."
+        {},
+        description=(
+            "Back boundaries of materials in operation: engines, heated rooms, cold stores; or the name of one that the"
+            " material has: engine_deck: idling."
+        ),
+        json_schema_extra=_or_its_name,
     )
     temperatures_c: dict[MaterialName, Annotated[float | list[float], by_hour(OperatedCelsius)]] = Field(
         {}, description="Temperatures given by hand in place of the heat balance, one or 24 at the hours 0 to 23."

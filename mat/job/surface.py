@@ -24,8 +24,9 @@ from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface.weather_readings import MOST_MOISTURE
 from skyshine.materials.files import by_hour as values_by_hour
 from skyshine.materials.files import refuse_incomplete_back
-from skyshine.materials.records import Back
+from skyshine.materials.records import Back, Material
 from skyshine.schemas.documents import StrictModel
+from skyshine.schemas.errors import nearest
 
 # Default nodes of the temperature table, and the number of its times: with them 99 % of reads of all library materials
 # in the Atacama in November err by .53 K or less, those of a single material by .5 K in the middle and 1.15 K at most,
@@ -200,12 +201,12 @@ class Weather(StrictModel):
         ),
     )
     ground_albedo: Fraction = Field(0.2, description="Share of sunlight that the ground around surfaces reflects.")
-    radiation: Literal["computed", "measured"] = Field(
-        "computed",
+    radiation: Literal["computed", "measured"] | None = Field(
+        None,
         description=(
             "Sunlight and sky longwave on the ground: computed from the state, or measured, as the file or the table by"
-            " hour has them (EPW and TMY3 do; in CSV direct_normal and diffuse, or sw_down, and lw_down). Measured"
-            " light is of the weather, not of the state's air."
+            " hour has them (in CSV direct_normal and diffuse, or sw_down, and lw_down); by default measured where"
+            " sunlight is there. Measured light is of the weather, not of the state's air."
         ),
     )
 
@@ -255,6 +256,10 @@ class Weather(StrictModel):
                 f"found {has[0]} by hour and radiation: computed; allowed: radiation: measured; give it, or remove"
                 f" {has[0]}"
             )
+        if has and not self.measured:
+            raise ValueError(
+                f"found {has[0]} by hour without sunlight; allowed: with {' and '.join(SUNLIGHT)}, or {TOTAL}; give it"
+            )
         if self.radiation == "measured" and self.file is None and not {SUNLIGHT[0], TOTAL} & {*has}:
             raise ValueError(
                 f"found radiation: measured without {' and '.join(SUNLIGHT)}, or {TOTAL}; allowed: with a file or a"
@@ -283,6 +288,19 @@ class Weather(StrictModel):
             if low > high:
                 raise ValueError(f"found air_temperature_c [{low:g}, {high:g}]; allowed: [lowest, highest]; swap them")
         return self
+
+    @property
+    def measured(self) -> bool:
+        """Whether its light is measured."""
+        lit = any(getattr(self.hourly, name, None) is not None for name in (SUNLIGHT[0], TOTAL))
+        return self.radiation == "measured" or (self.radiation is None and lit)
+
+    def without_light(self) -> Self:
+        """The same without the light of its tables, which is computed."""
+        dark = dict.fromkeys((*RADIATION, TOTAL))
+        before = [day.model_copy(update=dark) for day in self.days_before]
+        hourly = None if self.hourly is None else self.hourly.model_copy(update=dark)
+        return self.model_copy(update={"hourly": hourly, "days_before": before})
 
     @property
     def water(self) -> dict[str, Any]:
@@ -361,6 +379,21 @@ class Operation(StrictModel):
         refuse_incomplete_back(self, self.kind, keys)
         return self
 
+    @classmethod
+    def of_back(cls, back: Back) -> dict[str, Any]:
+        """The keys of a job that describe a back boundary of the library."""
+        kelvin = back.temperature
+        celsius = [each - ZERO_CELSIUS for each in kelvin] if isinstance(kelvin, tuple) else kelvin
+        flux = back.heat_flux
+        keys = {
+            "temperature_c": celsius - ZERO_CELSIUS if isinstance(celsius, float) else celsius,
+            "coefficient_w_m2_k": back.coefficient,
+            "exchange_w_m2_k": back.exchange,
+            "capacity_j_m2_k": back.capacity,
+            "heat_flux_w_m2": list(flux) if isinstance(flux, tuple) else flux,
+        }
+        return {"kind": back.kind} | {key: value for key, value in keys.items() if value is not None}
+
     @property
     def back(self) -> Back:
         """The back boundary in SI units."""
@@ -374,6 +407,21 @@ class Operation(StrictModel):
             self.exchange_w_m2_k,
             self.capacity_j_m2_k,
         )
+
+
+def named_operation(material: Material, operation: str) -> dict[str, Any]:
+    """Keys of the `Operation` that a material has under a name.
+
+    Raises
+    ------
+    ValueError
+        It has none of this name.
+    """
+    if not material.operated:
+        raise ValueError(f"found '{operation}'; allowed: a mapping with kind, for {material.name} has none by name")
+    if operation not in material.operated:
+        raise ValueError(f"found '{operation}'; {nearest(operation, material.operated)}")
+    return Operation.of_back(material.operated[operation])
 
 
 def at_kelvin(celsius: float | list[float]) -> float | tuple[float, ...]:

@@ -66,11 +66,11 @@ _TMY3_MISSING = -9900.0
 
 @dataclass(frozen=True)
 class Station:
-    """Where a typical year was measured: degree, degree, m above sea level."""
+    """Where weather was measured: degree, degree, m above sea level; None where a file does not say."""
 
     latitude: float
     longitude: float
-    altitude: float
+    altitude: float | None
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,9 @@ class YearFile:
     columns : dict of str to int
         Number of the column of each quantity that the file has.
     readings : list of (line, year, month, day, hour, cells)
-        In order; the hour, 1 to 24, is that at whose end it stands.
+        In order; each is of the time that ends at its hour, to 24.
+    per_hour : int
+        Readings an hour.
     ground : tuple of GroundTemperatures
         By depth; empty where the file has none.
     """
@@ -106,8 +108,9 @@ class YearFile:
     station: Station
     utc_offset_h: float
     columns: Mapping[str, int]
-    readings: Sequence[tuple[int, int, int, int, int, list[str]]]
+    readings: Sequence[tuple[int, int, int, int, float, list[str]]]
     ground: tuple[GroundTemperatures, ...] = ()
+    per_hour: int = 1
 
     def hours_of(self, day: date) -> list[int]:
         """Numbers of the readings of a day, of its own year where the file has it; in order of the hour.
@@ -115,22 +118,51 @@ class YearFile:
         Raises
         ------
         InputError
-            They are not 24.
+            They are not those of 24 hours.
         """
         found = [
             n
             for n, (_, _, month, of_month, _, _) in enumerate(self.readings)
             if (month, of_month) == (day.month, day.day)
         ]
-        if len(found) > 24:
+        if len({self.readings[n][1] for n in found}) > 1:
             found = [n for n in found if self.readings[n][1] == day.year]
         found.sort(key=lambda n: self.readings[n][4])
-        if [self.readings[n][4] for n in found] != [*range(1, 25)]:
-            raise InputError(
-                f"found {len(found)} hours of {day:%d %B}; allowed: the 24 of a day; take another date or file",
-                file=self.file,
-            )
+        ends = [self.readings[n][4] for n in found]
+        if ends != [number / self.per_hour for number in range(1, 24 * self.per_hour + 1)]:
+            raise self._wrong_hours(day, found, ends)
         return found
+
+    def _wrong_hours(self, day: date, found: list[int], ends: list[float]) -> InputError:
+        """What is wrong with the readings of a day."""
+        message = f"found {len(found)} readings of {day:%d %B}; allowed: {24 * self.per_hour}"
+        repeated = [n for n, before, after in zip(found[1:], ends, ends[1:], strict=False) if before == after]
+        line = self.readings[repeated[0] if repeated else found[0]][0] if found else None
+        if not self.readings:
+            message = f"found 0 hours of {day:%d %B}, and no others; allowed: readings below the header; check the file"
+        elif not found:
+            first, last = self.readings[0], self.readings[-1]
+            message = (
+                f"found 0 hours of {day:%d %B}; allowed: days from {first[2]}/{first[3]} to {last[2]}/{last[3]}"
+                " (month/day); take another date or file"
+            )
+        elif min(ends) == 0:
+            message = (
+                f"found hours from 0 to {max(ends):g} of {day:%d %B}; allowed: 1 to 24, the ends of the hours; add 1 to"
+                " all, if they name the beginnings"
+            )
+        elif repeated and len(found) % 24 == 0 and len(found) > 24 * self.per_hour:
+            message += (
+                f", for field 3 of DATA PERIODS states {self.per_hour} an hour; write {len(found) // 24} there, and"
+                " minutes to 60"
+            )
+        elif repeated:
+            message += f"; that of {self.readings[repeated[0]][4]:g} h is there twice; remove one"
+        else:
+            steps = range(1, 24 * self.per_hour + 1)
+            gone = [f"{number / self.per_hour:g}" for number in steps if number / self.per_hour not in ends]
+            message += f"; those that end at {', '.join(gone[:6])} h are missing; take another date or file"
+        return InputError(message, file=self.file, line=line)
 
     def values(self, quantity: str, hours: Sequence[int]) -> Floats:
         """Values of a quantity in the unit of the job's key; NaN where they are missing.
@@ -208,14 +240,35 @@ def _epw(file: Path, rows: list[list[str]]) -> YearFile:
     station, offset = _station(file, rows, "EPW", (6, 7, 9, 8))
     last = next((n for n, row in enumerate(rows[:40]) if row and row[0].upper() == "DATA PERIODS"), _EPW_HEADER - 1)
     columns = {name: field.epw for name, field in FIELDS.items()}
+    per_hour = _per_hour(file, rows, last)
     readings, least = [], 1 + max(column for name, column in columns.items() if name not in _LAST)
     for number, cells in enumerate(rows[last + 1 :], last + 2):
         if not any(cells):
             continue
         _refuse_short(file, number, cells, least)
         year, month, day, hour = (_whole(file, number, cells, n, _DATES["EPW"][n]) for n in range(4))
-        readings.append((number, year, month, day, hour, cells))
-    return YearFile(file, "EPW", station, offset, columns, readings, _ground(file, rows[: last + 1]))
+        end: float = hour
+        if per_hour > 1:
+            minute = _whole(file, number, cells, len(_DATES["EPW"]), "minute")
+            end = round((hour - 1 + minute / 60) * per_hour) / per_hour
+        readings.append((number, year, month, day, end, cells))
+    ground = _ground(file, rows[: last + 1])
+    return YearFile(file, "EPW", station, offset, columns, readings, ground, per_hour)
+
+
+def _per_hour(file: Path, rows: list[list[str]], line: int) -> int:
+    """Readings an hour, by field 3 of DATA PERIODS; 1 where there is none."""
+    if line >= len(rows) or len(rows[line]) < 3 or rows[line][0].upper() != "DATA PERIODS":
+        return 1
+    count = _whole(file, line + 1, rows[line], 2, "records an hour")
+    if not 1 <= count <= 60 or 60 % count:
+        raise InputError(
+            f"found {count} records an hour; allowed: 1 to 60, a divisor of 60; mend field 3 of DATA PERIODS",
+            file=file,
+            line=line + 1,
+            column=1,
+        )
+    return count
 
 
 def _ground(file: Path, header: list[list[str]]) -> tuple[GroundTemperatures, ...]:

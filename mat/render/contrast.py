@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skyshine.mat.render.databases import BandTables, SceneTables, held_hours, refused
+from skyshine.mat.render.databases import BandTables, SceneTables, held_hours, in_twilight, refused
 from skyshine.mat.render.surface_mesh import direction
 from skyshine.mat.runtime.misclassification import equivalent_temperature
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
@@ -71,7 +71,7 @@ class Contrast:
     Attributes
     ----------
     hours : (T,) array
-        Local clock.
+        Local clock; those that the tables hold, without a twilight that they lack.
     material, background : (T,) array
         Apparent temperature [K].
     crossovers : tuple of float
@@ -124,8 +124,11 @@ def contrast(
     """
     tables = SceneTables.of(folder, state=state, bands=None if band is None else [band], source=source, refuse=refused)
     day = np.arange(float(STEPS)) * (24.0 / STEPS)
-    held = held_hours(tables.surface, day)
-    hours, whole = day[held], bool(held.all())
+    elevation = tables.surface.source_track(source, time=day).elevation
+    held = held_hours(tables.surface, day) & ~np.any(
+        [in_twilight(read.air, elevation) for read in tables.bands], axis=0
+    )
+    hours = day[held]
     codes = tables.codes({face.material: () for face in (material, background)})
     codes = np.resize(codes, 2)  # one code where both faces are of one material
     results = []
@@ -134,7 +137,7 @@ def contrast(
             equivalent_temperature(read.band, seen_radiance(tables, read, face, int(code), sight, hours, source=source))
             for face, code in zip((material, background), codes, strict=True)
         ]
-        crossovers = crossover_hours(hours, apparent[0] - apparent[1], periodic=whole)
+        crossovers = crossover_hours(hours, apparent[0] - apparent[1], step=24.0 / STEPS)
         results.append(Contrast(hours, apparent[0], apparent[1], crossovers, read.name))
     return results
 
@@ -188,18 +191,18 @@ def seen_radiance(
     return pixel_radiance(tables.surface, read.band, read.air, faces, view).radiance
 
 
-def crossover_hours(hours: Floats, contrast: Floats, *, periodic: bool) -> tuple[float, ...]:
-    """Hours at which a contrast (T,) changes its sign, linear between its ascending hours.
+def crossover_hours(hours: Floats, contrast: Floats, *, step: float) -> tuple[float, ...]:
+    """Hours at which a contrast (T,) changes its sign, linear between its ascending hours, over midnight too.
 
-    A contrast that is 0 over some time changes its sign where it leaves 0.
+    A contrast that is 0 over some time changes its sign where it leaves 0. Between hours that are more than a step
+    apart it is not known, and no change is told.
     """
-    if periodic:
-        hours, contrast = np.append(hours, hours[0] + 24.0), np.append(contrast, contrast[0])
+    hours, contrast = np.append(hours, hours[0] + 24.0), np.append(contrast, contrast[0])
     kept = np.flatnonzero(contrast)
     crossings = []
     for before, after in pairwise(kept):
-        if contrast[before] * contrast[after] < 0:
-            last = after - 1
+        last = after - 1
+        if contrast[before] * contrast[after] < 0 and hours[after] - hours[last] < 1.5 * step:
             share = contrast[last] / (contrast[last] - contrast[after])
             crossings.append(float(np.mod(hours[last] + share * (hours[after] - hours[last]), 24.0)))
     return tuple(sorted(crossings))

@@ -14,6 +14,7 @@ from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.axes import PERIODIC, AxisRule
 from skyshine.mat.tables.catalog import CATALOG, Entry, open_catalog
 from skyshine.mat.tables.loader import open_table
+from skyshine.mat.tables.night import SOURCE_ELEVATION, Night
 from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.arrays import Booleans, Floats, Integers
@@ -147,6 +148,12 @@ def held_hours(surface: TemperatureTable, hours: Floats) -> Booleans:
     first, last = rule.nodes[[0, -1]]
     held: Booleans = np.mod(hours - first, 24.0) <= last - first + 1e-9
     return held
+
+
+def in_twilight(air: AtmosphereTable, elevation: Floats) -> Booleans:
+    """Which elevations (T,) of the source [degree] are in a twilight that the atmosphere of a band does not hold."""
+    lacking: Booleans = Night(AxisRule.of(SOURCE_ELEVATION, air.root.axes[SOURCE_ELEVATION])).lacks(elevation)
+    return lacking
 
 
 def _catalog(folder: Path, refuse: Refuse) -> tuple[Entry, ...]:

@@ -1,4 +1,4 @@
-"""A glTF mesh of a scene as triangles, read by trimesh."""
+"""A mesh of a scene as triangles: glTF or OBJ."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
+from skyshine.mat.render.gltf_triangles import gltf_parts
+from skyshine.mat.render.obj_triangles import obj_parts
 from skyshine.mat.render.plan_surface import turned
 from skyshine.mat.render.scene_file import LoadedScene, Mesh
-from skyshine.mat.render.surface_mesh import Covering, SurfaceMesh, surface_of
-from skyshine.schemas.arrays import Floats
+from skyshine.mat.render.surface_mesh import MAX_TRIANGLES, Covering, MeshPart, SurfaceMesh, surface_of
 from skyshine.schemas.errors import InputError, nearest
 
-MAX_TRIANGLES = 1 << 24
-ENDINGS = (".glb", ".gltf")
+READERS = {".glb": gltf_parts, ".gltf": gltf_parts, ".obj": obj_parts}
 
 
 def mesh_surface(scene: LoadedScene, mesh: Mesh) -> SurfaceMesh:
@@ -23,8 +23,6 @@ def mesh_surface(scene: LoadedScene, mesh: Mesh) -> SurfaceMesh:
     ------
     InputError
         The file cannot be read, holds no triangle, or a material that the scene does not name.
-    ModuleNotFoundError
-        trimesh is not installed.
     """
     parts = _parts(mesh.file)
     names = sorted({name for name, _, _ in parts})
@@ -58,29 +56,12 @@ def _covering(mesh: Mesh, name: str) -> Covering:
     return Covering(given, None, place) if isinstance(given, str) else Covering(None, given.texture, place)
 
 
-def _parts(file: Path) -> list[tuple[str, Floats, Floats | None]]:
-    """Name of the material, corners (F, 3, 3) and texture coordinates (F, 3, 2) of each part of a file."""
-    import trimesh
-
-    if file.suffix.lower() not in ENDINGS:
-        raise InputError(f"ends in '{file.suffix}'; allowed: {', '.join(ENDINGS)}; convert it", file=file)
-    try:
-        loaded = trimesh.load_scene(file, process=False)
-        meshes = [part for part in loaded.dump() if isinstance(part, trimesh.Trimesh)]
-    except Exception as error:  # trimesh raises whatever its parsers meet
-        raise InputError(
-            f"cannot be read as glTF ({type(error).__name__}: {error}); export it again", file=file
-        ) from None
-    parts = []
-    for part in meshes:
-        corners = np.asarray(part.triangles, float)
-        uv = getattr(part.visual, "uv", None)
-        if uv is not None:
-            uv = np.asarray(uv, float)[np.asarray(part.faces)]
-            uv = np.stack([uv[..., 0], 1.0 - uv[..., 1]], axis=-1)  # trimesh counts v from the bottom
-        material = getattr(part.visual, "material", None)
-        parts.append((str(getattr(material, "name", None) or ""), corners, uv))
-    count = sum(len(corners) for _, corners, _ in parts)
-    if count == 0 or count > MAX_TRIANGLES:
-        raise InputError(f"holds {count} triangles; allowed: 1 to {MAX_TRIANGLES}; name another file", file=file)
+def _parts(file: Path) -> list[MeshPart]:
+    """The parts of a file, by its ending."""
+    reader = READERS.get(file.suffix.lower())
+    if reader is None:
+        raise InputError(f"ends in '{file.suffix}'; allowed: {', '.join(READERS)}; convert it", file=file)
+    parts = reader(file)
+    if not any(len(corners) for _, corners, _ in parts):
+        raise InputError(f"holds no triangle; allowed: 1 to {MAX_TRIANGLES}; name another file", file=file)
     return parts

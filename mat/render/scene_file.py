@@ -80,13 +80,13 @@ MeshMaterial = Annotated[
 
 
 class Mesh(StrictModel):
-    """Triangles of a glTF file."""
+    """Triangles of a glTF or OBJ file."""
 
-    file: SceneFilePath = Field(description="A .glb or .gltf file.")
+    file: SceneFilePath = Field(description="A .glb, .gltf or .obj file.")
     materials: dict[str, MeshMaterial] = Field(
-        min_length=1, description="Material of the databases, or a texture, for each glTF material by its name."
+        min_length=1, description="Material of the databases, or a texture, for each material of the file by its name."
     )
-    up: Literal["y", "z"] = Field("y", description="Axis of the file that points up; glTF says y.")
+    up: Literal["y", "z"] = Field("y", description="Axis of the file that points up; glTF says y, OBJ says nothing.")
     x_azimuth_deg: Azimuth = Field(90.0, description="Where the x axis of the file points, from north eastward.")
     metres_per_unit: float = Field(1.0, gt=0, le=1e6, description="Of the file's coordinates; glTF says 1.")
 

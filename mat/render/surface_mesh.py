@@ -12,6 +12,10 @@ import numpy.typing as npt
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 
+MAX_TRIANGLES = 1 << 24
+# A part of a mesh: material, corners (F, 3, 3), texture coordinates (F, 3, 2) from the top left corner.
+MeshPart = tuple[str, Floats, Floats | None]
+
 LEAST_AREA = 1e-12  # m^2 below which a triangle has no direction
 
 

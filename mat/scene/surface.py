@@ -145,7 +145,7 @@ def check_measured_light(job: Job, state_index: int) -> None:
         Light was measured while the Sun is down.
     """
     weather, place = job.states[state_index - 1].weather, job.on_date_of_state(state_index).site
-    if weather.radiation == "measured" and weather.hourly is not None:
+    if weather.measured and weather.hourly is not None:
         suns = [*earlier_suns(place, weather), sun_path(place)]
         for table, sun in zip([*weather.days_before, weather.hourly], suns, strict=True):
             measured_radiation(table, sun).refuse_light_at_night(sun)

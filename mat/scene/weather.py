@@ -75,7 +75,7 @@ def _air_of_day(sun: SunPath, given: Weather, tables: Sequence[HourlyWeather], d
             ]
         )
 
-    table, measured = tables[day], given.radiation == "measured"
+    table, measured = tables[day], given.measured
     air = from_hours(
         sun.altitude if table.altitude_km is None else 1e3 * table.altitude_km,
         hours,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ from skyshine.schemas.plain_numbers import plain_number
 LEAST_READINGS = 4
 MAXIMUM_GAP = 3 * 3600.0  # s that linear interpolation may bridge
 MAXIMUM_STEPS = 200_000
+_SLIP = 0.75  # likeness of names, beyond which one is a slip of the pen for the other
 MOST_MOISTURE = 0.95  # m3/m3, the porosity of the loosest peat
 
 
@@ -58,7 +60,7 @@ AIR_COLUMNS = {
     "air_temperature": Column({"K": (1.0, 0.0), "C": (1.0, ZERO_CELSIUS), "F": (5 / 9, 459.67 * 5 / 9)}, 150.0, 350.0),
     "relative_humidity": Column({"%": (1.0, 0.0), "percent": (1.0, 0.0), "1": (100.0, 0.0)}, 0.0, 120.0),
     "wind_speed": Column({"m/s": (1.0, 0.0), "km/h": (1 / 3.6, 0.0), "kt": (1852 / 3600, 0.0)}, 0.0, 120.0),
-    "pressure": Column({"Pa": (1.0, 0.0), "hPa": (100.0, 0.0), "kPa": (1000.0, 0.0)}, 0.0, 120e3),
+    "pressure": Column({"Pa": (1.0, 0.0), "hPa": (100.0, 0.0), "kPa": (1000.0, 0.0)}, 20e3, 120e3),
 }
 # Heights of measurement, by default those of WMO-No. 8: 10 m and 2 m.
 HEIGHT_COLUMNS = {name: Column({"m": (1.0, 0.0)}, LEAST_HEIGHT, 200.0) for name in ("wind_height", "air_height")}
@@ -109,12 +111,15 @@ class Readings:
     time : (n,) ndarray
         Increasing, as the reader of times gives it [s].
     values : dict of str to (n,) ndarray
+    notes : tuple of str
+        What is to be said of the file.
     """
 
     file: Path
     lines: list[int]
     time: Floats
     values: dict[str, Floats]
+    notes: tuple[str, ...] = ()
 
     def refuse_gaps(self, later: Floats, longest: float) -> None:
         """Raise InputError at the reading before which `later` [s], from its predecessor, exceeds `longest`."""
@@ -143,7 +148,7 @@ def read_readings(
     file : path
         ``name[unit]`` in the header names another unit. Empty lines and lines that begin with # are skipped.
     columns : mapping
-        Columns that it may have.
+        Columns that are read; others are left alone, but a slip of the pen in a name is refused.
     required : iterable of str or tuple of str
         Those that it must have; of a tuple one.
     read_time : callable
@@ -176,21 +181,26 @@ def read_readings(
             line=numbers[int(np.argmax(np.diff(time) <= 0)) + 1],
             column=1,
         )
-    names = [head.name for head in heads if head.name != "time"]
-    return Readings(file, numbers, time, {name: np.array([values[name] for _, values in rows]) for name in names})
+    names = [head.name for head in heads if head.name in columns]
+    left = ", ".join(head.name for head in heads if head.name not in columns and head.name != "time")
+    notes = (f"has columns that are not read: {left[:200]}",) if left else ()
+    values = {name: np.array([values[name] for _, values in rows]) for name in names}
+    return Readings(file, numbers, time, values, notes)
 
 
 def _header(
     file: Path, number: int, line: str, columns: Mapping[str, Column], required: list[str | tuple[str, ...]]
 ) -> list[Head]:
-    """Columns of the file; each is known, has a known unit, and none is missing."""
+    """Columns of the file; those that are read have a known unit, and none is missing."""
     heads = column_heads(file, number, line)
     for head in heads:
         if head.name == "time":
             continue
         if head.name not in columns:
-            message = f"found the column '{head.name}'; {nearest(head.name, ['time', *columns])}"
-            raise InputError(message, file=file, line=number, column=head.column)
+            if difflib.get_close_matches(head.name, ["time", *columns], n=1, cutoff=_SLIP):
+                message = f"found the column '{head.name}'; {nearest(head.name, ['time', *columns])}"
+                raise InputError(message, file=file, line=number, column=head.column)
+            continue
         units = columns[head.name].units
         if head.unit and head.unit not in units:
             message = f"found the unit '{head.unit}' of {head.name}; {nearest(head.unit, units)}"
@@ -223,6 +233,8 @@ def _row(
         try:
             if head.name == "time":
                 seconds = read_time(cell)
+            elif head.name not in columns:
+                continue
             elif not cell and head.name in blank:
                 values[head.name] = np.nan
             else:

@@ -18,7 +18,6 @@ from skyshine.schemas.hdf5 import Axis, Group, Variable, open_database
 
 if TYPE_CHECKING:
     from skyshine.mat.quantities.grid import PathGrid
-    from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 
 GRID = "grid"  # the group
 RADIANCE = "W m^-2 sr^-1"
@@ -65,12 +64,13 @@ class GridTable(Table):
             return int(file[f"{GRID}/{quantity}"].id.get_storage_size())
 
 
-def tables_on_axes(air: AtmosphereTable, grid: PathGrid) -> dict[str, Gridded]:
+def tables_on_axes(air: Table, grid: PathGrid) -> dict[str, Gridded]:
     """The four quantities at the nodes of five axes, evaluated from the channels.
 
     Parameters
     ----------
     air : AtmosphereTable
+        Its channels.
     grid : PathGrid
         Axes of (R, A, E, SE, SA) nodes within those that the file is for.
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
 from skyshine.mat.tables.axes import AxisRule, Policy, with_policy
 from skyshine.mat.tables.gridded import ANGLE, AXES
-from skyshine.schemas.arrays import Floats
+from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.errors import InputError
 
 # Elevations [degree] of the centre of the Sun at which astronomical and civil twilight end (Explanatory Supplement to
@@ -56,6 +56,12 @@ class Night:
         """The elevation at and below which there is no light of the source [degree]."""
         return self.rule.dark_below
 
+    def lacks(self, elevation: npt.ArrayLike) -> Booleans:
+        """Which elevations [degree] are in a twilight that the file does not hold, for its lowest node is too high."""
+        height = np.asarray(elevation, float)
+        lacking: Booleans = (self.lowest > CIVIL_TWILIGHT) & (height < self.lowest) & (height > self.dark_below)
+        return lacking
+
     def share(self, elevation: npt.ArrayLike, out_of_range: Policy) -> Floats:
         """Share of the light of the lowest node at elevations [degree]; 1 at and above that node.
 
@@ -71,8 +77,8 @@ class Night:
             The lowest node is before the end of civil twilight, and an elevation is between it and the dark.
         """
         height = np.asarray(elevation, float)
-        fading = (height < self.lowest) & (height > self.dark_below)
-        if self.lowest > CIVIL_TWILIGHT and np.any(fading):
+        fading = self.lacks(height)
+        if np.any(fading):
             if with_policy([self.rule], out_of_range, (*AXES, ANGLE, "harmonic"))[0].out_of_range == "clamp":
                 return np.where(height > self.dark_below, 1.0, 0.0)
             raise InputError(

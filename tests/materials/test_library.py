@@ -11,6 +11,7 @@ from click.testing import CliRunner
 
 from skyshine import materials
 from skyshine.mat.cli import main
+from skyshine.mat.surface.soil_moisture import conductivity
 from skyshine.materials.files import load_thermal
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
@@ -23,7 +24,7 @@ def library():
 
 def test_all_packaged_materials_load(library):
     loaded = list(library)
-    assert len(loaded) == len(library) >= 64
+    assert len(loaded) == len(library) >= 182
     assert [material.code for material in loaded] == sorted({material.code for material in loaded})
     for material in loaded:
         assert library.by_code(material.code) is library[material.name] is material
@@ -59,6 +60,21 @@ def test_every_wavelength_has_an_origin(library):
         assert "sample:" in material.reflectance_note
 
 
+def test_materials_of_one_spectrum_say_whose_it_is(library):
+    """Between two of one spectrum there is no contrast in any band but that of temperature."""
+    owner = {}
+    for material in library:
+        sample = re.search(r"^sample: (.*)$", material.reflectance_note, re.MULTILINE).group(1)
+        said = re.match(r"the spectrum of (\w+): ", sample)
+        values = material.reflectance.tobytes() + material.absorptance.tobytes()
+        if said:
+            assert np.array_equal(material.reflectance, library[said.group(1)].reflectance), material.name
+        else:
+            assert values not in owner, (material.name, owner.get(values))
+            owner[values] = material.name
+    assert len(owner) > 170
+
+
 def test_sources_ask_for_their_credit_line(library):
     credit = "courtesy of the Jet Propulsion Laboratory"
     for material in library:
@@ -86,6 +102,26 @@ def test_roads_and_basalt_conduct_as_measured_ones(library):
     for name in ("asphalt_road", "asphalt_runway_black", "asphalt_concrete", "tar"):
         assert 0.9 <= library[name].thermal.layers[0].conductivity <= 2.0
     assert 1.5 <= library["basalt"].thermal.layers[0].conductivity <= 2.0
+
+
+def test_loose_stone_conducts_as_measured_beds_do(library):
+    """Railway ballast 0.35 W m-1 K-1 (Adv. Mater. Sci. Eng. 2021, 5548638, table 3), beds of crushed rock 0.4 to 0.9;
+    2.0 is the design value of compacted, moist gravel."""
+    for name in ("gravel_limestone", "ballast_granite", "roof_gravel", "gravel_road"):
+        layer = library[name].thermal.layers[0]
+        assert 0.35 <= layer.conductivity <= 0.9 and 1400 < layer.density < 2000, name
+        soil = library[name].soil
+        if soil is not None:
+            assert conductivity(soil, 0.0) == pytest.approx(layer.conductivity, abs=0.21), name
+
+
+def test_backs_in_operation_have_sources_and_are_no_colder_than_at_rest(library):
+    operated = [material for material in library if material.operated]
+    assert {material.name for material in operated} >= {"engine_deck", "exhaust_pipe", "tyre", "ship_funnel"}
+    for material in operated:
+        for name, back in material.operated.items():
+            assert material.sources[f"operated.{name}.kind"].startswith("definition: ")
+            assert back.kind == "convective" and 320.0 < back.temperature < 800.0, (material.name, name)
 
 
 def test_derived_thicknesses_are_what_their_source_says(library):

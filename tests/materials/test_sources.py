@@ -11,8 +11,8 @@ from skyshine.materials.library import load_library
 from skyshine.materials.sources import KINDS, SPECTRUM, count_kinds, kind_of, may_be_defined
 from skyshine.schemas.errors import InputError
 
-# Of 3,178 values; 881 were "chosen" and 202 an "estimate" of 3,108 in library 1.4.0. It may fall, not rise.
-MOST_ESTIMATES = 187
+# Of library 1.6.0; of the 3,108 values of 1.4.0 881 were "chosen" and 202 an "estimate". The share may fall, not rise.
+MOST_ESTIMATES = 187 / 3178
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +64,8 @@ def test_what_a_sample_could_tell_is_no_definition(library):
 
 def test_numbers_without_a_source_do_not_rise(library):
     counts = count_kinds(library)
-    assert sum(count["estimate"] for count in counts.values()) <= MOST_ESTIMATES
+    values = sum(count.total() for count in counts.values())
+    assert sum(count["estimate"] for count in counts.values()) <= MOST_ESTIMATES * values
     assert sum(count["user"] for count in counts.values()) == 0
     for field in ("skin.conductivity", "skin.density", "skin.heat_capacity", "layers.conductivity"):
         assert counts[field]["cited"] > 20 * counts[field]["estimate"], field

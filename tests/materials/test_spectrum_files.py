@@ -130,6 +130,55 @@ def test_library_of_envi(envi):
         read_spectrum(envi / "library.hdr", Said())
 
 
+def envi_of(folder, values, header, encoding="ascii", offset=0):
+    """A library of one spectrum with further lines of its header."""
+    (folder / "one.sli").write_bytes(bytes(offset) + values.tobytes())
+    numbers = ", ".join(f"{x:.5f}" for x in UM)
+    kind = {"float64": 5, "int16": 2}[values.dtype.name]
+    text = (
+        f"ENVI\nsamples = {len(values)}\nlines = 1\nbands = 1\nheader offset = {offset}\ninterleave = bsq\n"
+        f"file type = ENVI Spectral Library\ndata type = {kind}\nbyte order = 0\nspectra names = {{slate}}\n"
+        f"wavelength = {{{numbers}}}\n{header}\n"
+    )
+    (folder / "one.hdr").write_bytes(text.encode(encoding))
+    return read_spectrum(folder / "one.hdr", Said())
+
+
+def test_the_header_of_envi_is_heeded(tmp_path):
+    """Stored integers over their scale factor; values to ignore and bad bands are no points; bytes before the data."""
+    stored = np.round(1000 * CURVE).astype("<i2")
+    spectrum = envi_of(tmp_path, stored, "reflectance scale factor = 1000", offset=64)
+    assert spectrum.reflectance == pytest.approx(CURVE, abs=5e-4) and "fraction" in spectrum.read_as
+    gaps = CURVE.copy()
+    gaps[[3, 9]] = -9999.0
+    spectrum = envi_of(tmp_path, gaps, "data ignore value = -9999")
+    assert spectrum.reflectance == pytest.approx(np.delete(CURVE, [3, 9]))
+    good = ", ".join("0" if number == 5 else "1" for number in range(len(CURVE)))
+    spectrum = envi_of(tmp_path, np.where(np.arange(len(CURVE)) == 5, 8.0, CURVE), f"bbl = {{{good}}}")
+    assert spectrum.wavelength == pytest.approx(np.delete(UM, 5), abs=1e-5)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252", "utf-8-sig"])
+def test_units_of_envi_in_any_encoding(tmp_path, encoding):
+    spectrum = envi_of(tmp_path, CURVE, "wavelength units = \u00b5m", encoding)
+    assert spectrum.wavelength == pytest.approx(UM, abs=1e-5) and spectrum.read_as.startswith("ENVI library, um")
+
+
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [
+        ("reflectance scale factor = 0", "the reflectance scale factor 0; allowed: as many, and above 0"),
+        ("bbl = {1, 0}", "is no ENVI spectral library"),
+        ("data ignore value = none", "could not convert string to float"),
+        ("file type = ENVI Standard", "another file of ENVI"),
+    ],
+)
+def test_a_wrong_header_of_envi_is_one_line(tmp_path, header, words):
+    with pytest.raises(InputError, match=words) as caught:
+        envi_of(tmp_path, CURVE, header)
+    assert "\n" not in str(caught.value)
+
+
 @pytest.mark.parametrize(
     "head, x, y, said, message",
     [

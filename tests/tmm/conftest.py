@@ -89,30 +89,3 @@ def read():
 @pytest.fixture(scope="session")
 def demo_folder() -> Path:
     return Path(__file__).parents[2] / "examples" / "textures"
-
-
-OPSET, IR = 13, 8  # of onnxruntime 1.18 and later
-
-
-@pytest.fixture
-def encoder(tmp_path):
-    """Saves a model of nodes, as of `onnx.helper.make_node`, from `image` to `tokens`, and returns its file name."""
-
-    onnx = pytest.importorskip("onnx")
-    pytest.importorskip("onnxruntime")
-
-    def make(nodes, weights, size=("h", "w"), name="encoder.onnx", channels=3, kind="FLOAT", inputs=("image",)):
-        helper, kinds = onnx.helper, onnx.TensorProto
-        values = [helper.make_tensor_value_info(i, kinds.DataType.Value(kind), [1, channels, *size]) for i in inputs]
-        graph = helper.make_graph(
-            [helper.make_node(kind, list(of), list(to), **settings) for kind, of, to, settings in nodes],
-            "encoder",
-            values,
-            [helper.make_tensor_value_info("tokens", kinds.FLOAT, None)],
-            [onnx.numpy_helper.from_array(np.asarray(value), key) for key, value in weights.items()],
-        )
-        model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=IR)
-        onnx.save(model, tmp_path / name)
-        return name
-
-    return make

@@ -47,23 +47,6 @@ def strongest(
     return material, np.minimum(confidence, np.float32(1))
 
 
-def means(
-    pairs: Iterable[npt.NDArray[Any]],
-    count: int,
-    valid: npt.NDArray[np.bool_],
-    radius: int,
-    inner: tuple[slice, slice],
-) -> npt.NDArray[np.float32]:
-    """Mean posterior (count, h, w) of each material over the box about each inner texel; see `strongest`."""
-    size = POSTERIOR_ONE * _members(valid, radius, inner)
-    sums: list[npt.NDArray[Any]] = []
-    for pair in pairs:
-        both = _box_sum(pair * valid, radius, inner)
-        sums += [both & np.uint64(0xFFFFFFFF), both >> np.uint64(32)]
-    averages: npt.NDArray[np.float32] = np.stack([plane.astype(np.float32) / size for plane in sums[:count]])
-    return averages
-
-
 def averaged(
     plane: npt.NDArray[np.float32], valid: npt.NDArray[np.bool_], radius: int, inner: tuple[slice, slice]
 ) -> npt.NDArray[np.float32]:

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.tmm.classify.box import POSTERIOR_ONE, averaged, means, pairs_of, strongest
+from skyshine.tmm.classify.box import POSTERIOR_ONE, averaged, pairs_of, strongest
 from skyshine.tmm.classify.typicality import Typicality
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.texture import Windowed
@@ -46,9 +46,6 @@ class Mapper(Protocol):
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify the texels of rows `top` to `bottom` and columns `left` to `right` (the ends excluded)."""
-
-    def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
-        """Posterior (K, h, w) of each material in a window, from which `Classified.material` is the largest."""
 
 
 class ColourModel(Protocol):
@@ -107,14 +104,6 @@ class ColourMapper:
             typical = self._typicality.window(top, bottom, left, right)
         return without_data(Classified(material, confidence, typical), valid[inner])
 
-    def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
-        """Posterior of each material; see `Mapper`."""
-        tables, _, index, valid, inner = self._looked_up(top, bottom, left, right)
-        if self.radius == 0:
-            own: npt.NDArray[np.float32] = tables[:, index].astype(np.float32) / np.float32(POSTERIOR_ONE)
-            return own
-        return means((np.take(pair, index) for pair in tables), len(self.names), valid, self.radius, inner)
-
     def _looked_up(self, top: int, bottom: int, left: int, right: int) -> tuple[Any, ...]:
         """Tables of posterior and typicality, and of a window with its margin the colours' numbers in them, validity,
         and where the window lies in it.
@@ -129,13 +118,6 @@ class ColourMapper:
         else:
             posterior, typicality = self._shared
         return posterior, typicality, index, valid, inner
-
-
-def one_hot(classified: Classified, count: int) -> npt.NDArray[np.float32]:
-    """Posterior (count, h, w) of what is in no doubt."""
-    planes: npt.NDArray[np.float32] = np.zeros((count, *classified.material.shape), np.float32)
-    np.equal(np.arange(count)[:, np.newaxis, np.newaxis], classified.material, out=planes)
-    return planes
 
 
 def with_margin(

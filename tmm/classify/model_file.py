@@ -1,14 +1,12 @@
 """Files of trained classifiers.
 
-Layout of a ``.tmm-model.h5``: ``/materials`` (names), ``/colour`` (means, covariances, priors) and, for a textured one,
-``/network`` (scaling of the features, weights); with features of an image encoder also ``/tokens`` (their basis, and
-what tells the encoder from others).
+Layout of a ``.tmm-model.h5``: ``/materials`` (names), ``/colour`` (means, covariances, priors) and
+``/network`` (scaling of the features, weights).
 """
 
 from __future__ import annotations
 
 import os
-import re
 from pathlib import Path
 from typing import Any
 
@@ -21,13 +19,11 @@ from skyshine.tmm.classify.calibration import OFFSET_LIMIT, SLOPE_LIMIT, Calibra
 from skyshine.tmm.classify.gaussian import GaussianModel
 from skyshine.tmm.classify.trained import Network, TrainedModel
 from skyshine.tmm.features.textured import names
-from skyshine.tmm.features.token_basis import EncoderIdentity, TokenBasis
-from skyshine.tmm.features.tokens import MOST_SIDE
 from skyshine.tmm.job.model import PACKAGED
 
 FILETYPE = "tmm-model"
-FORMAT_VERSION = "1.2.0"
-COLOUR_DIMENSIONS = (3, 4)  # L*a*b*, and with near infrared its normalised difference
+FORMAT_VERSION = "1.3.0"
+COLOUR_DIMENSIONS = 3  # L*, a*, b*
 PRIOR_ROUNDING = 1e-3  # by which stored probabilities, rounded to float32, may miss 1
 
 
@@ -70,10 +66,7 @@ def write_model(
     materials = {"material": Axis(np.arange(count, dtype=np.int32), "1", "number of the material")}
     text = Variable(("material",), np.array(model.names, dtype=object), "1", "material name")
     groups = {"materials": Group(materials, {"name": text}), "colour": _colour_group(model.colour, materials, size)}
-    if model.network is not None:
-        groups["network"] = _network_group(model.network, materials, model.tokens)
-    if model.tokens is not None:
-        groups["tokens"] = _tokens_group(model.tokens)
+    groups["network"] = _network_group(model.network, materials)
     attributes = {"slope": model.calibration.slope, "offset": model.calibration.offset}
     groups |= {"calibration": Group(attributes=attributes), "quality": Group(attributes=quality)}
     header = Header(FILETYPE, FORMAT_VERSION, data_version, job, "Classifier of textures")
@@ -81,10 +74,7 @@ def write_model(
 
 
 def _colour_group(colour: GaussianModel, materials: dict[str, Axis], size: int) -> Group:
-    axes = {
-        name: Axis(np.arange(size, dtype=np.int32), "1", "coordinate: L*, a*, b*, 100 NDVI")
-        for name in ("row", "column")
-    }
+    axes = {name: Axis(np.arange(size, dtype=np.int32), "1", "coordinate: L*, a*, b*") for name in ("row", "column")}
     return Group(
         materials | axes,
         {
@@ -95,34 +85,8 @@ def _colour_group(colour: GaussianModel, materials: dict[str, Axis], size: int) 
     )
 
 
-def _tokens_group(tokens: TokenBasis) -> Group:
-    size, count = tokens.components.shape
-    axes = {
-        "channel": Axis(np.arange(size, dtype=np.int32), "1", "channel of a token of the image encoder"),
-        "component": Axis(np.arange(count, dtype=np.int32), "1", "principal component, the network's feature token_k"),
-    }
-    arrays = {
-        "mean": Variable(("channel",), tokens.mean, "1", "mean of the tokens of all textures"),
-        "basis": Variable(("channel", "component"), tokens.components, "1", "components, each of spread 1"),
-    }
-    identity = {f"encoder_{name}": value for name, value in vars(tokens.encoder).items()}
-    return Group(axes, arrays, attributes={name: _stored(value) for name, value in identity.items()})
-
-
-def _stored(value: Any) -> Any:
-    return np.array(value) if isinstance(value, tuple) else value
-
-
-def _tokens(group: Group) -> TokenBasis:
-    own = {name.removeprefix("encoder_"): value for name, value in group.attributes.items()}
-    mean, deviation = (tuple(np.asarray(own[name], float).tolist()) for name in ("mean", "deviation"))
-    side, rows, columns = (int(own[name]) for name in ("side", "rows", "columns"))
-    identity = EncoderIdentity(str(own["sha256"]), side, rows, columns, str(own["output"]), mean, deviation)
-    return TokenBasis(group.variables["mean"].data, group.variables["basis"].data, identity)
-
-
-def _network_group(network: Network, materials: dict[str, Axis], tokens: TokenBasis | None) -> Group:
-    inputs = Axis(np.array(_inputs(tokens), dtype=object), "1", "feature")
+def _network_group(network: Network, materials: dict[str, Axis]) -> Group:
+    inputs = Axis(np.array(names(), dtype=object), "1", "feature")
     units = Axis(np.arange(len(network.inner_offset), dtype=np.int32), "1", "hidden unit")
     return Group(
         {"feature": inputs, "unit": units} | materials,
@@ -135,11 +99,6 @@ def _network_group(network: Network, materials: dict[str, Axis], tokens: TokenBa
             "outer_offset": Variable(("material",), network.outer_offset, "1", "offsets of the materials"),
         },
     )
-
-
-def _inputs(tokens: TokenBasis | None) -> tuple[str, ...]:
-    """Names of the features that a network takes."""
-    return names() if tokens is None else (*names(), *tokens.names)
 
 
 def read_model(path: str | os.PathLike[str]) -> TrainedModel:
@@ -158,70 +117,45 @@ def read_model(path: str | os.PathLike[str]) -> TrainedModel:
             materials, *(values[name].astype(np.float64) for name in ("mean", "covariance", "log_prior"))
         )
         calibration = Calibration(*(float(root.groups["calibration"].attributes[name]) for name in ("slope", "offset")))
-        network = None
-        tokens = _tokens(root.groups["tokens"]) if "tokens" in root.groups else None
-        if tokens is not None and (problem := _tokens_problem(tokens)):
-            raise InputError(f"is damaged ({problem}); train it again with 'tmm train'", file=path)
-        if "network" in root.groups:
-            group = root.groups["network"]
-            if tuple(group.axes["feature"].values.tolist()) != _inputs(tokens):
-                raise InputError(
-                    "was trained on features of another version; train it again with 'tmm train'", file=path
-                )
-            network = Network(**{name: variable.data for name, variable in group.variables.items()})
+        group = root.groups["network"]
+        if tuple(group.axes["feature"].values.tolist()) != names():
+            raise InputError("was trained on features of another version; train it again with 'tmm train'", file=path)
+        network = Network(**{name: variable.data for name, variable in group.variables.items()})
     except (KeyError, TypeError, ValueError):
         raise InputError("lacks a part of a classifier; train it again with 'tmm train'", file=path) from None
-    if problem := _problem(colour, network, calibration, len(_inputs(tokens))):
+    if problem := _problem(colour, network, calibration):
         raise InputError(f"is damaged ({problem}); train it again with 'tmm train'", file=path)
-    return TrainedModel(materials, colour, network, calibration, tokens)
+    return TrainedModel(materials, colour, network, calibration)
 
 
-def _tokens_problem(tokens: TokenBasis) -> str | None:
-    """What makes a basis of tokens unusable; None where it is sound."""
-    size, encoder = tokens.mean.size, tokens.encoder
-    shape = tokens.components.shape
-    if tokens.mean.shape != (size,) or len(shape) != 2 or shape[0] != size or not 1 <= shape[1] <= max(size, 1):
-        return f"its tokens have a mean {tokens.mean.shape} and a basis {shape}"
-    for name, values in (("mean", tokens.mean), ("basis", tokens.components)):
-        if values.dtype.kind != "f" or not np.isfinite(values).all():
-            return f"tokens/{name} is not finite"
-    if not re.fullmatch("[0-9a-f]{64}", encoder.sha256):
-        return f"its encoder has the SHA-256 {encoder.sha256[:80]!r}"
-    sides = encoder.side, encoder.rows, encoder.columns
-    if not (0 < encoder.rows <= encoder.side and 0 < encoder.columns <= encoder.side <= MOST_SIDE):
-        return f"its encoder takes images and gives maps of {sides}"
-    return None
-
-
-def _problem(colour: GaussianModel, network: Network | None, calibration: Calibration, features: int) -> str | None:
+def _problem(colour: GaussianModel, network: Network, calibration: Calibration) -> str | None:
     """What makes a classifier unusable; None where it is sound."""
     count = len(colour.names)
     if not count or not all(isinstance(name, str) and name for name in colour.names) or len(set(colour.names)) < count:
         return "its materials do not have one name each"
     dimensions = colour.means.shape[-1] if colour.means.ndim else 0
-    if dimensions not in (COLOUR_DIMENSIONS if network is None else COLOUR_DIMENSIONS[:1]):
+    if dimensions != COLOUR_DIMENSIONS:
         return f"its colours have {dimensions} coordinates"
     shapes: dict[str, tuple[npt.NDArray[Any], tuple[int, ...]]] = {
         "mean": (colour.means, (count, dimensions)),
         "covariance": (colour.covariances, (count, dimensions, dimensions)),
         "log_prior": (colour.log_prior, (count,)),
     }
-    if network is not None:
-        units = network.inner_offset.size
-        shapes |= {
-            "network/mean": (network.mean, (features,)),
-            "network/scale": (network.scale, (features,)),
-            "network/inner_weight": (network.inner_weight, (features, units)),
-            "network/inner_offset": (network.inner_offset, (units,)),
-            "network/outer_weight": (network.outer_weight, (units, count)),
-            "network/outer_offset": (network.outer_offset, (count,)),
-        }
+    features, units = len(names()), network.inner_offset.size
+    shapes |= {
+        "network/mean": (network.mean, (features,)),
+        "network/scale": (network.scale, (features,)),
+        "network/inner_weight": (network.inner_weight, (features, units)),
+        "network/inner_offset": (network.inner_offset, (units,)),
+        "network/outer_weight": (network.outer_weight, (units, count)),
+        "network/outer_offset": (network.outer_offset, (count,)),
+    }
     for name, (values, shape) in shapes.items():
         if values.dtype.kind != "f" or values.shape != shape:
             return f"{name} is {values.dtype} {values.shape}; allowed: floats {shape}"
         if not np.isfinite(values).all():
             return f"{name} is not finite"
-    if network is not None and (network.scale <= 0).any():
+    if (network.scale <= 0).any():
         return "the scale of a feature is not above 0"
     covariances = colour.covariances
     if not np.allclose(covariances, covariances.transpose(0, 2, 1), rtol=1e-5, atol=1e-6 * np.abs(covariances).max()):

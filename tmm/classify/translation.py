@@ -10,15 +10,25 @@ rule.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from skyshine.materials.library import MaterialLibrary
+    from skyshine.tmm.classify.trained import TrainedModel
 
 # Clicks that a library's names count as. On 46 aerial sheets by which it was chosen six clicks a material reach a mean
 # IoU of .72, .735 and .746 with 3, 6 and 10; one click .63 with each, and .60 with 10 where seeds weigh less.
 TRUST = 6.0
 SLIPS = 0.05  # share of a material that a library is taken to call anything, before it is heard on a seed
+
+
+def class_groups(model: TrainedModel | None, materials: Sequence[str], library: MaterialLibrary) -> dict[str, str]:
+    """Group by name of the classes of a library model and of materials; names that the library lacks have none."""
+    names = (*(() if model is None else model.names), *materials)
+    return {name: library.group(name) for name in names if name in library}
 
 
 def library_classes(
@@ -39,7 +49,7 @@ def library_classes(
         if name in materials:
             shares[i, materials.index(name)] = 1
             continue
-        group = [k for k, other in enumerate(materials) if groups[other] == groups.get(name)]
+        group = [k for k, other in enumerate(materials) if groups.get(other, other) == groups.get(name)]
         alike = [k for k in group if materials[k] not in classes] or group
         shares[i, alike] = 1 / max(len(alike), 1)
     return shares

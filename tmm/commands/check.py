@@ -38,7 +38,7 @@ def command(job: str, as_json: bool) -> None:
             _print(report)
     raise_all(problems, len(loaded.textures))
     if not as_json:
-        click.echo(f"{job}: holds")
+        click.echo(f"{job}: OK")
 
 
 def _print(report: dict[str, Any]) -> None:
@@ -46,6 +46,12 @@ def _print(report: dict[str, Any]) -> None:
         f"{report['name']}: {report['image']}, {report['width']} x {report['height']} {report['pixel_type']}, "
         f"{report['encoding']}, {report['texels_with_data']} texels with data; materials by {report['way']}"
     )
+    click.echo("  taken as " + "; ".join(f"{key}: {value}" for key, value in report["taken_as"].items()))
+    lost = ", ".join(f"{reason} {100 * share['value']:.3g} %" for reason, share in report["without_data"].items())
+    if lost:
+        click.echo(f"  without data: {lost}")
+    for warning in report["warnings"]:
+        click.echo(f"  warning: {warning}")
     for name, count in report["seed_texels"].items():
         click.echo(f"  {name}: {count} seed texels")
     if report["conflicting_seed_texels"]:

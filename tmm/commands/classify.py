@@ -121,14 +121,26 @@ def _report(mapped: TextureMap, written: Written, path: Path) -> dict[str, Any]:
         "unknown": quantity(max(1 - sum(usage.values()), 0.0), "1"),
         "mean_confidence": quantity(written.confidence, "1"),
         "in_shade": None if written.shade is None else quantity(written.shade, "1"),
+        "expected_accuracy": quantity(written.confidence_of_known, "1"),
+        "held_out_places": quality.places,
         "held_out_texels": quality.whole.tested,
         "overall_accuracy": quantity(quality.whole.overall_accuracy, "1"),
         "mean_iou": quantity(quality.whole.mean_iou, "1"),
         "calibration_error": quantity(quality.whole.calibration_error, "1"),
         "held_out_texels_in_shadow": quality.inside.tested,
         "overall_accuracy_in_shadow": quantity(quality.inside.overall_accuracy, "1"),
+        "not_held_out": _not_held_out(mapped),
         "warnings": doubts(mapped, written),
     }
+
+
+def _not_held_out(mapped: TextureMap) -> str | None:
+    """Why nothing could be held out; None where something was, or there are no seeds."""
+    if mapped.seeds is None or mapped.quality.places:
+        return None
+    if mapped.seeds.asked.all():
+        return "its places were asked for where the map was in doubt; 'tmm suggest --random' asks for a fair sample"
+    return "one place a material; draw a second, apart from the first"
 
 
 def _print(report: dict[str, Any]) -> None:
@@ -143,9 +155,11 @@ def _print(report: dict[str, Any]) -> None:
     click.echo(f"  {100 * report['unknown']['value']:5.1f} %  unknown")
     if report["in_shade"] is not None:
         click.echo(f"  {100 * report['in_shade']['value']:5.1f} %  in the shade of the photograph")
-    if report["held_out_texels"]:
+    if report["way"] == "seeds":
+        click.echo(f"  expected accuracy, by the confidence of its texels: {report['expected_accuracy']['value']:.3f}")
+    if report["held_out_places"]:
         click.echo(
-            "  held-out seeds (where seeds were drawn, often the clear places; elsewhere it may be less): "
+            f"  {report['held_out_places']} places of seeds held out (often the clear ones; elsewhere it may be less): "
             f"accuracy {report['overall_accuracy']['value']:.3f}, mean IoU "
             f"{report['mean_iou']['value']:.3f}, calibration error {report['calibration_error']['value']:.3f} "
             f"({report['held_out_texels']} texels)"
@@ -156,6 +170,6 @@ def _print(report: dict[str, Any]) -> None:
                 f"({report['held_out_texels_in_shadow']} texels)"
             )
     elif report["way"] == "seeds":
-        click.echo("  held-out seeds: none (each material has a single region); draw a second polygon of each")
+        click.echo(f"  accuracy on seeds held out cannot be measured: {report['not_held_out']}")
     for warning in report["warnings"]:
         click.echo(f"  warning: {warning}")

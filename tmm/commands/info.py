@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 @click.argument("file", type=click.Path())
 @json_option
 def command(file: str, as_json: bool) -> None:
-    """Show what FILE holds: texture, materials, levels, quality; of a trained model also its image encoder."""
+    """Show what FILE holds: texture, materials, levels, quality; or what a trained model knows."""
     from skyshine.tmm.classify.model_file import is_model
     from skyshine.tmm.database.reader import open_tmm
 
@@ -51,32 +51,23 @@ def _show_model(file: str, as_json: bool) -> None:
     model = read_model(file)
     root, attributes = read_file(file, FILETYPE)
     keys = ("filetype", "format_version", "data_version", "generator", "content_sha256")
-    encoder = {} if model.tokens is None else {key: _plain(value) for key, value in vars(model.tokens.encoder).items()}
     quality = {key: _plain(value) for key, value in root.groups["quality"].attributes.items()}
     result = {
         "file": file,
         **{key: str(attributes[key]) for key in keys},
         "materials": list(model.names),
-        "method": "colour" if model.network is None else "textured",
         "quality": quality,
-        "encoder": None if model.tokens is None else {**encoder, "components": model.tokens.count},
     }
     if as_json:
         emit_json(result)
         return
     for key in keys:
         click.echo(f"{key}: {result[key]}")
-    click.echo(f"classifier of textures, {result['method']}: {', '.join(model.names)}")
+    click.echo(f"classifier of textures: {', '.join(model.names)}")
     if quality.get("tested_texels"):
         click.echo(
             f"textures held out: accuracy {quality['overall_accuracy']:.3f}, mean IoU {quality['mean_iou']:.3f} "
             f"({quality['tested_texels']} texels of {quality['textures']} textures)"
-        )
-    if encoder:
-        click.echo(
-            f"image encoder, which a job names in classifier.features: SHA-256 {encoder['sha256']}, output "
-            f"'{encoder['output']}', {encoder['rows']} x {encoder['columns']} tokens of {encoder['side']} x "
-            f"{encoder['side']} texels, {model.tokens.count if model.tokens else 0} components"
         )
 
 
@@ -116,8 +107,12 @@ def _print(result: dict[str, Any]) -> None:
     quality = result["quality"]
     if not result["confusion"]:
         return
+    click.echo(f"expected accuracy, by the confidence of its texels: {quality['expected_accuracy']:.3f}")
+    if not quality["tested_places"]:
+        click.echo("accuracy on seeds held out was not measured: no material had two places that were not asked for")
+        return
     click.echo(
-        "held-out seeds (where seeds were drawn, often the clear places; elsewhere it may be less): "
-        f"accuracy {quality['overall_accuracy']:.3f}, mean IoU {quality['mean_iou']:.3f}, "
+        f"{quality['tested_places']} of {quality['separate_places']} places of seeds held out (often the clear places; "
+        f"elsewhere it may be less): accuracy {quality['overall_accuracy']:.3f}, mean IoU {quality['mean_iou']:.3f}, "
         f"{quality['tested_texels']} of {quality['seed_texels']} texels in {quality['folds']} parts"
     )

@@ -17,7 +17,15 @@ ROOT = ("filetype", "format_version", "data_version", "generator", "job", "conte
 PROVENANCE = ("texture", "texture_sha256", "width", "height", "pixel_type", "encoding")
 USAGE = ("texels", "texels_with_data", "texels_with_material")
 TESTED = ("tested_texels", "seed_texels")
-MEASURED = ("overall_accuracy", "mean_iou", "calibration_error", "folds")  # where seeds were held out
+MEASURED = (
+    "overall_accuracy",
+    "mean_iou",
+    "calibration_error",
+    "folds",
+    "expected_accuracy",
+    "separate_places",
+    "tested_places",
+)
 PLANES = {"code": np.uint16, "mix_code": np.uint16, "mix_weight": np.uint16}
 FINEST = {"confidence": np.float32, "typicality": np.float32}
 SHADE = {"shade": np.uint8}  # on all levels or on none

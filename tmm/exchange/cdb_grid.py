@@ -13,8 +13,8 @@ import numpy.typing as npt
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import TmmFile
 from skyshine.tmm.exchange.cdb_places import MAX_LOD, MIN_LOD, TILE_SIDE, Tile, geocell_width
+from skyshine.tmm.images.gdal import WGS84, find_system, transformed
 from skyshine.tmm.images.georeference import Affine
-from skyshine.tmm.images.projections import Projection, find_projection
 
 # The place of a texel is computed at the nodes of a grid and taken as linear between them. In the whole geocell of
 # level 0 a step is 1/32 of a degree, over which a UTM grid bends by .1 m at most: a thousandth of a texel.
@@ -74,7 +74,7 @@ class Ground:
             )
         a, b, c, d, e, f = (float(value) for value in file.attributes["geo_affine"])
         self._affine: Affine = (a, b, c, d, e, f)
-        self._projection: Projection = find_projection(str(file.attributes["geo_crs"]), path)
+        self._system = find_system(str(file.attributes["geo_crs"]), path)
         self._height, self._width = file.height, file.width
         longitude, latitude = self._outline()
         if not (np.isfinite([*longitude, *latitude]).all() and np.abs(latitude).max() <= 90):
@@ -95,7 +95,7 @@ class Ground:
     def degrees(self, x: npt.NDArray[Any], y: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """Longitude and latitude of pixel coordinates of level 0."""
         a, b, c, d, e, f = self._affine
-        return self._projection.to_degrees(a * x + b * y + c, d * x + e * y + f)
+        return transformed(self._system, WGS84, a * x + b * y + c, d * x + e * y + f)
 
     def _outline(self) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         along = np.linspace(0, 1, _EDGE_POINTS)
@@ -142,7 +142,7 @@ class Ground:
         steps = min(_STEPS, tile.side)
         at = np.linspace(0, 1, steps + 1)
         longitude, latitude = np.meshgrid(west + at * (east - west), north - at * (north - south))
-        nodes = self._projection.to_map(longitude, latitude)
+        nodes = transformed(WGS84, self._system, longitude, latitude)
         a, b, c, d, e, f = self._affine
         u, v = nodes[0] - c, nodes[1] - f
         area = a * e - b * d

@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.gltf import BINARY_CHUNK, JSON_CHUNK, MAGIC, VERSION
 from skyshine.tmm.exchange.files import write_bytes
 from skyshine.tmm.exchange.image import MaterialImage
 
 MAX_IDS = 65536  # of two 8 bit channels
 FLOAT, UNSIGNED_SHORT, ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 5126, 5123, 34962, 34963
 NEAREST, CLAMP_TO_EDGE, TRIANGLES = 9728, 33071, 4
-MAGIC, _VERSION, _JSON_CHUNK, BINARY_CHUNK = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
 _ALIGNMENT = 8  # of property table buffers, by the metadata specification
 
 
@@ -169,7 +169,5 @@ def glb(document: dict[str, Any], content: bytes) -> bytes:
     text = json.dumps(document, separators=(",", ":"), ensure_ascii=False).encode()
     text += b" " * (-len(text) % 4)
     content += b"\0" * (-len(content) % 4)
-    chunks = (
-        struct.pack("<II", len(text), _JSON_CHUNK) + text + struct.pack("<II", len(content), BINARY_CHUNK) + content
-    )
-    return struct.pack("<III", MAGIC, _VERSION, 12 + len(chunks)) + chunks
+    chunks = struct.pack("<II", len(text), JSON_CHUNK) + text + struct.pack("<II", len(content), BINARY_CHUNK) + content
+    return struct.pack("<III", MAGIC, VERSION, 12 + len(chunks)) + chunks

@@ -7,25 +7,19 @@ result is one ``.glb`` that holds buffers and images which were files of their o
 
 from __future__ import annotations
 
-import base64
-import binascii
-import json
 import mimetypes
 import os
-import struct
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.paths import job_path
+from skyshine.schemas.gltf import base_colour, numbered, read_gltf, references, resource, texture_set, view_bytes
 from skyshine.tmm.exchange.files import write_bytes
-from skyshine.tmm.exchange.gltf import BINARY_CHUNK, MAGIC, NEAREST, Buffer, feature_ids, glb, metadata
+from skyshine.tmm.exchange.gltf import NEAREST, Buffer, feature_ids, glb, metadata
 from skyshine.tmm.exchange.image import MaterialImage
 
 OWN = ("EXT_mesh_features", "EXT_structural_metadata")
-PACKED = ("EXT_meshopt_compression", "KHR_meshopt_compression")  # their views lie in buffers that hold nothing yet
-BYTE_LIMIT = 1 << 31  # of a mesh with all that it names
 TRANSFORM = "KHR_texture_transform"
 
 
@@ -49,11 +43,11 @@ def write_mesh(
         photograph.
     """
     path = Path(mesh)
-    document, binary = _read(path)
-    for name in (*OWN, *PACKED):
+    document, binary = read_gltf(path)
+    for name in OWN:
         if name in document.get("extensionsUsed", ()):
             raise InputError(f"has {name}; allowed: a mesh without it; export it so", file=path)
-    try:
+    with references(path):
         buffer = _one_buffer(document, binary, path)
         found = _showing(document, _image_number(document, image.name, photograph, path))
         if not found:
@@ -61,10 +55,6 @@ def write_mesh(
                 "no primitive has the photograph as its base colour; name the image with --photograph", file=path
             )
         _add(document, buffer, image, found)
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError):
-        raise InputError(
-            "is damaged: a part refers to one that is not there; check it with a glTF validator", file=path
-        ) from None
     document["buffers"] = [{"byteLength": len(buffer.content)}]
     document["bufferViews"] = buffer.views
     out = Path(folder) / f"{path.stem}.{image.name}.glb"
@@ -72,65 +62,10 @@ def write_mesh(
     return [out]
 
 
-def _read(path: Path) -> tuple[dict[str, Any], bytes]:
-    """The JSON of a file, and the binary chunk that it may have."""
-    try:
-        if path.exists() and not path.is_file():
-            raise InputError("is no file that can be read; check the path", file=path)
-        if path.stat().st_size > BYTE_LIMIT:
-            raise InputError(f"found {path.stat().st_size} bytes; allowed: at most {BYTE_LIMIT}", file=path)
-        content = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}; check the path", file=path) from None
-    text, binary = content, b""
-    if content[:4] == struct.pack("<I", MAGIC):
-        text, binary = _chunks(content, path)
-    try:
-        document = json.loads(text.decode())
-    except (ValueError, RecursionError):
-        document = None
-    asset = document.get("asset") if isinstance(document, dict) else None
-    if (
-        not isinstance(document, dict)
-        or not isinstance(asset, dict)
-        or str(asset.get("version", "")).split(".")[0] != "2"
-    ):
-        raise InputError("is no glTF 2.0; allowed: a .glb or .gltf of version 2", file=path)
-    return document, binary
-
-
-def _chunks(content: bytes, path: Path) -> tuple[bytes, bytes]:
-    chunks: list[tuple[int, bytes]] = []
-    at = 12
-    while at + 8 <= len(content) and len(chunks) < 2:
-        size, kind = struct.unpack_from("<II", content, at)
-        if at + 8 + size > len(content):
-            raise InputError("is cut short; export the mesh again", file=path)
-        chunks.append((kind, content[at + 8 : at + 8 + size]))
-        at += 8 + size
-    if not chunks:
-        raise InputError("is cut short; export the mesh again", file=path)
-    binary = chunks[1][1] if len(chunks) > 1 and chunks[1][0] == BINARY_CHUNK else b""
-    return chunks[0][1], binary
-
-
 def _one_buffer(document: dict[str, Any], binary: bytes, path: Path) -> Buffer:
     """All buffers and images of a file in one buffer, by the views that the document has and those of the images."""
-    sources = []
-    for number, each in enumerate(document.get("buffers", [])):
-        source = _resource(each["uri"], path) if "uri" in each else binary if number == 0 else b""
-        if len(source) < each["byteLength"]:
-            raise InputError(
-                f"buffer {number} has {len(source)} bytes; stated: {each['byteLength']}; export the mesh again",
-                file=path,
-            )
-        sources.append(source)
     buffer = Buffer()
-    for view in document.get("bufferViews", []):
-        start = view.get("byteOffset", 0)
-        data = sources[view["buffer"]][start : start + view["byteLength"]]
-        if len(data) < view["byteLength"]:
-            raise InputError("a buffer view reaches beyond its buffer; export the mesh again", file=path)
+    for view, data in zip(document.get("bufferViews", []), view_bytes(document, binary, path), strict=True):
         kept = {key: value for key, value in view.items() if key not in ("buffer", "byteOffset", "byteLength")}
         buffer.add(data, **kept)
     for each in document.get("images", []):
@@ -138,23 +73,8 @@ def _one_buffer(document: dict[str, Any], binary: bytes, path: Path) -> Buffer:
             uri = each.pop("uri")
             each.setdefault("name", Path(unquote(uri)).stem if not uri.startswith("data:") else "image")
             each["mimeType"] = _mime(uri)
-            each["bufferView"] = buffer.add(_resource(uri, path))
+            each["bufferView"] = buffer.add(resource(uri, path))
     return buffer
-
-
-def _resource(uri: str, path: Path) -> bytes:
-    """The bytes that a URI of the file names: in itself, or in a file of its folder."""
-    if uri.startswith("data:"):
-        try:
-            return base64.b64decode(uri.partition(",")[2], validate=True)
-        except binascii.Error:
-            raise InputError("a data URI is not base64; export the mesh again", file=path) from None
-    try:
-        return job_path(path.parent, unquote(uri)).read_bytes()
-    except ValueError as error:
-        raise InputError(str(error), file=path) from None
-    except OSError as error:
-        raise InputError(f"names '{uri}', which cannot be read: {error.strerror}; put it there", file=path) from None
 
 
 def _mime(uri: str) -> str:
@@ -183,23 +103,13 @@ def _showing(document: dict[str, Any], photograph: int) -> list[tuple[dict[str, 
     found = []
     for mesh in document.get("meshes", []):
         for primitive in mesh["primitives"]:
-            if "material" not in primitive:
-                continue
-            colour = (
-                document["materials"][primitive["material"]].get("pbrMetallicRoughness", {}).get("baseColorTexture")
-            )
+            colour = base_colour(document, primitive)
             if colour is None:
                 continue
-            shown = document["textures"][colour["index"]].get("source") == photograph
-            if shown and f"TEXCOORD_{_coordinates(colour)}" in primitive["attributes"]:
+            shown = numbered(document["textures"], colour["index"]).get("source") == photograph
+            if shown and f"TEXCOORD_{texture_set(colour)}" in primitive["attributes"]:
                 found.append((primitive, colour))
     return found
-
-
-def _coordinates(reference: dict[str, Any]) -> int:
-    """Set of texture coordinates that a reference to a texture uses; its transform may name another."""
-    transform = reference.get("extensions", {}).get(TRANSFORM, {})
-    return int(transform.get("texCoord", reference.get("texCoord", 0)))
 
 
 def _add(

@@ -33,7 +33,7 @@ def write_relit(folder: str | os.PathLike[str], path: str | os.PathLike[str]) ->
     """
     with open_tmm(path) as file:
         if not file.has_shade:
-            raise InputError("has no layer of shade; classify the texture with 'shade: {}'", file=path)
+            raise InputError("has no layer of shade; classify the texture with 'shade'", file=path)
         job, image = file.job, find_image(file, Path(path), None)
     texture = open_texture(job.model_copy(update={"image": image.name}), image.parent)
     assert isinstance(texture, RelitTexture)

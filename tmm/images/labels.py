@@ -33,7 +33,7 @@ class Labels:
             The image cannot be read, or cannot hold a colour of the palette.
         """
         self.path = base_folder / labels.image
-        self._raster = Raster(self.path)
+        self._raster = Raster(self.path, indices=all(key.isdecimal() for key in labels.palette))
         self.height, self.width = self._raster.height, self._raster.width
         grey, dtype = self._raster.channels < 3, self._raster.dtype
         if dtype.kind != "u" or (not grey and dtype != np.uint8):

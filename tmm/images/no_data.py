@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,18 +11,29 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.images.georeference import TIFF_ERRORS, is_tiff
+from skyshine.tmm.images.gdal import open_dataset, quiet
+from skyshine.tmm.images.georeference import is_tiff
 from skyshine.tmm.images.raster import Raster
 
-_VALUE_TAG = 42113  # GDAL_NODATA: a number as text
-_MASK = 4  # bit of NewSubfileType (TIFF 6.0): the image is a transparency mask of another one
 SIDECAR = ".msk"  # added to the whole name of the image
+COLLAR = 12  # levels of 8 bit about the no-data value that JPEG leaves of it: half of its steps at quality 75
+PIECE_TEXELS = 1 << 21  # looked at at a time
 
 
 class NoData:
     """What an image file says of texels without data besides alpha; alike for all channels.
 
-    A texel has none where a mask is 0, or all its colours are the no-data value.
+    A texel has none where a mask is 0, where all its colours are the no-data value, or, of a lossy file, where they
+    are near that value all the way to a border of the image.
+
+    Attributes
+    ----------
+    value : float or None
+        The no-data value.
+    lossy : bool
+        Whether values near it count on the collar of the image.
+    masked : bool
+        Whether the file or one beside it has a mask.
     """
 
     def __init__(self, path: Path, image: Raster) -> None:
@@ -32,51 +44,82 @@ class NoData:
         InputError
             A mask cannot be read, or has another size than the image.
         """
-        self._value, number = _tags(path) if is_tiff(path) else (None, None)
-        self._masks = [Raster(path, number)] if number is not None else []
+        self.value, self.lossy, self._dataset = None, False, None
+        if is_tiff(path):
+            self._look(path, str(image.kind))
         sidecar = path.with_name(path.name + SIDECAR)
-        if sidecar.is_file():
-            self._masks.append(Raster(sidecar))
-        for mask in self._masks:
-            if (mask.height, mask.width) != (image.height, image.width):
-                raise InputError(
-                    f"has a mask of {mask.width} x {mask.height}; allowed: the image's {image.width} x {image.height}",
-                    file=mask.path,
-                )
-        if self._value is not None:
-            self._value = _as_read(self._value, str(image.spec.format))
+        self._mask = Raster(sidecar) if sidecar.is_file() else None
+        if self._mask is not None and (self._mask.height, self._mask.width) != (image.height, image.width):
+            raise InputError(
+                f"has a mask of {self._mask.width} x {self._mask.height}; allowed: the image's {image.width} x "
+                f"{image.height}",
+                file=sidecar,
+            )
+        self.masked = self._mask is not None or self._dataset is not None
+        self._edges: tuple[npt.NDArray[Any], ...] | None = None
 
-    def valid(self, rows: slice, columns: slice, colours: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-        """Whether the texels of a window of these colours (h, w, C) have data, (h, w); raises as `Raster.rows`."""
-        valid = np.ones(colours.shape[:2], np.bool_)
-        for mask in self._masks:
-            valid &= mask.rows(rows.start, rows.stop)[:, columns, 0] != 0
-        if self._value is not None:
-            if colours.dtype.kind == "u":
-                valid &= (colours != self._value).any(axis=-1)
-            else:
-                same = np.isclose(colours.astype(np.float64), self._value, rtol=1e-6, atol=0)
-                valid &= ~same.all(axis=-1)
-        return valid
+    def _look(self, path: Path, kind: str) -> None:
+        from rasterio.enums import MaskFlags
 
+        dataset = open_dataset(path)
+        if dataset is None:
+            return
+        with quiet():
+            value, flags = dataset.nodata, dataset.mask_flag_enums[0]
+            self.lossy = value is not None and "jpeg" in str(dataset.profile.get("compress", "")).lower()
+            if MaskFlags.per_dataset in flags and MaskFlags.alpha not in flags:
+                self._dataset = dataset
+        if value is not None and not math.isnan(value):
+            self.value = _as_read(value, kind)
 
-def _tags(path: Path) -> tuple[float | None, int | None]:
-    """The no-data value of a TIFF, and the number of the mask of its first image; None where there is none."""
-    import tifffile
+    def reasons(
+        self, rows: slice, columns: slice, colours: npt.NDArray[Any]
+    ) -> Iterator[tuple[str, npt.NDArray[np.bool_]]]:
+        """Why texels (h, w) of a window of these colours (h, w, C) have no data, one reason after the other."""
+        if self._mask is not None:
+            yield "mask", self._mask.rows(rows.start, rows.stop)[:, columns, 0] == 0
+        if self._dataset is not None:
+            with quiet():
+                inside = self._dataset.read_masks(1, window=((rows.start, rows.stop), (columns.start, columns.stop)))
+            yield "mask", inside == 0
+        if self.value is not None:
+            yield "no-data value", self._same(colours)
+        if self._edges is not None:
+            top, bottom, left, right = self._edges
+            row, column = np.arange(rows.start, rows.stop)[:, np.newaxis], np.arange(columns.start, columns.stop)
+            outside = (column < left[rows, np.newaxis]) | (column > right[rows, np.newaxis])
+            outside |= (row < top[columns]) | (row > bottom[columns])
+            yield "collar", outside & self._near(colours)
 
-    try:
-        with tifffile.TiffFile(path) as file:
-            first = file.pages[0]
-            tag = first.tags.get(_VALUE_TAG) if isinstance(first, tifffile.TiffPage) else None
-            masks = [
-                number
-                for number, page in enumerate(file.pages)
-                if isinstance(page, tifffile.TiffPage) and page.subfiletype == _MASK
-            ]
-            value = float(str(tag.value).strip("\0 ")) if tag is not None else math.nan
-    except TIFF_ERRORS:
-        return None, None  # as of a file whose tags tifffile does not read; texels that are not finite have no data
-    return None if math.isnan(value) else value, masks[0] if masks else None
+    def find_collar(self, windows: Iterator[tuple[slice, npt.NDArray[Any]]], height: int, width: int) -> None:
+        """Find how far values near no data reach into a lossy image from its borders.
+
+        Parameters
+        ----------
+        windows : iterator of (slice, (h, w, C) array)
+            Rows and colours of bands of the image, from its top.
+        """
+        top, bottom = np.full(width, height), np.full(width, -1)
+        left, right = np.full(height, width), np.full(height, -1)
+        for rows, colours in windows:
+            inside = ~self._near(colours)
+            seen = inside.any(axis=0)
+            first, last = inside.argmax(axis=0), len(inside) - 1 - inside[::-1].argmax(axis=0)
+            top[seen] = np.minimum(top[seen], rows.start + first[seen])
+            bottom[seen] = rows.start + last[seen]
+            some = inside.any(axis=1)
+            left[rows] = np.where(some, inside.argmax(axis=1), width)
+            right[rows] = np.where(some, width - 1 - inside[:, ::-1].argmax(axis=1), -1)
+        self._edges = top, bottom, left, right
+
+    def _same(self, colours: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+        if colours.dtype.kind == "u":
+            return (colours == self.value).all(axis=-1)
+        return np.isclose(colours.astype(np.float64), self.value, rtol=1e-6, atol=0).all(axis=-1)
+
+    def _near(self, colours: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+        near: npt.NDArray[np.bool_] = (np.abs(colours.astype(np.float64) - self.value) <= COLLAR).all(axis=-1)
+        return near
 
 
 def _as_read(value: float, kind: str) -> float:

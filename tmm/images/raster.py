@@ -1,4 +1,8 @@
-"""Image files read by rows through OpenImageIO, so that an image larger than memory can be worked through."""
+"""Image files read by rows, so that an image larger than memory can be worked through.
+
+OpenImageIO reads them; GDAL does where a TIFF is compressed in a way that OpenImageIO does not decode (ZSTD, LERC,
+LZMA), has CIELAB colours, or is asked for the indices of its palette.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +17,16 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.images.gdal import open_dataset, quiet
+from skyshine.tmm.images.georeference import is_tiff
 
 KEPT_BYTES = 1 << 27  # decoded size up to which an image is kept whole: 4096 x 4096 texels of RGB come below it
 PIECE_ROWS = 64  # decoded at a time of an image that is not kept whole
 PIECE_TEXELS = 1 << 21  # of a row of tiles decoded at a time
+FOREIGN = {  # beginnings of files that are images, but of a kind that is not read: what to do
+    b"\xabKTX 20": "is a KTX 2 texture, which is not read; save its base level as PNG, by 'ktx extract --level 0'",
+    b"\xabKTX 11": "is a KTX texture, which is not read; save its base level as PNG",
+}
 
 
 class Raster:
@@ -28,26 +38,32 @@ class Raster:
     Attributes
     ----------
     path : Path
-    spec : OpenImageIO.ImageSpec
     height, width, channels : int
+    channel_names : list of str
+    alpha : int or None
+        Channel that the file says is alpha.
+    colour_space : str
+        Name of the encoding that the file states; empty where it states none.
+    kind : str
+        Type of the values in the file.
     dtype : numpy.dtype
         uint8 and uint16 as stored; any other integer is scaled to its full range, any other float is float32.
     """
 
-    def __init__(self, path: Path, number: int = 0) -> None:
-        """Open an image of the file, by default its first.
+    def __init__(self, path: Path, indices: bool = False) -> None:
+        """Open the first image of the file; with `indices`, those of its palette in place of colours.
 
         Raises
         ------
         InputError
-            The file is missing, is no image, or holds more than one plane, or has no such image.
+            The file is missing, is no image, or holds more than one plane.
         """
-        self.path = path
-        self._source, self.spec = _open(path, number)
-        self.height, self.width, self.channels = self.spec.height, self.spec.width, self.spec.nchannels
-        kind = str(self.spec.format)
-        self._kind = kind if kind in ("uint8", "uint16") else "float"
-        self.dtype = np.dtype({"float": "float32"}.get(self._kind, self._kind))
+        self.path, self._source = path, _open(path, indices)
+        source = self._source
+        self.height, self.width, self.channels = source.height, source.width, len(source.channel_names)
+        self.channel_names, self.alpha, self.kind = source.channel_names, source.alpha, source.kind
+        self.colour_space, self._tile = source.colour_space, source.tile
+        self.dtype = np.dtype(self.kind if self.kind in ("uint8", "uint16") else "float32")
         self._whole = self.height * self.width * self.channels * self.dtype.itemsize <= KEPT_BYTES
         self._first, self._end, self._kept = 0, 0, np.empty((0, self.width, self.channels), self.dtype)
 
@@ -82,7 +98,7 @@ class Raster:
             stop = min(self._aligned(self._end, self._end + PIECE_ROWS)[1], last)
             target = self._kept[self._end - first : stop - first]
             step = self.width
-            if side := self.spec.tile_width:
+            if side := self._tile[1]:
                 step = max(PIECE_TEXELS // (stop - self._end) // side, 1) * side
             for left in range(0, self.width, step):
                 right = min(left + step, self.width)
@@ -91,28 +107,103 @@ class Raster:
 
     def _aligned(self, start: int, stop: int) -> tuple[int, int]:
         """The rows of whole tiles that hold these rows."""
-        side = self.spec.tile_height or 1
+        side = self._tile[0] or 1
         return start // side * side, min(-(-stop // side) * side, self.height)
 
     def _read(self, start: int, stop: int, left: int = 0, right: int | None = None) -> npt.NDArray[Any]:
         """Decode rows; of tiled images, columns from `left` to `right` of them."""
-        spec, source = self.spec, self._source
         right = self.width if right is None else right
-        with _decoders_silent():
-            if (start, stop, left, right) == (0, self.height, 0, self.width):
-                values = source.read_image(self._kind)
-            elif spec.tile_width:
-                columns = (spec.x + left, spec.x + right)
-                rows = (spec.y + start, spec.y + stop)
-                values = source.read_tiles(*columns, *rows, 0, 1, 0, spec.nchannels, self._kind)
-            else:
-                values = source.read_scanlines(spec.y + start, spec.y + stop, 0, 0, spec.nchannels, self._kind)
+        values, problem = self._source.read(start, stop, left, right)
         # A JPEG that ends early still returns texels, with only the error text to tell.
-        problem = source.geterror()
         if values is None or problem:
             raise InputError(_reason("is damaged or cut short", problem), file=self.path)
         texels: npt.NDArray[Any] = values.reshape(stop - start, right - left, self.channels)
         return texels
+
+
+class _OpenImageIO:
+    """An image file as OpenImageIO reads it."""
+
+    def __init__(self, source: Any, spec: Any) -> None:
+        self._source, self._spec = source, spec
+        self.height, self.width = spec.height, spec.width
+        self.channel_names, self.kind = list(spec.channelnames), str(spec.format)
+        self.alpha = spec.alpha_channel if 0 <= spec.alpha_channel < spec.nchannels else None
+        self.colour_space: str = spec.get_string_attribute("oiio:ColorSpace")
+        self.tile = spec.tile_height, spec.tile_width
+
+    def read(self, start: int, stop: int, left: int, right: int) -> tuple[npt.NDArray[Any] | None, str]:
+        """Texels of a window, all columns where the image has no tiles, and what went wrong."""
+        spec, source = self._spec, self._source
+        kind = self.kind if self.kind in ("uint8", "uint16") else "float"
+        with _decoders_silent():
+            if (start, stop, left, right) == (0, self.height, 0, self.width):
+                values = source.read_image(kind)
+            elif spec.tile_width:
+                columns = (spec.x + left, spec.x + right)
+                rows = (spec.y + start, spec.y + stop)
+                values = source.read_tiles(*columns, *rows, 0, 1, 0, spec.nchannels, kind)
+            else:
+                values = source.read_scanlines(spec.y + start, spec.y + stop, 0, 0, spec.nchannels, kind)
+        return values, source.geterror()
+
+    @property
+    def decodes(self) -> bool:
+        """Whether its first texels can be decoded."""
+        down, across = self.tile
+        values, _ = self.read(0, min(down or 1, self.height), 0, min(across or self.width, self.width))
+        return values is not None
+
+
+class _Gdal:
+    """An image file as GDAL reads it: its colours, or the indices of its palette."""
+
+    tile = 0, 0
+    colour_space = ""
+
+    def __init__(self, dataset: Any, indices: bool) -> None:
+        from rasterio.enums import ColorInterp
+
+        self._dataset = dataset
+        self.height, self.width, self.kind = dataset.height, dataset.width, str(dataset.dtypes[0])
+        meaning = list(dataset.colorinterp)
+        self._table = None
+        if dataset.count == 1 and not indices and (table := colour_table(dataset)) is not None:
+            self._table, meaning = table, [ColorInterp.red, ColorInterp.green, ColorInterp.blue]
+        if meaning[:3] == [ColorInterp.red, ColorInterp.green, ColorInterp.blue]:
+            self.channel_names = ["R", "G", "B", *("A" if m == ColorInterp.alpha else "extra" for m in meaning[3:])]
+        else:
+            self.channel_names = ["Y" if len(meaning) == 1 else f"band{k + 1}" for k in range(len(meaning))]
+        self.alpha = meaning.index(ColorInterp.alpha) if ColorInterp.alpha in meaning else None
+
+    def read(self, start: int, stop: int, left: int, right: int) -> tuple[npt.NDArray[Any] | None, str]:
+        """Texels of a window, and what went wrong."""
+        from rasterio.errors import RasterioError
+
+        with quiet():
+            try:
+                planes = self._dataset.read(window=((start, stop), (left, right)))
+            except RasterioError as error:
+                return None, str(error)
+        if self._table is not None:
+            return np.take(self._table, planes[0], axis=0), ""
+        values = np.moveaxis(planes, 0, -1)
+        if values.dtype.kind in "iu" and values.dtype not in (np.uint8, np.uint16):
+            values = values / np.float32(np.iinfo(values.dtype).max)
+        return np.ascontiguousarray(values, dtype=values.dtype if values.dtype.kind == "u" else np.float32), ""
+
+
+def colour_table(dataset: Any) -> npt.NDArray[np.uint8] | None:
+    """Red, green and blue (256, 3) of the indices of a palette; None where a dataset of GDAL has none."""
+    with quiet():
+        try:
+            entries = dataset.colormap(1)
+        except (ValueError, KeyError):
+            return None
+    table = np.zeros((256, 3), np.uint8)
+    for index, colour in entries.items():
+        table[index] = colour[:3]
+    return table
 
 
 def read_channels(path: Path) -> npt.NDArray[Any]:
@@ -138,23 +229,50 @@ def file_sha256(path: Path) -> str:
         raise InputError(f"cannot be read: {error.strerror}; check the path", file=path) from None
 
 
-def _open(path: Path, number: int) -> tuple[Any, Any]:
+def _open(path: Path, indices: bool) -> _OpenImageIO | _Gdal:
     import OpenImageIO as oiio
 
     if not path.is_file():
         raise InputError("does not exist or is not a file; check the image's path", file=path)
+    with open(path, "rb") as file:
+        start = file.read(12)
+    for beginning, remedy in FOREIGN.items():
+        if start.startswith(beginning):
+            raise InputError(remedy, file=path)
+    if indices and (dataset := open_dataset(path)) is not None and colour_table(dataset) is not None:
+        return _Gdal(dataset, True)
     config = oiio.ImageSpec()
     config["oiio:UnassociatedAlpha"] = 1  # else colours come multiplied by alpha, and change with it
     with _decoders_silent():
         source = oiio.ImageInput.open(str(path), config)
-    if source is None:
-        raise InputError(_reason("is not an image that can be read", oiio.geterror()), file=path)
-    if number and not source.seek_subimage(number, 0):
-        raise InputError(_reason(f"has no image {number}", source.geterror()), file=path)
-    spec = source.spec()
-    if spec.depth > 1 or spec.width < 1 or spec.height < 1:
-        raise InputError(f"has the size {spec.width} x {spec.height} x {spec.depth}; allowed: one plane", file=path)
-    return source, spec
+    problem = "" if source is not None else oiio.geterror()
+    opened = None
+    if source is not None:
+        spec = source.spec()
+        if spec.depth > 1 or spec.width < 1 or spec.height < 1:
+            raise InputError(f"has the size {spec.width} x {spec.height} x {spec.depth}; allowed: one plane", file=path)
+        opened = _OpenImageIO(source, spec)
+        # OpenImageIO passes CIELAB on as if it were red, green and blue.
+        plain = "lab" not in str(spec.get_string_attribute("tiff:ColorSpace")).lower()
+        if spec.getattribute("tiff:PhotometricInterpretation") is None or (plain and opened.decodes):
+            return opened
+    dataset = open_dataset(path) if is_tiff(path) else None
+    if dataset is not None and _decodes(dataset):
+        return _Gdal(dataset, False)
+    if opened is None:
+        raise InputError(_reason("is not an image that can be read", problem), file=path)
+    return opened  # what is wrong with it is said where it is read
+
+
+def _decodes(dataset: Any) -> bool:
+    from rasterio.errors import RasterioError
+
+    with quiet():
+        try:
+            dataset.read(1, window=((0, 1), (0, dataset.width)))
+        except RasterioError:
+            return False
+    return dataset.dtypes[0] in ("uint8", "uint16", "int8", "int16", "uint32", "int32", "float32", "float64")
 
 
 @contextmanager

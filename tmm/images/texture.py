@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -9,11 +10,13 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.schemas.errors import InputError, nearest
+from skyshine.schemas.errors import InputError
+from skyshine.tmm.images.intake import take_in
 from skyshine.tmm.images.no_data import NoData
 from skyshine.tmm.images.raster import Raster, file_sha256
 
 ALPHA_LIMIT = 0.5  # the usual cut-off of alpha-tested textures
+PIECE_TEXELS = 1 << 21  # looked at at a time
 _SRGB = {"srgb_rec709_scene", "srgb_rec709_display", "srgb", "srgb_texture"}
 _LINEAR = {"lin_rec709_scene", "linear", "lin_srgb", "lin_rec709", "scene_linear"}
 
@@ -82,7 +85,13 @@ class TextureFile:
     """
 
     def __init__(
-        self, path: Path, colour_space: str = "auto", alpha: str = "no-data", near_infrared: str | None = None
+        self,
+        path: Path,
+        colour_space: str = "auto",
+        alpha: str = "auto",
+        near_infrared: str | None = None,
+        white: float | str | None = None,
+        indices: bool = False,
     ) -> None:
         """Open an image as it is stored (an orientation tag turns nothing: a runtime's texture unit does not either).
 
@@ -91,10 +100,13 @@ class TextureFile:
         path : Path
         colour_space : {"auto", "srgb", "linear"}
             ``auto`` takes the file's own metadata; without any, integers are sRGB and floats linear.
-        alpha : {"no-data", "ignore"}
-            Whether texels with alpha below one half, masked ones and those of a no-data value have no data.
-        near_infrared : str, optional
-            Name or number, from 1, of the channel of near infrared.
+        alpha : {"auto", "no-data", "ignore"}
+            Whether texels with alpha below one half, masked ones and those of a no-data value have no data; see
+            `take_in`.
+        near_infrared, white
+            See `take_in`.
+        indices : bool
+            Whether the indices of the image's palette are read as grey levels.
 
         Raises
         ------
@@ -102,18 +114,19 @@ class TextureFile:
             The file is missing or is no image, its colour space is unknown, it lacks a channel, or its mask does
             not fit.
         """
-        self.path, self._raster = path, Raster(path)
-        picked, self._alpha = _channels(path, self._raster.spec, near_infrared)
+        self.path, self._raster = path, Raster(path, indices)
+        self.intake = take_in(path, self._raster, near_infrared, alpha, white)
+        picked = list(self.intake.colours)
         # Neighbours, as they mostly are, are copied many times faster as a slice.
         beside = picked == list(range(picked[0], picked[0] + len(picked)))
         self._picked: slice | list[int] = slice(picked[0], picked[0] + len(picked)) if beside else picked
-        self._no_data = NoData(path, self._raster) if alpha == "no-data" else None
-        if alpha == "ignore":
-            self._alpha = None
+        self._no_data = None if alpha == "ignore" else NoData(path, self._raster)
         self.height, self.width, self.channels = self._raster.height, self._raster.width, len(picked)
         self.dtype = self._raster.dtype
-        self.encoding = _encoding(path, self._raster.spec, self.dtype) if colour_space == "auto" else colour_space
+        self.encoding = _encoding(path, self._raster, self.dtype) if colour_space == "auto" else colour_space
         self.sha256 = file_sha256(path)
+        if self._no_data is not None and self._no_data.lossy:
+            self._no_data.find_collar(self._bands(), self.height, self.width)
 
     def window(self, rows: slice, columns: slice) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """Colours and validity of a window; see `Windowed`.
@@ -124,51 +137,65 @@ class TextureFile:
             The file is damaged or cut short.
         """
         values = self._raster.rows(rows.start, rows.stop)[:, columns]
-        colours = np.array(
-            values[..., self._picked], order="C"
-        )  # what the raster gives holds until its next call alone
-        valid = np.isfinite(colours).all(axis=-1) if colours.dtype.kind == "f" else np.ones(colours.shape[:2], bool)
-        if self._alpha is not None:
-            full = np.iinfo(self.dtype).max if self.dtype.kind == "u" else 1.0
-            valid &= values[..., self._alpha] >= ALPHA_LIMIT * full
-        if self._no_data is not None:
-            valid &= self._no_data.valid(rows, columns, colours)
+        # What the raster gives holds until its next call alone.
+        colours = np.array(values[..., self._picked], order="C")
+        valid = np.ones(colours.shape[:2], bool)
+        for _, lost in self._reasons(rows, columns, values, colours):
+            valid &= ~lost
+        if self.intake.white is not None:
+            full = np.iinfo(np.uint16).max
+            scaled = colours * np.float32(full / self.intake.white)
+            colours = np.minimum(scaled, full).astype(np.uint16)
         return colours, valid
 
+    def without_data(self) -> dict[str, float]:
+        """Share of the texels without data by its reason; a texel counts for the first of them."""
+        counts: dict[str, int] = {}
+        for rows, colours, values in self._pieces():
+            left = np.ones(colours.shape[:2], bool)
+            for reason, lost in self._reasons(rows, slice(0, self.width), values, colours):
+                counts[reason] = counts.get(reason, 0) + int(np.count_nonzero(lost & left))
+                left &= ~lost
+        return {reason: count / (self.height * self.width) for reason, count in counts.items() if count}
 
-def _channels(path: Path, spec: Any, near_infrared: str | None) -> tuple[list[int], int | None]:
-    """Numbers of the channels red, green, blue and, where wanted, near infrared; and that of alpha or None."""
-    names = list(spec.channelnames)
-    infrared = None if near_infrared is None else _named(path, names, near_infrared)
-    alpha = spec.alpha_channel if 0 <= spec.alpha_channel < spec.nchannels else None
-    if alpha == infrared:
-        alpha = None
-    colours = [i for i in range(spec.nchannels) if i not in (alpha, infrared)]
-    if {"R", "G", "B"} <= set(names):
-        picked = [names.index(c) for c in "RGB"]
-    elif len(colours) == 1:
-        picked = colours * 3
-    elif len(colours) >= 3:
-        picked = colours[:3]
-    else:
-        raise InputError(f"has the channels {', '.join(names)}; allowed: grey or R, G, B, with or without A", file=path)
-    return picked + ([] if infrared is None else [infrared]), alpha
+    def _reasons(
+        self, rows: slice, columns: slice, values: npt.NDArray[Any], colours: npt.NDArray[Any]
+    ) -> Iterator[tuple[str, npt.NDArray[np.bool_]]]:
+        """Why texels of a window have no data, one reason after the other."""
+        if colours.dtype.kind == "f":
+            yield "not finite", ~np.isfinite(colours).all(axis=-1)
+        if self.intake.alpha is not None:
+            yield "alpha", values[..., self.intake.alpha] < ALPHA_LIMIT * self.intake.opaque
+        if self._no_data is not None:
+            yield from self._no_data.reasons(rows, columns, colours)
+
+    def _pieces(self) -> Iterator[tuple[slice, npt.NDArray[Any], npt.NDArray[Any]]]:
+        """Rows, colours and values of bands of the image, from its top."""
+        step = max(PIECE_TEXELS // self.width, 1)
+        for top in range(0, self.height, step):
+            rows = slice(top, min(top + step, self.height))
+            values = self._raster.rows(rows.start, rows.stop)
+            yield rows, values[..., self._picked], values
+
+    def _bands(self) -> Iterator[tuple[slice, npt.NDArray[Any]]]:
+        return ((rows, colours) for rows, colours, _ in self._pieces())
+
+    @property
+    def taken(self) -> dict[str, str]:
+        """What the image's parts were taken to be, in words, by what it is about."""
+        taken = {**self.intake.taken, "encoding": self.encoding}
+        if self._no_data is not None and self._no_data.value is not None:
+            near = " and near it on the collar" if self._no_data.lossy else ""
+            taken["no data"] = f"{self._no_data.value:g}{near}"
+        if self._no_data is not None and self._no_data.masked:
+            taken["mask"] = "where it is 0"
+        return taken
 
 
-def _named(path: Path, names: list[str], wanted: str) -> int:
-    if wanted in names:
-        return names.index(wanted)
-    if wanted.isdecimal() and 1 <= int(wanted) <= len(names):
-        return int(wanted) - 1
-    raise InputError(
-        f"has no channel '{wanted}'; {nearest(wanted, names)}, or a number from 1 to {len(names)}", file=path
-    )
-
-
-def _encoding(path: Path, spec: Any, dtype: np.dtype[Any]) -> str:
+def _encoding(path: Path, image: Raster, dtype: np.dtype[Any]) -> str:
     import OpenImageIO as oiio
 
-    stated: str = spec.get_string_attribute("oiio:ColorSpace")
+    stated = image.colour_space
     if not stated:
         return "linear" if dtype.kind == "f" else "srgb"
     if stated.lower() in _SRGB:

@@ -11,8 +11,9 @@ from pydantic import Field
 
 from skyshine.materials.library import unknown_material
 from skyshine.schemas.documents import StrictModel, parse_model, read_yaml
+from skyshine.tmm.job.materials import UNKNOWN
 
-SKIP, UNKNOWN = "skip", "unknown"  # answers that name no material: not to be asked again, and none of the library's
+SKIP = "skip"  # the answer that a place cannot be told: it is not asked about again
 CORNERS = 32  # of the polygon that stands for a disk
 
 
@@ -41,16 +42,17 @@ class Answer(StrictModel):
     number: int = Field(ge=1, description="Of the patch on the contact sheet; each once.")
     x: int = Field(ge=0, description="Column of the texel in the middle.")
     y: int = Field(ge=0, description="Row of the texel in the middle, downwards.")
-    radius: int = Field(default=0, ge=0, le=4096, description="Of the disk of that material, in texels.")
+    radius: int = Field(default=0, ge=0, le=4096, description="Radius of the disk of that material, in texels.")
     material: Annotated[str, pydantic.AfterValidator(_known_answer)] | None = Field(
         default=None,
-        description="Of the disk; null: not answered yet; skip, unknown: no seed, not asked again.",
+        description="Material of the disk; null: not answered yet; unknown: none of the library's; skip: cannot be "
+        "told, no seed.",
     )
 
     @property
     def seed(self) -> str | None:
-        """The material that is known by this answer, if there is one."""
-        return None if self.material in (SKIP, UNKNOWN) else self.material
+        """The material that is known by this answer, or `unknown`; None where it cannot be told."""
+        return None if self.material == SKIP else self.material
 
 
 class AnswerList(StrictModel):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,26 +13,30 @@ import numpy.typing as npt
 from skyshine.materials.library import MaterialLibrary, unknown_material
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.classify.model_file import model_path, read_model
-from skyshine.tmm.classify.trained import TrainedModel, require_no_encoder
+from skyshine.tmm.classify.trained import TrainedModel
 from skyshine.tmm.classify.translation import library_classes
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.features.shade import RelitTexture
-from skyshine.tmm.features.tokens import Encoder, TokenFeatures
 from skyshine.tmm.images.no_data import SIDECAR
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.answers import read_answers
+from skyshine.tmm.inputs.palette import palette_colour
 from skyshine.tmm.inputs.polygons import check_vertices, polygon_mask, seed_names
 from skyshine.tmm.inputs.seeds import SeedTexels, seed_files, seed_texels
 from skyshine.tmm.inputs.sun import shadow_fall
-from skyshine.tmm.job.load import encoder_problem
-from skyshine.tmm.job.model import Seeds, TextureJob
+from skyshine.tmm.job.materials import UNKNOWN
+from skyshine.tmm.job.model import Palette, Seeds, TextureJob
+
+BAND_ROWS = 256  # looked at at a time
+SHOWN_COLOURS = 8  # of an image that has none of its palette
+MOST_COLOURS = 1 << 16  # of an image that is looked at for those of a palette: beyond, it is a photograph
 
 
 def open_texture(job: TextureJob, base_folder: Path) -> TextureFile:
     """The image of a job, read as the job says, without its shade where it says so; see `TextureFile`,
     `RelitTexture` and `shadow_fall` for what they raise.
     """
-    arguments = Path(base_folder) / job.image, job.colour_space, job.alpha, job.near_infrared
+    arguments = (Path(base_folder) / job.image, *reading(job))
     if job.shade is None:
         return TextureFile(*arguments)
     texture = RelitTexture(*arguments, fall=shadow_fall(job.shade, arguments[0]))
@@ -40,6 +45,16 @@ def open_texture(job: TextureJob, base_folder: Path) -> TextureFile:
             check_vertices("shade", (polygon,), texture, texture.path)
             texture.draw(fraction, partial(polygon_mask, (polygon,), texture))
     return texture
+
+
+def reading(job: TextureJob) -> tuple[str, str, str | None, float | str | None, bool]:
+    """How a job has its image read: the arguments of `TextureFile` after the path.
+
+    Colours that are compared with those of a palette or with limits are left as they are stored.
+    """
+    white = job.white or (None if job.palette or job.rules or job.material else "auto")
+    indices = job.palette is not None and all(key.isdecimal() for key in job.palette.colours)
+    return job.colour_space, job.alpha, job.near_infrared, white, indices
 
 
 def job_materials(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
@@ -55,7 +70,7 @@ def job_materials(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
     names = set(job.materials)
     for seeds in (job.seeds, job.overrides):
         if seeds is not None:
-            names |= seed_names(seeds, Path(base_folder))
+            names |= seed_names(seeds, Path(base_folder)) - {UNKNOWN}
     if job.model is not None and job.seeds is None and not job.scene_materials:
         names |= set(read_model(model_path(job.model, base_folder)).names)
     return tuple(sorted(names))
@@ -82,48 +97,18 @@ def narrowed(
     return kept, shares[kept].argmax(axis=1)
 
 
-def token_features(
-    job: TextureJob, texture: TextureFile, base_folder: Path, model: TrainedModel | None = None
-) -> TokenFeatures | None:
-    """Features of the image encoder that a job names, by the basis of a model that the job names alone; None where it
-    names none.
-
-    Raises
-    ------
-    InputError
-        The encoder cannot be opened, fails on the texture, or is not the one that the model was trained with.
-    """
-    features, basis = job.classifier.features, None if model is None else model.tokens
-    if model is not None:
-        wanted = None if basis is None else basis.encoder.sha256
-        if problem := encoder_problem(wanted, features, base_folder):
-            raise InputError(f"'{job.name}': {problem}")
-    if features is None:
-        return None
-    encoder = Encoder(Path(base_folder) / features)
-    if basis is not None and (found := encoder.identity()) != basis.encoder:
-        raise InputError(
-            f"gives {found.rows} x {found.columns} tokens of {found.side} texels here; the model was trained with "
-            f"{basis.encoder.rows} x {basis.encoder.columns} of {basis.encoder.side}; train it again",
-            file=encoder.path,
-        )
-    return TokenFeatures(texture, encoder, basis)
-
-
 def job_files(job: TextureJob, base_folder: Path) -> dict[str, Path]:
     """Files besides the image that a map depends on, by their names in the job."""
     layers = tuple(job.rules.layers.values()) if job.rules else ()
     named = (*seed_files(job.seeds), *layers, *seed_files(job.overrides), *mask_files(job, base_folder))
     files = {name: base_folder / name for name in named}
-    if job.classifier.features is not None:
-        files[job.classifier.features] = base_folder / job.classifier.features
     return files if job.model is None else {**files, job.model: model_path(job.model, base_folder)}
 
 
 def mask_files(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
     """Files beside the image that say where it has data, relative to the job's folder; those that are there."""
     name = job.image + SIDECAR
-    return (name,) if job.alpha == "no-data" and (base_folder / name).is_file() else ()
+    return (name,) if job.alpha != "ignore" and (base_folder / name).is_file() else ()
 
 
 def load_texture(
@@ -152,6 +137,8 @@ def load_texture(
             if not path.exists():
                 raise InputError("is not there yet; let 'tmm suggest' write it, then fill in its names", file=path)
             read_answers(path, texture, library.names)
+    if job.palette is not None and job.palette.match == "exact":
+        _require_colours(job.palette, texture, colours)
     names = job_materials(job, base_folder)
     for name in names:
         if name not in library:
@@ -159,12 +146,35 @@ def load_texture(
     names = tuple(sorted(names, key=lambda name: library.code(name)))
     if job.model is not None:
         model = read_model(model_path(job.model, base_folder))
-        model.require_channels(texture)
-        if job.seeds is not None:
-            require_no_encoder(model, "beside seeds")
         if job.scene_materials:
             narrowed(job, model, library, names)
     return texture, colours, names, None if job.seeds is None else _seeds(job, job.seeds, names, texture, base_folder)
+
+
+def _require_colours(palette: Palette, texture: TextureFile, colours: DistinctColours) -> None:
+    """Refuse an image that has no colour of a palette, and say which it has."""
+    wanted = {palette_colour(key, texture.dtype, texture.path) for key in palette.colours}
+    counts: Counter[tuple[int, ...]] = Counter()
+    for top in range(0, texture.height, BAND_ROWS):
+        rows = slice(top, min(top + BAND_ROWS, texture.height))
+        pixels, valid = texture.window(rows, slice(0, texture.width))
+        values, number = np.unique(pixels[valid][:, :3], axis=0, return_counts=True)
+        counts.update(dict(zip(map(tuple, values.tolist()), number.tolist(), strict=True)))
+        if not wanted.isdisjoint(counts) or len(counts) > MOST_COLOURS:
+            break
+    if not wanted.isdisjoint(counts) or len(counts) > MOST_COLOURS:
+        return
+    limit = np.iinfo(texture.dtype).max // 255
+    shown = [
+        str(colour[0]) if len(set(colour)) == 1 else "#" + "".join(f"{part // limit:02X}" for part in colour)
+        for colour, _ in counts.most_common(SHOWN_COLOURS)
+    ]
+    more = f" and {len(counts) - SHOWN_COLOURS} more" if len(counts) > SHOWN_COLOURS else ""
+    raise InputError(
+        f"has no colour of the palette ({', '.join(sorted(palette.colours))}); it has {', '.join(shown)}{more}; give "
+        "these as keys, or the numbers of a palette image's entries",
+        file=texture.path,
+    )
 
 
 def _seeds(
@@ -177,4 +187,5 @@ def _seeds(
             raise InputError(
                 f"'{job.name}' has a prior for '{name}', which has no seeds; {nearest(name, sorted(seeded))}"
             )
-    return seed_texels(job, seeds, tuple(name for name in names if name in seeded), texture, texture.path, base_folder)
+    classes = tuple(name for name in (*names, UNKNOWN) if name in seeded)
+    return seed_texels(job, seeds, classes, texture, texture.path, base_folder)

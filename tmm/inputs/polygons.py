@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,7 @@ from pydantic import Field
 
 from skyshine.schemas.documents import parse_model, read_yaml
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.images.gdal import WGS84, find_system, transformed
 from skyshine.tmm.images.georeference import GeoReference, read_georeference
 from skyshine.tmm.images.texture import Windowed
 from skyshine.tmm.inputs.answers import disk, read_answers
@@ -25,6 +26,14 @@ class _Open(pydantic.BaseModel):
 
 Position = tuple[float, float] | tuple[float, float, float]
 Ring = tuple[Position, ...]
+
+
+class SeedPolygon(NamedTuple):
+    """A polygon of seeds: its material, its rings (the outer one first), and whether `tmm suggest` asked for it."""
+
+    material: str
+    rings: tuple[Ring, ...]
+    asked: bool = False
 
 
 class _Point(_Open):
@@ -76,9 +85,7 @@ def seed_names(seeds: Seeds, base_folder: Path) -> set[str]:
     return {*seeds.polygons, *(feature.properties.material for feature in features), *named}
 
 
-def seed_polygons(
-    seeds: Seeds, base_folder: Path, texture: Windowed, image: Path
-) -> list[tuple[str, tuple[Ring, ...]]]:
+def seed_polygons(seeds: Seeds, base_folder: Path, texture: Windowed, image: Path) -> list[SeedPolygon]:
     """All polygons of seeds in pixel coordinates; disks around answered places, then those of the GeoJSON file, last.
 
     Parameters
@@ -88,9 +95,8 @@ def seed_polygons(
 
     Returns
     -------
-    list of (str, tuple of Ring)
-        Material and rings (the outer one first, then holes). Polygons in map coordinates that lie beyond the image are
-        left out; others may reach beyond it.
+    list of SeedPolygon
+        Polygons in map coordinates that lie beyond the image are left out; others may reach beyond it.
 
     Raises
     ------
@@ -99,39 +105,39 @@ def seed_polygons(
         coordinates are those of a map, and the image has no place on it; or a polygon in pixel coordinates reaches
         beyond the texture.
     """
-    polygons: list[tuple[str, tuple[Ring, ...]]] = [
-        (name, (ring,)) for name, rings in seeds.polygons.items() for ring in rings
-    ]
-    mapped: list[tuple[str, tuple[Ring, ...]]] = []
+    polygons = [SeedPolygon(name, (ring,)) for name, rings in seeds.polygons.items() for ring in rings]
+    mapped: list[SeedPolygon] = []
     for answer in read_answers(base_folder / seeds.suggested, texture) if seeds.suggested else ():
         if answer.seed is not None:
-            polygons.append((answer.seed, (disk(answer, texture.width, texture.height),)))
+            polygons.append(SeedPolygon(answer.seed, (disk(answer, texture.width, texture.height),), asked=True))
     if seeds.file is not None:
         collection = _read_features(base_folder, seeds.file)
         read = _shapes(collection)
         if seeds.coordinates == "map":
-            mapped = _on_image(read, _place(image, collection, base_folder / seeds.file), texture)
+            file = base_folder / seeds.file
+            place = _place(image, file)
+            mapped = _on_image(_on_map(read, collection, place, image, file), place, texture)
         else:
             polygons += read
-    for name, rings in polygons:
-        check_vertices(name, rings, texture, image)
+    for polygon in polygons:
+        check_vertices(polygon.material, polygon.rings, texture, image)
     return polygons + mapped
 
 
-def _shapes(collection: _FeatureCollection) -> list[tuple[str, tuple[Ring, ...]]]:
-    polygons: list[tuple[str, tuple[Ring, ...]]] = []
+def _shapes(collection: _FeatureCollection) -> list[SeedPolygon]:
+    polygons: list[SeedPolygon] = []
     for feature in collection.features:
         name, geometry = feature.properties.material, feature.geometry
         if isinstance(geometry, _Point):
-            polygons.append((name, ((geometry.coordinates,),)))
+            polygons.append(SeedPolygon(name, ((geometry.coordinates,),)))
         else:
             shapes = geometry.coordinates if isinstance(geometry, _MultiPolygon) else (geometry.coordinates,)
-            polygons += [(name, rings) for rings in shapes]
+            polygons += [SeedPolygon(name, rings) for rings in shapes]
     return polygons
 
 
-def _place(image: Path, collection: _FeatureCollection, file: Path) -> GeoReference:
-    """The georeference of an image, in whose system the features must be; they are where they name none."""
+def _place(image: Path, file: Path) -> GeoReference:
+    """The georeference of an image, on whose map features lie."""
     place = read_georeference(image)
     if place is None:
         raise InputError(
@@ -139,42 +145,60 @@ def _place(image: Path, collection: _FeatureCollection, file: Path) -> GeoRefere
             " in pixel coordinates",
             file=image,
         )
-    stated = None if collection.crs is None else _epsg(collection.crs.properties.name)
-    own = _epsg(place.crs)
-    if stated is not None and own is not None and stated != own:
-        raise InputError(
-            f"has coordinates of EPSG:{stated}; allowed: those of the image {image.name}, EPSG:{own}; reproject the "
-            "polygons",
-            file=file,
-        )
     return place
 
 
-def _epsg(name: str) -> int | None:
-    """Number of a coordinate system by a name such as EPSG:32633 or urn:ogc:def:crs:EPSG::32633; None for others."""
+def _on_map(
+    polygons: list[SeedPolygon], collection: _FeatureCollection, place: GeoReference, image: Path, file: Path
+) -> list[SeedPolygon]:
+    """Polygons in the image's system, of those of a file in its own.
+
+    A file that names no system is in longitude and latitude, as RFC 7946 has it, unless its numbers cannot be.
+    """
+    stated = "" if collection.crs is None else _system_name(collection.crs.properties.name)
+    if not stated:
+        degrees = all(
+            abs(x) <= 180 and abs(y) <= 90 for polygon in polygons for ring in polygon.rings for x, y, *_ in ring
+        )
+        if not degrees or not place.crs:  # a world file names none: both are then in one system
+            return polygons
+        stated = WGS84
+    if stated == place.crs:
+        return polygons
+    source, target = find_system(stated, file), find_system(place.crs, image)
+    moved = []
+    for polygon in polygons:
+        rings = []
+        for ring in polygon.rings:
+            x, y = transformed(source, target, *np.array([position[:2] for position in ring]).T)
+            rings.append(tuple(zip(x.tolist(), y.tolist(), strict=True)))
+        moved.append(polygon._replace(rings=tuple(rings)))
+    return moved
+
+
+def _system_name(name: str) -> str:
+    """A coordinate system as PROJ knows it, by a name such as EPSG:32633 or urn:ogc:def:crs:EPSG::32633."""
     if name.upper().endswith("CRS84"):
-        return 4326  # the same system; in both files longitude comes first
+        return WGS84  # the same system; in both files longitude comes first
     found = re.search(r"EPSG:(?:[0-9.]*:)?([0-9]+)$", name, re.IGNORECASE)
-    return int(found[1]) if found else None
+    return f"EPSG:{found[1]}" if found else name
 
 
-def _on_image(
-    polygons: list[tuple[str, tuple[Ring, ...]]], place: GeoReference, texture: Windowed
-) -> list[tuple[str, tuple[Ring, ...]]]:
+def _on_image(polygons: list[SeedPolygon], place: GeoReference, texture: Windowed) -> list[SeedPolygon]:
     """Polygons in pixel coordinates, of those in map coordinates whose bounds meet the image."""
     a, b, c, d, e, f = place.affine
     size = (texture.width, texture.height)
-    kept: list[tuple[str, tuple[Ring, ...]]] = []
-    for name, rings in polygons:
+    kept: list[SeedPolygon] = []
+    for polygon in polygons:
         pixels: list[Ring] = []
-        for ring in rings:
+        for ring in polygon.rings:
             ground = np.array([position[:2] for position in ring]) - (c, f)
             # Rounded far below a texel, so that what lies on an edge of the image does so exactly.
             texels = np.round(np.linalg.solve([[a, b], [d, e]], ground.T).T, 6)
             pixels.append(tuple((float(x), float(y)) for x, y in texels))
         outer = np.array(pixels[0])
         if (outer.max(axis=0) >= 0).all() and (outer.min(axis=0) <= size).all():
-            kept.append((name, tuple(pixels)))
+            kept.append(polygon._replace(rings=tuple(pixels)))
     return kept
 
 

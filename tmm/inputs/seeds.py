@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,11 +14,13 @@ from skyshine.schemas.errors import InputError
 from skyshine.tmm.images.labels import NONE, Labels
 from skyshine.tmm.images.texture import Windowed
 from skyshine.tmm.inputs.polygons import Ring, polygon_mask, seed_polygons
+from skyshine.tmm.job.materials import UNKNOWN
 from skyshine.tmm.job.model import Seeds, TextureJob
 
-BLOCK = 32  # texels; a label image is divided into regions of this size
+BLOCK = 32  # texels; of a material with many labels, blocks of this size are drawn
 BLOCKS = 4096  # of one material in a label image that are seeds: four million texels tell its colours well enough
 POLYGON_TEXELS = 1 << 22  # of one polygon that are seeds; a larger one is thinned to a regular grid
+MOST_LOST = 0.1  # share of a material's drawn seeds without data: edges of cut-outs lose some
 PIECE_TEXELS = 1 << 21  # read at a time
 MERGED_CLAIMS = 1 << 22  # claims of texels that wait before those of one texel are merged: 128 MiB
 
@@ -34,11 +37,13 @@ class SeedTexels:
     material : (N,) int
         Index into `names`.
     region : (N,) int
-        Texels of one region (a polygon, or a block of a label image) are alike and are held out together.
+        Number of the separate place, see `places`: its texels are alike and are held out together.
     colours : (N, C)
         As the texture holds them.
     conflicting : int
         Texels that more than one material claimed; they are left out.
+    asked : (N,) bool
+        Whether `tmm suggest` asked for the texel: where the map was in doubt, so that it says little of other places.
     """
 
     names: tuple[str, ...]
@@ -48,6 +53,21 @@ class SeedTexels:
     region: npt.NDArray[Any]
     colours: npt.NDArray[Any]
     conflicting: int
+    asked: npt.NDArray[np.bool_]
+
+    @property
+    def separate_places(self) -> npt.NDArray[Any]:
+        """Number (K,) of separate places of each material."""
+        pairs = np.unique(np.stack([self.material, self.region]), axis=1)
+        return np.bincount(pairs[0], minlength=len(self.names))
+
+    def drawn(
+        self, names: tuple[str, ...], chosen: npt.NDArray[np.bool_] | None = None
+    ) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]:
+        """Rows, columns and material, counted among `names`, of all seeds or of those chosen (N,)."""
+        keep = np.ones(len(self.rows), bool) if chosen is None else chosen
+        number = np.array([names.index(name) if name in names else -1 for name in self.names])
+        return self.rows[keep], self.columns[keep], number[self.material[keep]]
 
 
 def seed_files(seeds: Seeds | None) -> tuple[str, ...]:
@@ -60,7 +80,7 @@ def unlabelled(job: TextureJob, seeds: SeedTexels | None) -> tuple[str, ...]:
     """Materials of a job's label palette that have no seed in this texture."""
     if seeds is None or job.seeds is None or job.seeds.labels is None:
         return ()
-    return tuple(sorted({*job.seeds.labels.palette.values()} - {*seeds.names}))
+    return tuple(sorted({*job.seeds.labels.palette.values()} - {UNKNOWN, *seeds.names}))
 
 
 def seed_texels(
@@ -84,20 +104,22 @@ def seed_texels(
     """
     claims = Claims()
     polygons = seed_polygons(seeds, base_folder, texture, path)
+    if names == (UNKNOWN,):
+        raise InputError(f"'{job.name}' has seeds of {UNKNOWN} alone; name a material at one place at least", file=path)
     if not polygons and seeds.labels is None and seeds.file is None:
         raise InputError(
             f"no place of {seeds.suggested} has a material yet; fill in the names of its numbered patches", file=path
         )
     if not polygons and seeds.labels is None:
         raise InputError(f"no polygon of {seeds.file} lies on this image; compare their coordinates", file=path)
-    for region, (name, rings) in enumerate(polygons):
+    for shape, (name, rings, asked) in enumerate(polygons):
         texels = _inside(rings, texture)
-        claims.add(texels, np.full_like(texels, names.index(name)), np.full_like(texels, region))
+        claims.add(texels, np.full_like(texels, names.index(name)), np.full_like(texels, shape), asked)
     if seeds.labels is not None:
         labels = Labels(seeds.labels, base_folder, names).fits(texture.height, texture.width)
-        for texels, material, blocks in _label_claims(labels, len(names), job.held_out.random_seed):
-            claims.add(texels, material, blocks)
-    drawn = {*seeds.polygons} if seeds.coordinates == "map" else {name for name, _ in polygons}
+        for texels, material, areas in _label_claims(labels, len(names), job.held_out.random_seed):
+            claims.add(texels, material, np.where(areas < 0, areas, areas + len(polygons)))
+    drawn = {*seeds.polygons} if seeds.coordinates == "map" else {name for name, *_ in polygons}
     return _settle(job.name, names, drawn, texture, path, claims.merged())
 
 
@@ -109,28 +131,36 @@ class Claims:
     """
 
     def __init__(self) -> None:
-        self._parts = [np.empty((4, 0), np.int64)]
+        self._parts = [np.empty((5, 0), np.int64)]
         self._waiting, self._limit = 0, MERGED_CLAIMS
 
-    def add(self, texel: npt.NDArray[np.int64], material: npt.NDArray[np.int64], region: npt.NDArray[np.int64]) -> None:
-        """Claim texels (N,), by number, for a material (N,) and a region (N,)."""
-        self._parts.append(np.stack([texel, material, material, region]))
+    def add(
+        self,
+        texel: npt.NDArray[np.int64],
+        material: npt.NDArray[np.int64],
+        shape: npt.NDArray[np.int64],
+        asked: bool = False,
+    ) -> None:
+        """Claim texels (N,), by number, for a material (N,), as parts of one shape (N,); -1 where it is of none."""
+        self._parts.append(np.stack([texel, material, material, shape, np.full_like(texel, asked)]))
         self._waiting += len(texel)
         if self._waiting > self._limit:
             self._merge()
 
     def merged(self) -> npt.NDArray[np.int64]:
-        """Each claimed texel once, ascending, (4, N): its number, the lowest and highest material, the first region."""
+        """Each claimed texel once, ascending, (5, N): its number, the lowest and highest material, the first shape,
+        and whether all claims of it were asked for.
+        """
         self._merge()
         return self._parts[0]
 
     def _merge(self) -> None:
         claims = np.concatenate(self._parts, axis=1)
         claims = claims[:, np.argsort(claims[0], kind="stable")]
-        texel, lowest, highest, region = claims
+        texel, lowest, highest, shape, asked = claims
         texel, first = np.unique(texel, return_index=True)
         lowest, highest = np.minimum.reduceat(lowest, first), np.maximum.reduceat(highest, first)
-        self._parts = [np.stack([texel, lowest, highest, region[first]])]
+        self._parts = [np.stack([texel, lowest, highest, shape[first], np.minimum.reduceat(asked, first)])]
         self._waiting, self._limit = 0, max(len(texel), MERGED_CLAIMS)
 
 
@@ -146,10 +176,11 @@ def _settle(
 
     Materials `drawn` by polygons for this texture alone must keep some; others are left out where they have none.
     """
-    texel, lowest, highest, region = claims
+    texel, lowest, highest, shape, asked = claims
     agreed = lowest == highest
     rows, columns = np.divmod(texel, texture.width)
     colours, valid = gather(texture, rows, columns)
+    _require_data(names, drawn, lowest[agreed], valid[agreed], path)
     keep = agreed & valid
     material = lowest[keep]
     here = np.bincount(material, minlength=len(names)) > 0
@@ -162,8 +193,22 @@ def _settle(
             )
     names, material = tuple(np.array(names, object)[here]), (np.cumsum(here) - 1)[material]
     rows, columns = rows[keep], columns[keep]
-    region = _divide(material, region[keep], rows, columns)
-    return SeedTexels(names, rows, columns, material, region, colours[keep], int(np.sum(~agreed)))
+    region = places(rows, columns, material, shape[keep])
+    return SeedTexels(names, rows, columns, material, region, colours[keep], int(np.sum(~agreed)), asked[keep] > 0)
+
+
+def _require_data(
+    names: tuple[str, ...], drawn: set[str], material: npt.NDArray[Any], valid: npt.NDArray[np.bool_], path: Path
+) -> None:
+    """Refuse polygons of a material of which much lies where the image has no data."""
+    all_, lost = (np.bincount(texels, minlength=len(names)) for texels in (material, material[~valid]))
+    for name, count, without in zip(names, all_, lost, strict=True):
+        if name in drawn and without > MOST_LOST * count:
+            raise InputError(
+                f"has no data at {100 * without / count:.0f} % of the seeds of '{name}'; draw them where it has, or "
+                "see what 'tmm check' says of alpha and of no data",
+                file=path,
+            )
 
 
 def gather(
@@ -182,17 +227,46 @@ def gather(
     return colours, valid
 
 
-def _divide(
-    material: npt.NDArray[Any], region: npt.NDArray[Any], rows: npt.NDArray[Any], columns: npt.NDArray[Any]
+def places(
+    rows: npt.NDArray[Any], columns: npt.NDArray[Any], material: npt.NDArray[Any], shape: npt.NDArray[Any]
 ) -> npt.NDArray[Any]:
-    """Split the regions of a material that has only one into four blocks at most, so that a part can be held out."""
-    block = np.zeros_like(region)
-    for index in np.unique(material):
-        mine = material == index
-        if len(np.unique(region[mine])) == 1:
-            for bit, position in ((1, rows[mine]), (2, columns[mine])):
-                block[mine] += bit * (position > np.median(position))
-    return np.unique(np.stack([region, block]), axis=1, return_inverse=True)[1].ravel()
+    """Number (N,) of the separate place that each texel belongs to: texels of a material that touch, at a corner too,
+    or that are of one shape, are one place.
+
+    Parameters
+    ----------
+    rows, columns, material, shape : (N,) int
+        In the order of the rows and, within one, of the columns; `shape` is -1 where a texel is of none.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    if not len(rows):
+        return np.empty(0, int)
+    # Runs of texels that follow one another in a row are the nodes of a graph.
+    starts = np.append(True, (np.diff(rows) != 0) | (np.diff(columns) != 1) | (np.diff(material) != 0))
+    starts[1:] |= np.diff(shape) != 0
+    first = np.flatnonzero(starts)
+    last = np.append(first[1:], len(rows)) - 1
+    row, left, right, kind, of = rows[first], columns[first], columns[last], material[first], shape[first]
+    # In order of their left ends, and of their right ends, runs of a row above that meet a run are a range.
+    width = int(columns.max()) + 3
+    begins, ends = row * width + left, row * width + right
+    edges = []
+    for above, low, high in ((1, left - 1, right + 1), (0, left - 1, right)):
+        at = (row - above) * width
+        start, stop = np.searchsorted(ends, at + low), np.searchsorted(begins, at + high, side="right")
+        count = np.maximum(stop - start, 0)
+        run = np.repeat(np.arange(len(first)), count)
+        other = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + np.repeat(start, count)
+        edges.append(np.stack([run, other])[:, kind[run] == kind[other]])
+    shaped = np.flatnonzero(of >= 0)
+    _, one, number = np.unique(np.stack([kind, of])[:, shaped], axis=1, return_index=True, return_inverse=True)
+    edges.append(np.stack([shaped, shaped[one][number.ravel()]]))
+    both = np.concatenate(edges, axis=1)
+    graph = coo_array((np.ones(both.shape[1], bool), (both[0], both[1])), (len(first), len(first)))
+    label = connected_components(graph, directed=False)[1]
+    return np.repeat(label, last - first + 1)
 
 
 def _inside(rings: tuple[Ring, ...], texture: Windowed) -> npt.NDArray[Any]:
@@ -210,29 +284,35 @@ def _inside(rings: tuple[Ring, ...], texture: Windowed) -> npt.NDArray[Any]:
     return texels
 
 
-def _label_claims(labels: Labels, count: int, random_seed: int) -> list[npt.NDArray[Any]]:
-    """Claims of a label image: of each material all blocks that hold it, or BLOCKS of them drawn at random."""
+def _label_claims(labels: Labels, count: int, random_seed: int) -> Iterator[npt.NDArray[Any]]:
+    """Claims of a label image: texels, material and area, (3, N) each.
+
+    Of each material all texels, or those of BLOCKS blocks drawn at random. These do not touch where the labels do: they
+    are of the area of blocks that touch. The area is -1 where all texels are claimed.
+    """
+    from scipy.ndimage import label
+
     random, across = np.random.default_rng(random_seed), -(-labels.width // BLOCK)
     bands = [slice(top, min(top + BLOCK, labels.height)) for top in range(0, labels.height, BLOCK)]
-    present = np.zeros((count, len(bands) * across), bool)
+    present = np.zeros((count, len(bands), across), bool)
     for number, band in enumerate(bands):
         known = labels.rows(band.start, band.stop)
         for k in range(count):
             texels = np.add.reduceat((known == k).any(axis=0), np.arange(0, labels.width, BLOCK))
-            present[k, number * across : (number + 1) * across] = texels > 0
-    for mine in present:
+            present[k, number] = texels > 0
+    area, numbered = np.full(present.shape, -1), 0
+    for mine, numbers in zip(present, area, strict=True):
         blocks = np.flatnonzero(mine)
         if len(blocks) > BLOCKS:
-            mine[np.setdiff1d(blocks, random.choice(blocks, BLOCKS, replace=False))] = False
-    claims = []
+            numbers[...], areas = label(mine, np.ones((3, 3), int))
+            numbers += numbered
+            numbered += areas + 1
+            mine.flat[np.setdiff1d(blocks, random.choice(blocks, BLOCKS, replace=False))] = False
     for number, band in enumerate(bands):
-        chosen = present[:, number * across : (number + 1) * across]
-        if chosen.any():
+        if present[:, number].any():
             rows, columns = np.nonzero((known := labels.rows(band.start, band.stop)) != NONE)
             material = known[rows, columns].astype(np.int64)
-            block = columns // BLOCK
-            keep = chosen[material, block]
-            # Negative, so that no block shares its number with a polygon.
-            region = -1 - (number * across + block[keep])
-            claims.append(np.stack([((rows + band.start) * labels.width + columns)[keep], material[keep], region]))
-    return claims
+            keep = present[material, number, columns // BLOCK]
+            rows, columns, material = rows[keep], columns[keep], material[keep]
+            texels = (rows + band.start) * labels.width + columns
+            yield np.stack([texels, material, area[material, number, columns // BLOCK]])

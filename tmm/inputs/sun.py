@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from datetime import UTC
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,17 +12,18 @@ import numpy.typing as npt
 from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.features.cast_shade import REACH, Fall
+from skyshine.tmm.images.gdal import WGS84, find_system, transformed
 from skyshine.tmm.images.georeference import GeoReference, read_georeference
-from skyshine.tmm.images.projections import WGS84, Projection, find_projection
 from skyshine.tmm.job.shade import Shade
 
+_AXIS, _FLATTENING = 6378137.0, 1 / 298.257223563  # of WGS 84: semi-major axis in metres
 _WALK = 100.0  # m, over which a direction on the ground is taken to the map
 _TALLEST = 50.0  # m: chosen; trees and houses of fifteen storeys
 _SHORTEST = 16  # texels: a reach below loses shadows to an elevation that is a little off
 
 
-def shadow_fall(shade: Shade, image: Path) -> Fall | None:
-    """Direction and longest length of shadows in an image; None where a job does not say where the Sun stood.
+def shadow_fall(shade: Shade, image: Path) -> Fall:
+    """Direction and longest length of shadows in an image.
 
     Parameters
     ----------
@@ -38,8 +40,6 @@ def shadow_fall(shade: Shade, image: Path) -> Fall | None:
     >>> shadow_fall(Shade(sun_azimuth_deg=180), Path("up_is_north.png"))  # doctest: +SKIP
     Fall(x=0.0, y=-1.0, reach=128, azimuth=180.0)
     """
-    if shade.time is None and shade.sun_azimuth_deg is None:
-        return None
     place = read_georeference(image)
     elevation: float | None
     if shade.time is not None:
@@ -55,13 +55,13 @@ def shadow_fall(shade: Shade, image: Path) -> Fall | None:
         return _fall(np.array([np.sin(np.radians(azimuth)), -np.cos(np.radians(azimuth))]), REACH, azimuth)
     linear = np.array(place.affine).reshape(2, 3)[:, :2]
     try:
-        projection = find_projection(place.crs, image)
+        system = find_system(place.crs, image)
     except InputError:
         if shade.time is not None:
             raise
         towards = np.array([np.sin(np.radians(azimuth)), np.cos(np.radians(azimuth))])  # the map's north is up on it
         return _fall(np.linalg.solve(linear, towards), REACH, azimuth)
-    texels = np.linalg.solve(linear, _walk(projection, place, azimuth))
+    texels = np.linalg.solve(linear, _walk(system, place, azimuth))
     reach = REACH
     if elevation is not None:
         longest = _TALLEST / np.tan(np.radians(elevation)) * np.hypot(*texels) / _WALK
@@ -78,7 +78,7 @@ def _fall(towards: npt.NDArray[np.float64], reach: int, azimuth: float) -> Fall:
 def _sun(shade: Shade, place: GeoReference, image: Path) -> tuple[float, float]:
     """Elevation and azimuth of the Sun over the image's corner, in degrees."""
     assert shade.time is not None
-    longitude, latitude = _degrees(find_projection(place.crs, image), place)
+    longitude, latitude = _degrees(find_system(place.crs, image), place)
     moment = np.datetime64(shade.time.astimezone(UTC).replace(tzinfo=None))
     sun = position("sun", [moment], latitude, longitude)
     elevation, azimuth = float(sun.elevation[0]), float(sun.azimuth[0])
@@ -91,23 +91,23 @@ def _sun(shade: Shade, place: GeoReference, image: Path) -> tuple[float, float]:
     return elevation, azimuth
 
 
-def _degrees(projection: Projection, place: GeoReference) -> tuple[float, float]:
+def _degrees(system: Any, place: GeoReference) -> tuple[float, float]:
+    """Longitude and latitude of the image's corner."""
     x, y = np.array([place.affine[2]]), np.array([place.affine[5]])
-    longitude, latitude = projection.to_degrees(x, y)
+    longitude, latitude = transformed(system, WGS84, x, y)
     return float(longitude[0]), float(latitude[0])
 
 
-def _walk(projection: Projection, place: GeoReference, azimuth: float) -> npt.NDArray[np.float64]:
+def _walk(system: Any, place: GeoReference, azimuth: float) -> npt.NDArray[np.float64]:
     """Coordinates of the map that a walk towards an azimuth crosses, from the image's corner."""
-    longitude, latitude = _degrees(projection, place)
+    longitude, latitude = _degrees(system, place)
     north, east = (_WALK * np.cos(np.radians(azimuth)), _WALK * np.sin(np.radians(azimuth)))
-    axis, flattening = WGS84
-    squared, phi = flattening * (2 - flattening), np.radians(latitude)
-    across = axis / np.sqrt(1 - squared * np.sin(phi) ** 2)  # radii of curvature: of the prime vertical, the meridian
+    squared, phi = _FLATTENING * (2 - _FLATTENING), np.radians(latitude)
+    across = _AXIS / np.sqrt(1 - squared * np.sin(phi) ** 2)  # radii of curvature: of the prime vertical, the meridian
     along = across * (1 - squared) / (1 - squared * np.sin(phi) ** 2)
     ends = (
         np.array([longitude, longitude + np.degrees(east / (across * np.cos(phi)))]),
         np.array([latitude, latitude + np.degrees(north / along)]),
     )
-    x, y = projection.to_map(*ends)
+    x, y = transformed(WGS84, system, *ends)
     return np.array([x[1] - x[0], y[1] - y[0]])

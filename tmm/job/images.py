@@ -9,7 +9,8 @@ from skyshine.schemas.paths import job_path
 
 UDIM = "<UDIM>"  # stands for the four digits of a tile, 1001 and up, as in MaterialX and USD
 _TILE = "[1-9][0-9][0-9][0-9]"
-_ENDINGS = [".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".tga", ".bmp", ".dds", ".hdr", ".jp2", ".webp"]
+_ENDINGS = [".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".tga", ".bmp", ".dds", ".hdr", ".jp2", ".webp", ".pgm"]
+_ENDINGS += [".ppm", ".gif"]
 
 
 def texture_name(image: str) -> str:

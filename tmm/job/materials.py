@@ -13,6 +13,7 @@ from pydantic.json_schema import WithJsonSchema
 
 from skyshine.materials.library import unknown_material
 
+UNKNOWN = "unknown"  # the class of seeds of what is none of the materials
 MOST_PARTS = 3  # of a mixture, as `mix_code` holds them
 MOST_WEIGHT = 65535
 _BETWEEN = " + "
@@ -44,6 +45,10 @@ def _known(name: str, info: pydantic.ValidationInfo) -> str:
     if names is not None and name not in names:
         raise ValueError(unknown_material(name, names))
     return name
+
+
+def _known_seed(name: str, info: pydantic.ValidationInfo) -> str:
+    return name if name == UNKNOWN else _known(name, info)
 
 
 def _single(value: Any) -> Any:
@@ -82,6 +87,7 @@ def _as_written(name: str) -> str | dict[str, int]:
 
 
 MaterialName = Annotated[str, pydantic.BeforeValidator(_single), pydantic.AfterValidator(_known)]
+SeedName = Annotated[str, pydantic.BeforeValidator(_single), pydantic.AfterValidator(_known_seed)]
 MaterialOrMixture = Annotated[
     str,
     pydantic.BeforeValidator(_named),

@@ -19,7 +19,7 @@ from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import nearest
 from skyshine.schemas.paths import job_path
 from skyshine.tmm.job.images import find_images, texture_name
-from skyshine.tmm.job.materials import MaterialName, MaterialOrMixture, is_mixture, parts_of
+from skyshine.tmm.job.materials import UNKNOWN, MaterialName, MaterialOrMixture, SeedName, is_mixture, parts_of
 from skyshine.tmm.job.shade import Polygon, Shade
 
 MAX_RADIUS = 127
@@ -63,8 +63,9 @@ class LabelImage(StrictModel):
     image: JobPath = Field(
         description="Label image, of the same width and height as the texture; {name} stands for the texture's name."
     )
-    palette: dict[PaletteKey, MaterialName] = Field(
-        min_length=1, description='Material of each label colour ("#RRGGBB") or grey level (0 to 65535).'
+    palette: dict[PaletteKey, SeedName] = Field(
+        min_length=1,
+        description='Material of each label colour ("#RRGGBB") or grey level (0 to 65535), or `unknown`.',
     )
 
 
@@ -81,8 +82,10 @@ class MixedLabelImage(LabelImage):
 class Seeds(StrictModel):
     """Texels whose material is known, from any of four places."""
 
-    polygons: dict[MaterialName, Polygons] = Field(
-        default={}, description="Polygons of [x, y] pixel coordinates by material; one vertex alone names one texel."
+    polygons: dict[SeedName, Polygons] = Field(
+        default={},
+        description="Polygons of [x, y] pixel coordinates by material; one vertex alone names one texel. `unknown` is "
+        "what is none of the library's materials: what looks like it becomes unknown too.",
     )
     file: JobPath | None = Field(
         default=None,
@@ -119,27 +122,20 @@ class OverrideTexels(Seeds):
     )
 
 
-# The smallest in hundredths by which, of aerial sheets and drone's chips that it was chosen on, 40 % of the texels of a
-# material left out are below; of those of materials with seeds 1.8 % are, at most. A box of few texels scatters more.
-UNTYPICAL, UNTYPICAL_RADIUS = 0.15, 4
-
-
 class Classifier(StrictModel):
     """Settings of the classifiers that give a posterior probability of each material."""
 
-    method: Literal["colour", "textured"] = Field(
-        default="colour",
-        description="colour: Gaussian maximum likelihood in CIELAB; textured: a small perceptron on colour and texture "
-        "at several scales, trained with shadows (needs the extra 'train' where it is trained on seeds).",
-    )
-    features: JobPath | None = Field(
-        default=None,
-        description="textured, with seeds alone: ONNX file of an image encoder of one's own (image in, map of tokens "
-        "out), whose tokens join the features (needs the extra 'onnx'); with a model alone: the file that the model "
-        "was trained with.",
+    speed: Literal["best", "fast"] = Field(
+        default="best",
+        description="With seeds. best: colour and texture, spread over a graph of superpixels, with the job's model "
+        "where it names one; fast: colours averaged over a box, many times faster and less accurate.",
     )
     radius: int = Field(
-        default=8, ge=0, le=MAX_RADIUS, description="Radius of the box over which posteriors are averaged, in texels."
+        default=8,
+        ge=0,
+        le=MAX_RADIUS,
+        description="Radius of the box over which posteriors are averaged, in texels: of speed fast, of clusters and "
+        "of a model alone.",
     )
     prior: Literal["equal", "seeds"] | dict[MaterialName, Annotated[float, Field(gt=0)]] = Field(
         default="equal",
@@ -151,13 +147,9 @@ class Classifier(StrictModel):
     typicality_threshold: Probability | None = Field(
         default=None,
         description="Texels less typical of all materials than this become unknown (code 0): with seeds by the colour "
-        "and the contrast of the box about them, else by colour alone. By default "
-        f"{UNTYPICAL} where materials come from seeds and the radius is {UNTYPICAL_RADIUS} or more, else 0.",
-    )
-    mixtures: bool = Field(
-        default=False,
-        description="Whether texels of the first level are mixtures of the three likeliest materials, with shares by "
-        "their posterior in whole percent, rather than the likeliest alone; mip levels follow from these shares.",
+        "and the contrast of the box about them, else by colour alone. By default 0.15 where seeds were drawn at three "
+        "separate places a material or more, none of them is of the class 'unknown' and none is an answer to what "
+        "'tmm suggest' asked; else 0, which leaves none out.",
     )
 
 
@@ -271,10 +263,11 @@ class TextureJob(StrictModel):
         pattern=r"^([A-Za-z0-9_][A-Za-z0-9_.-]*)?$",
         description="Name of the database (NAME.tmm.h5); by default the image's name without its ending.",
     )
-    alpha: Literal["no-data", "ignore"] = Field(
-        default="no-data",
-        description="Whether texels with alpha below one half, masked ones (in a TIFF, or in a .msk file beside the "
-        "image) and those of a TIFF's no-data value are left without a material.",
+    alpha: Literal["auto", "no-data", "ignore"] = Field(
+        default="auto",
+        description="auto: texels with alpha below one half, masked ones (in a TIFF, or in a .msk file beside the "
+        "image) and those of a TIFF's no-data value have no material; what a file calls alpha and has few texels that "
+        "are clear or opaque is none. no-data: it is. ignore: all texels are used.",
     )
     colour_space: Literal["auto", "srgb", "linear"] = Field(
         default="auto",
@@ -283,12 +276,19 @@ class TextureJob(StrictModel):
     near_infrared: str | None = Field(
         default=None,
         min_length=1,
-        description="Name or number, from 1, of the channel of near infrared, if there is one.",
+        description="Name or number, from 1, of the channel of near infrared, or 'none'; by default the fourth of a "
+        "TIFF of four that is no alpha.",
+    )
+    white: float | None = Field(
+        default=None,
+        gt=0,
+        description="Stored value that is white, of 16 bit images that fill a part of their range, such as 4095 of 12 "
+        "bits or 10000 of reflectance times 10,000; by default by the data.",
     )
     shade: Shade | None = Field(
         None,
-        description="Find the cast shade of a photograph, take it away before materials are found, and store it as a "
-        "layer; {} does, where the Sun stood helps, polygons correct it.",
+        description="Find the cast shade of a photograph by where the Sun stood, take it away before materials are "
+        "found, and store it as a layer; polygons correct it.",
     )
     classifier: Classifier = Field(
         Classifier(), description="How texels are classified from seeds, clusters or a model."
@@ -333,11 +333,9 @@ class TextureJob(StrictModel):
             raise ValueError(
                 f"found {ways} of the ways to assign materials; allowed: one of {', '.join(WAYS)}, or seeds and model"
             )
-        with_seeds = given == ["seeds"] and self.classifier.method == "textured"
-        if self.classifier.features is not None and not with_seeds and given != ["model"]:
+        if self.classifier.speed == "fast" and given != ["seeds"]:
             raise ValueError(
-                f"found classifier.features beside {' and '.join(given)} and method {self.classifier.method}; allowed:"
-                " with seeds alone and method: textured, or with a model alone"
+                f"found classifier.speed fast beside {' and '.join(given)}; allowed: with seeds alone; leave it out"
             )
         if self.scene_materials and given != ["model"]:
             raise ValueError(
@@ -352,15 +350,6 @@ class TextureJob(StrictModel):
         return next(way for way in WAYS if getattr(self, way) is not None)
 
     @property
-    def thresholds(self) -> tuple[float, float]:
-        """Confidence and typicality below which a texel becomes unknown."""
-        settings = self.classifier
-        typicality = settings.typicality_threshold
-        if typicality is None:
-            typicality = UNTYPICAL if self.seeds is not None and settings.radius >= UNTYPICAL_RADIUS else 0.0
-        return settings.confidence_threshold, typicality
-
-    @property
     def classes(self) -> tuple[str, ...]:
         """Materials and mixtures that the job itself names; see `is_mixture`."""
         names = {*self.scene_materials, *([self.material] if self.material else [])}
@@ -370,7 +359,7 @@ class TextureJob(StrictModel):
         for seeds in (self.seeds, self.overrides):
             if seeds is not None:
                 names |= {*seeds.polygons, *(seeds.labels.palette.values() if seeds.labels else ())}
-        return tuple(sorted(names))
+        return tuple(sorted(names - {UNKNOWN}))
 
     @property
     def mixtures(self) -> tuple[str, ...]:

@@ -25,16 +25,14 @@ def _moment(value: object) -> object:
 
 
 class Shade(StrictModel):
-    """Cast shade, found where the photograph is darker and bluer, or where it falls away from the Sun; polygons correct
-    it.
-    """
+    """Cast shade, found where it falls away from the Sun; polygons correct it."""
 
     sun_azimuth_deg: float | None = Field(
         default=None,
         ge=0,
         le=360,
         description="Where the Sun stood, clockwise from north, which is up in an image without a place on a map: "
-        "shade is then what ends, away from the Sun, in its own ground, and not all that is dark and blue.",
+        "shade is what ends, away from the Sun, in its own ground.",
     )
     sun_elevation_deg: float | None = Field(
         default=None,
@@ -46,7 +44,7 @@ class Shade(StrictModel):
     time: Annotated[pydantic.AwareDatetime, pydantic.BeforeValidator(_moment)] | None = Field(
         default=None,
         description="Date and time of the photograph with its zone, such as 2026-06-21T08:30:00Z, instead of "
-        "sun_azimuth_deg, for an image with a place on a map in EPSG:4326, 4258, 4269, 3857 or a UTM zone.",
+        "sun_azimuth_deg, for an image with a place on a map.",
     )
     shaded: tuple[Polygon, ...] = Field(
         default=(), description="Polygons of [x, y] pixel coordinates that lie in the shade, whatever is found there."
@@ -59,6 +57,10 @@ class Shade(StrictModel):
     def _one_sun(self) -> Shade:
         if self.time is not None and (self.sun_azimuth_deg is not None or self.sun_elevation_deg is not None):
             raise ValueError("found time and the Sun's angles; allowed: one of them; leave the other out")
+        if self.time is None and self.sun_azimuth_deg is None and self.sun_elevation_deg is None:
+            raise ValueError(
+                "found shade without where the Sun stood; add sun_azimuth_deg, as a pole's shadow shows it, or time"
+            )
         if self.sun_elevation_deg is not None and self.sun_azimuth_deg is None:
             raise ValueError("found sun_elevation_deg without sun_azimuth_deg; add it")
         return self

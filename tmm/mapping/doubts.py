@@ -9,7 +9,7 @@ from skyshine.tmm.mapping.write import Written
 
 def doubts(mapped: TextureMap, written: Written) -> list[str]:
     """Sentences, one for each thing that is probably not meant; empty where there is none."""
-    found = []
+    found = list(mapped.texture.intake.warnings)
     if mapped.seeds is not None and len(mapped.seeds.names) == 1:
         found.append(
             f"all seeds are of one material, so that every texel becomes {mapped.seeds.names[0]} or unknown; draw seeds"
@@ -19,7 +19,6 @@ def doubts(mapped: TextureMap, written: Written) -> list[str]:
         found.append(f"the label image has no texel of {', '.join(absent)}; fine where the texture has none")
     if not written.texels.any():
         way = {
-            "palette": "no texel has a colour of the palette; compare its keys with the image",
             "rules": "no rule holds anywhere; compare the limits with the image",
             "clusters": "no cluster has a name; 'tmm check' shows their colours",
         }

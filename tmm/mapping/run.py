@@ -17,8 +17,8 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import job_path
 from skyshine.schemas.quantity import quantity
 from skyshine.tmm.classify.gaussian import GaussianModel
-from skyshine.tmm.classify.model_file import model_path, read_model
-from skyshine.tmm.inputs.load import load_texture, token_features
+from skyshine.tmm.images.georeference import read_georeference
+from skyshine.tmm.inputs.load import load_texture
 from skyshine.tmm.inputs.seeds import unlabelled
 from skyshine.tmm.job.model import Clusters, TextureJob, TmmJob
 from skyshine.tmm.mapping.texture_map import TextureMap, map_texture
@@ -27,8 +27,7 @@ from skyshine.tmm.mapping.write import Written, is_current, write_texture
 
 
 def check(job: TextureJob, folder: Path, library: MaterialLibrary) -> dict[str, Any]:
-    """What `tmm check` says of a texture: it is read, its seeds or clusters are found, and an image encoder that it
-    names is tried on it; nothing is classified.
+    """What `tmm check` says of a texture: it is read, its seeds or clusters are found; nothing is classified.
 
     Raises
     ------
@@ -36,8 +35,7 @@ def check(job: TextureJob, folder: Path, library: MaterialLibrary) -> dict[str, 
         An image or its seeds are wrong.
     """
     texture, colours, _, seeds = load_texture(job, folder, library)
-    alone = job.model is not None and job.seeds is None
-    token_features(job, texture, folder, read_model(model_path(job.model or "", folder)) if alone else None)
+    place = read_georeference(texture.path)
     counts = {name: int((seeds.material == k).sum()) for k, name in enumerate(seeds.names)} if seeds else {}
     counts |= dict.fromkeys(unlabelled(job, seeds), 0)
     return {
@@ -48,7 +46,10 @@ def check(job: TextureJob, folder: Path, library: MaterialLibrary) -> dict[str, 
         "height": texture.height,
         "pixel_type": texture.dtype.name,
         "encoding": texture.encoding,
+        "taken_as": texture.taken | ({} if place is None else {"place": place.crs or "a map without a name"}),
         "texels_with_data": colours.valid_texels,
+        "without_data": {reason: quantity(share, "1") for reason, share in texture.without_data().items()},
+        "warnings": list(texture.intake.warnings),
         "distinct_colours": colours.number,
         "seed_texels": counts,
         "conflicting_seed_texels": seeds.conflicting if seeds else 0,

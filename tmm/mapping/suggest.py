@@ -11,18 +11,18 @@ import numpy.typing as npt
 
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.classify.combined import Survey, grid_step, seed_shares, survey
+from skyshine.tmm.classify.graph import Survey, grid_step, seed_shares, survey
 from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.classify.questions import choose, clearness, contest, doubt, middles, reach, strangeness
-from skyshine.tmm.classify.trained import TrainedModel, require_no_encoder
-from skyshine.tmm.classify.translation import library_classes
+from skyshine.tmm.classify.trained import TrainedModel
+from skyshine.tmm.classify.translation import class_groups, library_classes
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.answers import Answer, read_answers
 from skyshine.tmm.inputs.load import load_texture, open_texture
 from skyshine.tmm.inputs.seeds import SeedTexels
+from skyshine.tmm.job.materials import UNKNOWN
 from skyshine.tmm.job.model import TextureJob
-from skyshine.tmm.training.examples import examples
-from skyshine.tmm.training.train import train_on_seeds
+from skyshine.tmm.training.train import fit_seeds
 
 RADIUS = 8  # of the disk that is asked about, in texels of the survey's grid, at most
 SEEDED = 1 / 8  # share of a superpixel that must be seeds for it to be known
@@ -142,13 +142,10 @@ def suggest(job: TextureJob, folder: Path, library: MaterialLibrary, count: int)
     kept = tuple(answer for answer in listed if answer.material is not None)
     texture, colours, _, seeds = load_texture(_with_seeds(job, kept), folder, library)
     model = None if job.model is None else read_model(model_path(job.model, folder))
-    if model is not None:
-        model.require_channels(texture)
-        require_no_encoder(model, "for suggestions")
     surveyed = survey(texture, colours, model)
     known = _known(job, texture, surveyed, model, seeds, library)
     answered = [(answer.y, answer.x) for answer in kept]
-    barren = [(answer.y, answer.x) for answer in kept if answer.seed is None]
+    barren = [(answer.y, answer.x) for answer in kept if answer.seed is None or seeds is None]
     asked, wrong = ask(surveyed, known, answered, barren, count)
     first = max((answer.number for answer in kept), default=0) + 1
     questions = []
@@ -197,7 +194,7 @@ def draw_at_random(job: TextureJob, folder: Path, library: MaterialLibrary, coun
 
 def _with_seeds(job: TextureJob, kept: tuple[Answer, ...]) -> TextureJob:
     """The job without a list that has no seed yet, and without seeds where there are no others."""
-    if job.seeds is None or job.seeds.suggested is None or any(answer.seed for answer in kept):
+    if job.seeds is None or job.seeds.suggested is None or any(answer.seed not in (None, UNKNOWN) for answer in kept):
         return job
     others = job.seeds.model_copy(update={"suggested": None})
     drawn = others.polygons or others.file is not None or others.labels is not None
@@ -240,15 +237,10 @@ def _known(
 ) -> Known:
     if seeds is None:
         return known_by_library(surveyed, model)
-    random_seed = job.held_out.random_seed
-    known = examples(texture, seeds, random_seed) if job.classifier.method == "textured" else None
-    own = train_on_seeds(texture, seeds, job.classifier, known, random_seed, None)
-    classes = np.empty((0, len(own.names)))
-    if model is not None:
-        groups = {name: library.group(name) for name in (*model.names, *own.names) if name in library}
-        classes = library_classes(model.names, own.names, groups)
-    material = np.array([own.names.index(name) for name in seeds.names])[seeds.material]
-    placed = (seeds.rows, seeds.columns, material)
+    own = fit_seeds(seeds, texture.encoding, job.classifier.prior)
+    groups = class_groups(model, own.names, library)
+    classes = library_classes(() if model is None else model.names, own.names, groups)
+    placed = seeds.drawn(own.names)
     shares = seed_shares(surveyed, own, classes, placed)
     return known_by_seeds(surveyed, shares, own.names, classes, placed)
 

@@ -10,20 +10,20 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.materials.library import MaterialLibrary
-from skyshine.tmm.classify.combined import TYPICAL_RADIUS, CombinedMapper, survey
+from skyshine.tmm.classify.graph import TYPICAL_RADIUS, GraphMapper, survey
 from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper
 from skyshine.tmm.classify.model_file import model_path, read_model
-from skyshine.tmm.classify.trained import TrainedModel
-from skyshine.tmm.classify.translation import library_classes
+from skyshine.tmm.classify.trained import ModelMapper, TrainedModel
+from skyshine.tmm.classify.translation import class_groups, library_classes
 from skyshine.tmm.classify.typicality import Boxes
 from skyshine.tmm.database.levels import Level
 from skyshine.tmm.features.colour import DistinctColours
-from skyshine.tmm.features.tokens import TokenFeatures
 from skyshine.tmm.images.georeference import GeoReference, read_georeference
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.images.texture import TextureFile
-from skyshine.tmm.inputs.load import job_files, load_texture, narrowed, token_features
+from skyshine.tmm.inputs.load import job_files, load_texture, narrowed
 from skyshine.tmm.inputs.seeds import SeedTexels
+from skyshine.tmm.job.materials import UNKNOWN
 from skyshine.tmm.job.model import TextureJob
 from skyshine.tmm.mapping.mixtures import ClassMixtures
 from skyshine.tmm.mapping.ways import (
@@ -36,10 +36,15 @@ from skyshine.tmm.mapping.ways import (
     nearest_palette,
 )
 from skyshine.tmm.quality.held_out import HeldOut, measure, untested, with_unknown
-from skyshine.tmm.training.examples import examples
 from skyshine.tmm.training.seed_boxes import seed_boxes
-from skyshine.tmm.training.train import train_on_seeds
+from skyshine.tmm.training.train import fit_seeds
 
+# The smallest in hundredths by which, of aerial sheets and drone's chips that it was chosen on, 40 % of the texels of a
+# material left out are below. A box of few texels scatters more.
+UNTYPICAL, UNTYPICAL_RADIUS = 0.15, 4
+# Separate places of a material, the median over them: with fewer the threshold takes more of what is known than it is
+# worth (5 % with two places a material, 7 % with one).
+TYPICAL_PLACES = 3
 BAND, STRIP = 256, 512  # texels of a window, whole chunks of the file: what stays in a processor's cache
 
 
@@ -63,6 +68,9 @@ class TextureMap:
     place : GeoReference or None
     files : dict of str to str
         SHA-256 of the files besides the image that the map depends on, by their path in the job.
+    thresholds : (float, float)
+        Confidence and typicality below which a texel is unknown.
+    mapper : Mapper
     """
 
     job: TextureJob
@@ -75,12 +83,13 @@ class TextureMap:
     quality: HeldOut
     place: GeoReference | None
     files: dict[str, str]
+    thresholds: tuple[float, float]
     mapper: Mapper
 
     @property
     def mixed(self) -> bool:
         """Whether texels of the first level may have several materials."""
-        return self.job.classifier.mixtures or bool(self.job.mixtures)
+        return bool(self.job.mixtures)
 
     def windows(self) -> Iterator[tuple[slice, slice, Level, Classified]]:
         """Classify the texture from the top to the bottom.
@@ -99,11 +108,7 @@ class TextureMap:
                 bottom, right = min(top + BAND, self.texture.height), min(left + STRIP, self.texture.width)
                 raw = self.mapper.window(top, bottom, left, right)
                 classified = Classified(raw.material, self.quality.calibration(raw.confidence), raw.typicality)
-                known = with_unknown(classified, self.job.thresholds)
-                if self.job.classifier.mixtures:
-                    level = classes.likeliest(self.mapper.posterior(top, bottom, left, right), known)
-                else:
-                    level = classes.of(known)
+                level = classes.of(with_unknown(classified, self.thresholds))
                 yield slice(top, bottom), slice(left, right), level, classified
 
 
@@ -125,10 +130,11 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
     """
     base_folder = Path(base_folder)
     texture, colours, names, seeds = load_texture(job, base_folder, library)
-    if seeds is not None and job.model is not None:
-        mapper, quality = _combined(job, texture, colours, seeds, base_folder, library)
-    elif seeds is not None:
-        mapper, quality = _trained(job, texture, colours, seeds, token_features(job, texture, base_folder))
+    limits = thresholds(job, seeds)
+    if seeds is not None:
+        general = None if job.model is None else read_model(model_path(job.model, base_folder))
+        mapper_of = seed_mappers(job, texture, colours, seeds, general, library)
+        mapper, quality = mapper_of(None), measure(job, texture.encoding, seeds, mapper_of, limits)
     else:
         mapper, quality = _untrained(job, texture, colours, names, base_folder, library)
     if job.overrides is not None:
@@ -144,48 +150,29 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
         quality=quality,
         place=read_georeference(texture.path),
         files={name: file_sha256(path) for name, path in job_files(job, base_folder).items()},
+        thresholds=limits,
         mapper=mapper,
     )
 
 
-def _trained(
-    job: TextureJob,
-    texture: TextureFile,
-    colours: DistinctColours,
-    seeds: SeedTexels,
-    tokens: TokenFeatures | None,
-) -> tuple[Mapper, HeldOut]:
-    """What is trained on all seeds, and its quality on seeds held out."""
-    settings, random_seed = job.classifier, job.held_out.random_seed
-    known = examples(texture, seeds, random_seed, tokens=tokens) if settings.method == "textured" else None
-    typical = seed_boxes(Boxes(texture, colours, settings.radius), seeds)
+def thresholds(job: TextureJob, seeds: SeedTexels | None) -> tuple[float, float]:
+    """Confidence and typicality below which a texel becomes unknown.
 
-    def mapper_of(chosen: npt.NDArray[np.bool_] | None) -> Mapper:
-        model = train_on_seeds(texture, seeds, settings, known, random_seed, chosen)
-        typicality = typical.typicality(chosen)
-        return model.mapper(texture, colours, settings.radius, chosen is None, tokens, typicality)
-
-    quality = measure(job, texture.encoding, seeds, mapper_of)
-    return mapper_of(None), quality
+    Typicality has no threshold where there is too little evidence of what is typical: without seeds, or with few
+    separate places of them. Answers to what `tmm suggest` asked lie where the map was in doubt, which is not typical,
+    and say themselves where it is unknown, as seeds of that class do.
+    """
+    confidence, typicality = job.classifier.confidence_threshold, job.classifier.typicality_threshold
+    if typicality is not None:
+        return confidence, typicality
+    if seeds is None or UNKNOWN in seeds.names or seeds.asked.any():
+        return confidence, 0.0
+    enough = np.median(seeds.separate_places) >= TYPICAL_PLACES
+    box = job.classifier.radius if job.classifier.speed == "fast" else TYPICAL_RADIUS
+    return confidence, UNTYPICAL if enough and box >= UNTYPICAL_RADIUS else 0.0
 
 
-def _combined(
-    job: TextureJob,
-    texture: TextureFile,
-    colours: DistinctColours,
-    seeds: SeedTexels,
-    base_folder: Path,
-    library: MaterialLibrary,
-) -> tuple[Mapper, HeldOut]:
-    """Seeds and a library model together, and their quality on seeds held out."""
-    if job.model is None:
-        raise ValueError(f"'{job.name}' names no model")
-    general = read_model(model_path(job.model, base_folder))
-    mapper_of = combined_mappers(job, texture, colours, seeds, general, library)
-    return mapper_of(None), measure(job, texture.encoding, seeds, mapper_of)
-
-
-def combined_mappers(
+def seed_mappers(
     job: TextureJob,
     texture: TextureFile,
     colours: DistinctColours,
@@ -193,37 +180,33 @@ def combined_mappers(
     general: TrainedModel | None,
     library: MaterialLibrary,
 ) -> Callable[[npt.NDArray[np.bool_] | None], Mapper]:
-    """Make mappers of seeds and a library model together, of all seeds (None) or of those chosen (N,).
+    """Make mappers from all seeds (None) or from those chosen (N,), at the speed that the job asks for.
 
     Parameters
     ----------
     general : TrainedModel or None
-        The library model; without one the seeds and the graph of superpixels say all.
-
-    Raises
-    ------
-    InputError
-        The model was trained with near infrared and the texture has none, or the reverse.
+        A library model beside the seeds.
     """
-    settings, random_seed = job.classifier, job.held_out.random_seed
-    if general is not None:
-        general.require_channels(texture)
+    settings = job.classifier
+    fast = settings.speed == "fast"
+    typical = seed_boxes(Boxes(texture, colours, settings.radius if fast else TYPICAL_RADIUS), seeds)
+    if fast:
+
+        def by_colour(chosen: npt.NDArray[np.bool_] | None) -> Mapper:
+            model = fit_seeds(seeds, texture.encoding, settings.prior, chosen)
+            return ColourMapper(texture, colours, model, settings.radius, chosen is None, typical.typicality(chosen))
+
+        return by_colour
     surveyed = survey(texture, colours, general)
-    known = examples(texture, seeds, random_seed) if settings.method == "textured" else None
-    typical = seed_boxes(Boxes(texture, colours, TYPICAL_RADIUS), seeds)
-    general_names = () if general is None else general.names
-    groups = {name: library.group(name) for name in (*general_names, *seeds.names) if name in library}
+    groups = class_groups(general, seeds.names, library)
 
-    def mapper_of(chosen: npt.NDArray[np.bool_] | None) -> Mapper:
-        keep = np.ones(len(seeds.rows), bool) if chosen is None else chosen
-        model = train_on_seeds(texture, seeds, settings, known, random_seed, chosen)
-        number = np.array([model.names.index(name) if name in model.names else -1 for name in seeds.names])
-        drawn = seeds.rows[keep], seeds.columns[keep], number[seeds.material[keep]]
-        classes = library_classes(general_names, model.names, groups)
-        typicality = typical.typicality(chosen)
-        return CombinedMapper(texture, colours, surveyed, model, classes, drawn, chosen is None, typicality)
+    def by_graph(chosen: npt.NDArray[np.bool_] | None) -> Mapper:
+        model = fit_seeds(seeds, texture.encoding, settings.prior, chosen)
+        classes = library_classes(() if general is None else general.names, model.names, groups)
+        drawn = seeds.drawn(model.names, chosen)
+        return GraphMapper(texture, colours, surveyed, model, classes, drawn, typical.typicality(chosen))
 
-    return mapper_of
+    return by_graph
 
 
 def _untrained(
@@ -254,9 +237,8 @@ def _untrained(
         raise ValueError(f"'{job.name}' assigns no materials")
     trained = read_model(model_path(job.model, base_folder))
     quality = replace(quality, calibration=trained.calibration)
-    tokens = token_features(job, texture, base_folder, trained)
     if not job.scene_materials:
-        return trained.mapper(texture, colours, job.classifier.radius, tokens=tokens), quality
+        return ModelMapper(texture, colours, trained, job.classifier.radius), quality
     kept, material = narrowed(job, trained, library, names)
-    among = trained.only(kept.tolist()).mapper(texture, colours, job.classifier.radius, tokens=tokens)
+    among = ModelMapper(texture, colours, trained.only(kept.tolist()), job.classifier.radius)
     return Renamed(among, names, material), quality

@@ -11,11 +11,12 @@ import numpy.typing as npt
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.classify.box import POSTERIOR_ONE
 from skyshine.tmm.classify.gaussian import GaussianModel, fit
-from skyshine.tmm.classify.mapper import Classified, Mapper, one_hot, without_data
+from skyshine.tmm.classify.mapper import Classified, Mapper, without_data
 from skyshine.tmm.features.colour import ndvi, to_coordinates, to_lab
 from skyshine.tmm.images.labels import NONE, Labels
 from skyshine.tmm.images.raster import Raster
 from skyshine.tmm.images.texture import Windowed
+from skyshine.tmm.inputs.palette import palette_colour
 from skyshine.tmm.inputs.polygons import polygon_mask, seed_polygons
 from skyshine.tmm.job.model import Clusters, Palette, Rules, Seeds
 
@@ -35,10 +36,6 @@ class WholeTexture:
         ones = np.ones(valid.shape, np.float32)
         return without_data(Classified(np.zeros(valid.shape, np.int16), ones, ones.copy()), valid)
 
-    def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
-        """Certain; see `Mapper`."""
-        return one_hot(self.window(top, bottom, left, right), 1)
-
 
 class ExactPalette:
     """A colour model that knows its own colours and no others."""
@@ -53,26 +50,6 @@ class ExactPalette:
         for colour, material in self._colours.items():
             posterior[material, (colours[:, :3] == colour).all(axis=1)] = POSTERIOR_ONE
         return posterior, np.minimum(posterior.max(axis=0, initial=0), 1).astype(np.float32)
-
-
-def palette_colour(key: str, dtype: np.dtype[Any], path: Path) -> tuple[int, int, int]:
-    """The colour that a palette's key names, as a texture of this type holds it.
-
-    Raises
-    ------
-    InputError
-        The texture's type cannot hold it.
-    """
-    if dtype.kind != "u":
-        raise InputError("holds floats; allowed for a palette: 8 or 16 bit colours; use rules instead", file=path)
-    limit = np.iinfo(dtype).max
-    if key.startswith("#"):
-        # 8 bits spread over 16 as image formats do it: 255 becomes 65535.
-        red, green, blue = (int(key[i : i + 2], 16) * (limit // 255) for i in (1, 3, 5))
-        return red, green, blue
-    if int(key) > limit:
-        raise InputError(f"holds values to {limit}; the palette's grey level {key} is beyond", file=path)
-    return int(key), int(key), int(key)
 
 
 def nearest_palette(
@@ -98,15 +75,6 @@ class Renamed:
         """Classify a window; see `Mapper`."""
         classified = self._mapper.window(top, bottom, left, right)
         return Classified(self._material[classified.material], classified.confidence, classified.typicality)
-
-    def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
-        """Sums of the posteriors of the classes of each material; see `Mapper`."""
-        own = self._mapper.posterior(top, bottom, left, right)
-        sums = np.zeros((len(self.names), *own.shape[1:]), np.float32)
-        for plane, material in zip(own, self._material, strict=False):  # the last entry is that of no class
-            if material >= 0:
-                sums[material] += plane
-        return sums
 
 
 class RuleMapper:
@@ -150,10 +118,6 @@ class RuleMapper:
         material[valid] = matched
         confidence = (material >= 0).astype(np.float32)
         return Classified(material, confidence, confidence.copy())
-
-    def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
-        """Certain; see `Mapper`."""
-        return one_hot(self.window(top, bottom, left, right), len(self.names))
 
 
 def _quantities(name: str, colours: npt.NDArray[Any], encoding: str) -> dict[str, npt.NDArray[Any]]:
@@ -208,12 +172,12 @@ class Overrides:
         polygons = seed_polygons(seeds, base_folder, texture, path)
         labelled = seeds.labels.palette.values() if seeds.labels else ()
         mapped = list(mapper.names)
-        self.names = tuple(mapped + sorted({*labelled, *(name for name, _ in polygons)} - set(mapped)))
+        self.names = tuple(mapped + sorted({*labelled, *(name for name, *_ in polygons)} - set(mapped)))
         self._labels = None
         if seeds.labels is not None:
             self._labels = Labels(seeds.labels, base_folder, self.names).fits(texture.height, texture.width)
         self._polygons = []
-        for name, rings in polygons:
+        for name, rings, _ in polygons:
             outline = np.array([position[:2] for position in rings[0]])
             self._polygons.append((self.names.index(name), rings, outline.min(axis=0), outline.max(axis=0)))
 
@@ -228,15 +192,6 @@ class Overrides:
         ):
             array[known] = value
         return classified
-
-    def posterior(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
-        """Certain where something is given; see `Mapper`."""
-        own = self._mapper.posterior(top, bottom, left, right)
-        given, known = self._given(top, bottom, left, right)
-        planes = np.zeros((len(self.names), *own.shape[1:]), np.float32)
-        planes[: len(own)] = own
-        planes[:, known] = np.arange(len(self.names))[:, np.newaxis] == given[known]
-        return planes
 
     def _given(
         self, top: int, bottom: int, left: int, right: int

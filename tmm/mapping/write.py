@@ -32,6 +32,7 @@ from skyshine.tmm.features.shade import RelitTexture
 from skyshine.tmm.images.georeference import read_georeference
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.inputs.load import job_files
+from skyshine.tmm.job.materials import UNKNOWN
 from skyshine.tmm.job.model import TextureJob
 from skyshine.tmm.mapping.texture_map import STRIP, TextureMap
 
@@ -52,6 +53,8 @@ class Written:
         Those that have a material; the others are unknown.
     confidence : float
         Mean over the texels with data.
+    confidence_of_known : float
+        Mean over those that have a material: the share of them that is expected to be right.
     shade : float or None
         Share of the texels with data in cast shade; None where none was looked for.
     digest : str
@@ -62,6 +65,7 @@ class Written:
     with_data: int
     with_material: int
     confidence: float
+    confidence_of_known: float
     shade: float | None = None
     digest: str = ""
 
@@ -85,7 +89,13 @@ def write_texture(mapped: TextureMap, path: str | os.PathLike[str]) -> Written:
     def fill(file: h5py.File) -> Filled:
         written, mixtures, digests = _fill_levels(mapped, file)
         counted.append(written)
-        rest = Group(groups={"usage": _usage(mapped, written), "composites": composite_layout(*mixtures)})
+        rest = Group(
+            groups={
+                "usage": _usage(mapped, written),
+                "quality": _quality(mapped, written),
+                "composites": composite_layout(*mixtures),
+            }
+        )
         return Filled(rest, digests)
 
     height, width = mapped.texture.height, mapped.texture.width
@@ -96,7 +106,6 @@ def write_texture(mapped: TextureMap, path: str | os.PathLike[str]) -> Written:
     root = Group(
         groups={
             "materials": _materials(mapped),
-            "quality": _quality(mapped),
             "provenance": _provenance(mapped),
             "levels": Group(groups=levels),
         }
@@ -116,7 +125,7 @@ def _fill_levels(
     arrays = [chunk_writers(file[f"levels/{k}"]) for k in range(len(file["levels"]))]
     writers = [_RowWriter(level, file[f"levels/{k}/code"].shape, mapped.codes) for k, level in enumerate(arrays) if k]
     level0 = arrays[0]
-    texels, known, total, shaded = np.zeros(1 << 16), 0, 0.0, 0.0
+    texels, known, total, sure, shaded = np.zeros(1 << 16), 0, 0.0, 0.0, 0.0
     for band, windows in itertools.groupby(mapped.windows(), key=lambda window: window[0]):
         rows = _Rows(band.stop - band.start, mapped.texture.width, mapped.mixed)
         for _, columns, level, classified in windows:
@@ -128,6 +137,7 @@ def _fill_levels(
                 texels += np.bincount(level.code.ravel(), minlength=1 << 16)
             known += int(np.count_nonzero(level.code))
             total += float(classified.confidence.sum(dtype=np.float64))
+            sure += float(classified.confidence.sum(dtype=np.float64, where=level.code > 0))
             doubt = {"confidence": in_steps(classified.confidence), "typicality": in_ratios(classified.typicality)}
             if isinstance(mapped.texture, RelitTexture):
                 shade = mapped.texture.shade(band, columns)
@@ -151,7 +161,7 @@ def _fill_levels(
         for name, writer in level.items()
         if (digest := writer.digest()) is not None
     }
-    written = Written(texels[mapped.codes], with_data, known, total / with_data, in_shade)
+    written = Written(texels[mapped.codes], with_data, known, total / with_data, sure / max(known, 1), in_shade)
     return written, mixtures.mixtures(), digests
 
 
@@ -264,6 +274,15 @@ def is_current(
     return hdf5.is_current(path, texture_header(job, library_version), same_sources)
 
 
+def in_words(entries: dict[str, str]) -> str:
+    """A dictionary as one line.
+
+    >>> in_words({"alpha": "12 %", "collar": "3 %"})
+    'alpha: 12 %; collar: 3 %'
+    """
+    return "; ".join(f"{key}: {value}" for key, value in entries.items())
+
+
 def _code_axis(mapped: TextureMap) -> Axis:
     return Axis(mapped.codes, "1", "material code")
 
@@ -283,15 +302,19 @@ def _usage(mapped: TextureMap, written: Written) -> Group:
     return Group({"material": _code_axis(mapped)}, {"share": share}, attributes=counts)
 
 
-def _quality(mapped: TextureMap) -> Group:
+def _quality(mapped: TextureMap, written: Written) -> Group:
     """Held-out quality of the materials that have seeds; empty where nothing is trained on this texture."""
     if mapped.seeds is None:
         return Group(attributes={"tested_texels": 0, "seed_texels": 0})
     measured, seeds = mapped.quality, mapped.seeds
-    codes = mapped.codes[[mapped.names.index(name) for name in seeds.names]]
+    codes = mapped.codes[[mapped.names.index(name) for name in seeds.names if name != UNKNOWN]]
     assigned = Axis(np.concatenate([[0], codes]).astype(np.uint16), "1", "material code found, 0 for unknown")
     what = {"whole": "held-out seed texels", "inside": "those in shadow", "outside": "those in sunlight"}
-    attributes: dict[str, float] = {}
+    attributes: dict[str, float] = {
+        "expected_accuracy": written.confidence_of_known,
+        "separate_places": len(np.unique(seeds.region)),
+        "tested_places": measured.places,
+    }
     for part, suffix in (("whole", ""), ("inside", "_inside_shadow"), ("outside", "_outside_shadow")):
         quality = getattr(measured, part)
         attributes |= {
@@ -327,7 +350,7 @@ def _quality(mapped: TextureMap) -> Group:
 
 def _provenance(mapped: TextureMap) -> Group:
     texture = mapped.texture
-    attributes = {
+    attributes: dict[str, Any] = {
         "texture": mapped.job.image,
         "texture_sha256": texture.sha256,
         "width": texture.width,
@@ -335,7 +358,11 @@ def _provenance(mapped: TextureMap) -> Group:
         "pixel_type": texture.dtype.name,
         "encoding": texture.encoding,
         "distinct_colours": mapped.colours.number,
+        "taken_as": in_words(texture.taken),
     }
+    if mapped.colours.valid_texels < texture.height * texture.width:
+        lost = {reason: f"{100 * share:.4g} %" for reason, share in texture.without_data().items()}
+        attributes["without_data"] = in_words(lost)
     if mapped.place is not None:
         # X = a x + b y + c, Y = d x + e y + f, with x and y in texels of level 0 from the top left corner.
         attributes |= {"geo_affine": np.array(mapped.place.affine), "geo_crs": mapped.place.crs}

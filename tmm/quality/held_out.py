@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from skyshine.tmm.classify.calibration import IDENTITY, Calibration, fit_calibra
 from skyshine.tmm.classify.mapper import Classified, Mapper
 from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.inputs.seeds import SeedTexels
+from skyshine.tmm.job.materials import UNKNOWN
 from skyshine.tmm.job.model import TextureJob
 from skyshine.tmm.quality.counts import Quality, Tally
 
@@ -24,13 +25,20 @@ TILE = 1024  # texels; a larger region is tested in pieces of this size
 class HeldOut:
     """Quality on seeds that the model has not seen: of all, and of those in shadow and in sunlight.
 
-    `calibration` turns a classifier's own confidence into one that is as often right as it says.
+    Attributes
+    ----------
+    whole, inside, outside : Quality
+    calibration : Calibration
+        Turns a classifier's own confidence into one that is as often right as it says.
+    places : int
+        Separate places that were left out in turn.
     """
 
     whole: Quality
     inside: Quality
     outside: Quality
     calibration: Calibration
+    places: int = 0
 
 
 def untested(count: int) -> HeldOut:
@@ -40,17 +48,24 @@ def untested(count: int) -> HeldOut:
 
 
 def measure(
-    job: TextureJob, encoding: str, seeds: SeedTexels, mapper_of: Callable[[npt.NDArray[Any]], Mapper]
+    job: TextureJob,
+    encoding: str,
+    seeds: SeedTexels,
+    mapper_of: Callable[[npt.NDArray[Any]], Mapper],
+    thresholds: tuple[float, float],
 ) -> HeldOut:
-    """Classify each seed region by a model of the other parts' seeds.
+    """Classify each separate place of seeds by a model of the other parts' seeds.
 
-    The regions of a material are dealt out over the parts in a random order of recorded seed. A material with one
-    region cannot be left out and is not tested.
+    The places of a material are dealt out over the parts in a random order of recorded seed. Not tested are materials
+    with one place, which cannot be left out; answers to what `tmm suggest` asked, which lie where the map was in doubt
+    and say little of all the rest; and seeds of the class `unknown`.
 
     Parameters
     ----------
     mapper_of : callable
         Gives the classifier that is trained on the seeds where a mask (N,) bool is true.
+    thresholds : (float, float)
+        Of confidence and typicality.
     """
     fold = folds(job, seeds)
     parts = np.unique(fold[fold >= 0])
@@ -59,7 +74,8 @@ def measure(
     dark = light < shadow_limits(light, seeds.material, len(seeds.names))[seeds.material]
     tested = fold >= 0
     columns = HeldOutTexels(seeds.material, assigned, confidence, dark, seeds.region, fold, typicality)
-    return held_out(len(seeds.names), columns.only(tested), thresholds=job.thresholds)
+    measured = held_out(len(seeds.names) - (UNKNOWN in seeds.names), columns.only(tested), thresholds)
+    return replace(measured, places=len(np.unique(seeds.region[tested])))
 
 
 @dataclass(frozen=True)
@@ -130,12 +146,14 @@ def held_out(count: int, texels: HeldOutTexels, thresholds: tuple[float, float] 
 def folds(job: TextureJob, seeds: SeedTexels, smallest: int = 2) -> npt.NDArray[Any]:
     """The part (N,) in which each seed texel is held out; -1 where it never is.
 
-    Materials with fewer than `smallest` regions are not held out, and of others `MAX_REGIONS` regions at most.
+    Materials with fewer than `smallest` places are not held out, and of others `MAX_REGIONS` places at most.
     """
     random = np.random.default_rng(job.held_out.random_seed)
     fold = np.full(len(seeds.rows), -1)
     for k in range(len(seeds.names)):
-        mine = seeds.material == k
+        mine = (seeds.material == k) & ~seeds.asked
+        if seeds.names[k] == UNKNOWN:
+            continue
         regions, region = np.unique(seeds.region[mine], return_inverse=True)
         if len(regions) < smallest:
             continue
@@ -165,7 +183,7 @@ def at_seeds(
         top, left = rows.min(), columns.min()
         result = mapper.window(top, rows.max() + 1, left, columns.max() + 1)
         at = rows - top, columns - left
-        number = {name: k for k, name in enumerate(seeds.names)}
+        number = {name: k for k, name in enumerate(seeds.names) if name != UNKNOWN}
         index = np.array([*(number.get(name, -1) for name in mapper.names), -1], np.int16)
         assigned[mine], confidence[mine], typicality[mine] = (
             index[result.material[at]],

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,18 +23,12 @@ from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.load import load_texture
 from skyshine.tmm.inputs.seeds import SeedTexels
 from skyshine.tmm.job.model import Classifier, LabelImage, TextureJob, TmmJob
-from skyshine.tmm.mapping.texture_map import BAND, STRIP, combined_mappers
+from skyshine.tmm.mapping.texture_map import BAND, STRIP, seed_mappers
 from skyshine.tmm.quality.counts import Quality, Tally
-from skyshine.tmm.training.examples import examples
-from skyshine.tmm.training.train import train_on_seeds
 
-METHODS: tuple[Literal["colour", "textured"], ...] = ("colour", "textured")
-OURS = {
-    f"{method}, radius {radius}": Classifier(method=method, radius=radius)
-    for method in METHODS
-    for radius in (0, 4, 8, 12)
-}
-COMBINED = "seeds, graph and library"
+FAST = "fast, radius {}"
+OURS = {FAST.format(radius): Classifier(speed="fast", radius=radius) for radius in (0, 4, 8, 12)}
+GRAPH, WITH_MODEL = "graph", "graph and model"
 PEERS = ("scikit-learn QDA", "scikit-learn random forest")
 # So many trees that more change little.
 FOREST = {"n_estimators": 50, "min_samples_leaf": 5, "random_state": 0, "n_jobs": 1}
@@ -85,7 +79,7 @@ def bench(
     Parameters
     ----------
     job : TmmJob
-        Of textures with seeds; a `model` that one names is combined with its seeds in one of the rows.
+        Of textures with seeds; a `model` that one names joins its seeds in one of the rows.
     folder : Path
         To which the job's paths are relative.
     truth : Path
@@ -107,7 +101,7 @@ def bench(
     """
     labels = load_model(truth, Truth, context={"materials": library.names}).truth
     names = tuple(sorted({name for entry in labels.values() for name in entry.palette.values()}))
-    rows = [Row(name, Tally(len(names))) for name in (*OURS, COMBINED, *PEERS)]
+    rows = [Row(name, Tally(len(names))) for name in (*OURS, GRAPH, WITH_MODEL, *PEERS)]
     for entry in job.textures:
         if entry.seeds is None or entry.name not in labels:
             missing = "seeds" if entry.seeds is None else "truth"
@@ -143,15 +137,11 @@ def _trained(
     library: MaterialLibrary,
 ) -> tuple[Classify, tuple[str, ...]]:
     """A classifier of windows, which gives material and confidence, and the names of its materials."""
-    random_seed = job.held_out.random_seed
-    if name == COMBINED:
-        general = None if job.model is None else read_model(model_path(job.model, folder))
-        return _windows(combined_mappers(job, texture, colours, seeds, general, library)(None))
-    if name in OURS:
-        settings = OURS[name].model_copy(update={"prior": job.classifier.prior})
-        known = examples(texture, seeds, random_seed) if settings.method == "textured" else None
-        model = train_on_seeds(texture, seeds, settings, known, random_seed, None)
-        return _windows(model.mapper(texture, colours, settings.radius))
+    if name in (*OURS, GRAPH, WITH_MODEL):
+        settings = OURS.get(name, Classifier()).model_copy(update={"prior": job.classifier.prior})
+        general = read_model(model_path(job.model, folder)) if name == WITH_MODEL and job.model is not None else None
+        entry = job.model_copy(update={"classifier": settings})
+        return _windows(seed_mappers(entry, texture, colours, seeds, general, library)(None))
     from sklearn.discriminant_analysis import QuadraticDiscriminantAnalysis
     from sklearn.ensemble import RandomForestClassifier
 

@@ -18,7 +18,9 @@ from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
 from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.images.labels import Labels
 from skyshine.tmm.images.texture import TextureFile
-from skyshine.tmm.inputs.answers import SKIP, UNKNOWN, read_answers
+from skyshine.tmm.inputs.answers import SKIP, read_answers
+from skyshine.tmm.inputs.load import reading
+from skyshine.tmm.job.materials import UNKNOWN
 from skyshine.tmm.job.model import LabelImage, TextureJob
 from skyshine.tmm.quality.counts import Quality, Tally
 
@@ -195,7 +197,7 @@ def _texture(file: TmmFile, path: Path, image: str | os.PathLike[str] | None) ->
             raise
         return None
     job: TextureJob = file.job
-    return TextureFile(place, job.colour_space, job.alpha, job.near_infrared)
+    return TextureFile(place, *reading(job))
 
 
 def _limits(texture: TextureFile, truth: Labels, count: int) -> npt.NDArray[Any]:

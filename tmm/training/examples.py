@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.tmm.features.textured import MARGIN, features, in_other_light, in_shadow, light_planes, names
-from skyshine.tmm.features.tokens import TokenFeatures
 from skyshine.tmm.images.texture import Windowed
 from skyshine.tmm.inputs.seeds import SeedTexels
 
@@ -43,20 +42,15 @@ def examples(
     random_seed: int,
     sample: int = SAMPLE,
     other_light: bool = False,
-    tokens: TokenFeatures | None = None,
 ) -> Examples:
-    """Features at a random sample of the seeds, of `sample` texels a material at most; those of `tokens` come last and
-    are of the texture as it is, in shadow too.
-    """
+    """Features at a random sample of the seeds, of `sample` texels a material at most."""
     random = np.random.default_rng(random_seed)
     chosen = []
     for k in range(len(seeds.names)):
         mine = np.flatnonzero(seeds.material == k)
         chosen.append(mine if len(mine) <= sample else random.choice(mine, sample, replace=False))
     texel = np.sort(np.concatenate(chosen))
-    own = len(names())
-    size = own + (0 if tokens is None else tokens.count)
-    plain, shaded = (np.empty((len(texel), size), np.float32) for _ in range(2))
+    plain, shaded = (np.empty((len(texel), len(names())), np.float32) for _ in range(2))
     tile = seeds.rows[texel] // TILE * (texture.width // TILE + 1) + seeds.columns[texel] // TILE
     for number in np.unique(tile):
         mine = np.flatnonzero(tile == number)
@@ -68,13 +62,11 @@ def examples(
         pixels, valid = texture.window(slice(top, bottom), slice(left, right))
         pixels = np.where(valid[..., np.newaxis], pixels, pixels.dtype.type(0))
         at = (slice(None), rows - top, columns - left)
-        if tokens is not None:
-            plain[mine, own:] = shaded[mine, own:] = tokens.window(slice(top, bottom), slice(left, right))[at].T
-        plain[mine, :own] = _features(pixels, valid, texture.encoding)[at].T
+        plain[mine] = _features(pixels, valid, texture.encoding)[at].T
         dimmed = in_shadow(pixels, texture.encoding, random)[0]
         if other_light:
             dimmed = in_other_light(dimmed, random)
-        shaded[mine, :own] = _features(dimmed, valid, "linear")[at].T
+        shaded[mine] = _features(dimmed, valid, "linear")[at].T
     return Examples(texel, plain, shaded, seeds.material[texel])
 
 

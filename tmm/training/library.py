@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +12,9 @@ import numpy.typing as npt
 
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.classify.gaussian import fit
-from skyshine.tmm.classify.trained import TrainedModel
-from skyshine.tmm.features.colour import DistinctColours, to_coordinates
+from skyshine.tmm.classify.trained import ModelMapper, TrainedModel
+from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.features.shadow import luminance, shadow_limits
-from skyshine.tmm.features.token_basis import TokenBasis
-from skyshine.tmm.features.tokens import Encoder, TokenFeatures
 from skyshine.tmm.images.texture import Windowed
 from skyshine.tmm.inputs.load import load_texture, open_texture
 from skyshine.tmm.inputs.seeds import SeedTexels
@@ -30,50 +27,10 @@ LIBRARY_SAMPLE = 500_000  # of all materials in all textures of a library, 200 b
 LEAST_SAMPLE = 200  # of a material in one texture of many
 
 
-def library_examples(
-    texture: Windowed, seeds: SeedTexels, count: int, random_seed: int, tokens: TokenFeatures | None = None
-) -> Examples:
+def library_examples(texture: Windowed, seeds: SeedTexels, count: int, random_seed: int) -> Examples:
     """Examples of one of `count` textures of a library, no more than that those of all fit memory."""
     sample = int(np.clip(LIBRARY_SAMPLE // count // len(seeds.names), LEAST_SAMPLE, SAMPLE))
-    return examples(texture, seeds, random_seed, sample, other_light=count > 1, tokens=tokens)
-
-
-@dataclass(frozen=True)
-class LibraryTokens:
-    """An image encoder and the one basis of its tokens in all textures of a library."""
-
-    encoder: Encoder
-    basis: TokenBasis
-
-    def of(self, texture: Windowed) -> TokenFeatures:
-        """Features of a texture by that basis."""
-        return TokenFeatures(texture, self.encoder, self.basis)
-
-
-def library_tokens(job: TmmJob, folder: Path) -> LibraryTokens | None:
-    """The encoder that the textures of a job name and its basis, of the same bits in whatever order they stand; None
-    where they name none.
-
-    No label is used, so that tokens of textures held out do not tell what is on them.
-
-    Raises
-    ------
-    InputError
-        The textures name different encoders, or theirs cannot be opened or fails on an image.
-    """
-    first, *others = job.textures
-    for other in others:
-        if other.classifier.features != first.classifier.features:
-            raise InputError(
-                f"'{other.name}' has classifier.features {other.classifier.features or 'none'} and '{first.name}' "
-                f"{first.classifier.features or 'none'}; allowed: the same file for all textures, or for none"
-            )
-    if first.classifier.features is None:
-        return None
-    encoder = Encoder(folder / first.classifier.features)
-    opened = {i: open_texture(texture, folder).sha256 for i, texture in enumerate(job.textures)}
-    ordered = sorted(opened, key=lambda i: (opened[i], job.textures[i].image))
-    return LibraryTokens(encoder, encoder.basis(open_texture(job.textures[i], folder) for i in ordered))
+    return examples(texture, seeds, random_seed, sample, other_light=count > 1)
 
 
 def train_library(job: TmmJob, folder: Path, library: MaterialLibrary) -> tuple[TrainedModel, HeldOut]:
@@ -88,45 +45,30 @@ def train_library(job: TmmJob, folder: Path, library: MaterialLibrary) -> tuple[
         A texture has no seeds, or a file cannot be read.
     """
     first = job.textures[0]
-    settings, random_seed = first.classifier, first.held_out.random_seed
+    prior, random_seed = first.classifier.prior, first.held_out.random_seed
     _require_seeds(job)
-    tokens = library_tokens(job, folder)
-    count, textured = len(job.textures), settings.method == "textured"
+    count = len(job.textures)
     # Images are read one by one and again for the test: those of a large library together would not fit memory.
     seeds_of: list[SeedTexels] = []
-    encodings: list[str] = []
     known: list[Examples] = []
     for texture_job in job.textures:
         texture, _, _, seeds = load_texture(texture_job, folder, library)
         if seeds is None:
             raise _without_seeds(texture_job)
         seeds_of.append(seeds)
-        encodings.append(texture.encoding)
-        if textured:
-            own = None if tokens is None else tokens.of(texture)
-            known.append(library_examples(texture, seeds, count, random_seed, own))
+        known.append(library_examples(texture, seeds, count, random_seed))
     order = np.random.default_rng(random_seed).permutation(count)
     part = np.empty(count, int)
     part[order] = np.arange(count) % first.held_out.folds
 
     def train(chosen: npt.NDArray[np.bool_]) -> TrainedModel:
         used = np.flatnonzero(chosen)
-        library_seeds = [seeds_of[i] for i in used]
-        if textured:
-            model = train_textured(
-                [known[i] for i in used], [seeds.names for seeds in library_seeds], settings, random_seed
-            )
-            return model if tokens is None else replace(model, tokens=tokens.basis)
-        names = tuple(dict.fromkeys(name for seeds in library_seeds for name in seeds.names))
-        lab = [to_coordinates(seeds_of[i].colours, encodings[i]) for i in used]
-        material = [np.array([names.index(name) for name in seeds.names])[seeds.material] for seeds in library_seeds]
-        colour = fit(np.concatenate(lab), np.concatenate(material), names, settings.prior)
-        return TrainedModel(names, colour, None)
+        return train_textured([known[i] for i in used], [seeds_of[i].names for i in used], prior, random_seed)
 
     model = train(np.ones(count, bool))
     if count == 1:
         return model, untested(len(model.names))
-    quality = _held_out_textures(job, folder, seeds_of, part, train, model.names, tokens)
+    quality = _held_out_textures(job, folder, seeds_of, part, train, model.names)
     return replace(model, calibration=quality.calibration), quality
 
 
@@ -147,7 +89,6 @@ def _held_out_textures(
     part: npt.NDArray[Any],
     train: Callable[[npt.NDArray[np.bool_]], TrainedModel],
     names: tuple[str, ...],
-    tokens: LibraryTokens | None,
 ) -> HeldOut:
     """Quality at the seeds of textures that the classifier was not trained on."""
     tested = []
@@ -156,8 +97,7 @@ def _held_out_textures(
         for i in np.flatnonzero(part == number):
             texture, seeds = open_texture(job.textures[i], folder), seeds_of[i]
             fold = np.where(folds(job.textures[i], seeds, smallest=1) >= 0, 0, -1)
-            radius, own = job.textures[0].classifier.radius, None if tokens is None else tokens.of(texture)
-            mapper = model.mapper(texture, DistinctColours(texture), radius, tabulate=False, tokens=own)
+            mapper = ModelMapper(texture, DistinctColours(texture), model, job.textures[0].classifier.radius)
             assigned, confidence, _ = at_seeds({0: mapper}, seeds, fold)
             light = luminance(seeds.colours, texture.encoding)
             dark = light < shadow_limits(light, seeds.material, len(seeds.names))[seeds.material]

@@ -1,4 +1,4 @@
-"""Training of classifiers, on the seeds of one texture or of a library of textures."""
+"""Training of classifiers: distributions of colour of one texture's seeds, a network of a library of textures."""
 
 from __future__ import annotations
 
@@ -10,19 +10,16 @@ import numpy.typing as npt
 from skyshine.tmm.classify.gaussian import GaussianModel, fit, log_prior
 from skyshine.tmm.classify.trained import TYPICAL, Network, TrainedModel
 from skyshine.tmm.features.colour import to_coordinates
-from skyshine.tmm.images.texture import Windowed
 from skyshine.tmm.inputs.seeds import SeedTexels
-from skyshine.tmm.job.model import Classifier
 from skyshine.tmm.training.examples import Examples
 
-HIDDEN, LIBRARY_HIDDEN = 32, 64  # units
-PENALTY, LIBRARY_PENALTY = 1.0, 0.1  # on the squares of the weights; the many examples of a library need less
+HIDDEN, PENALTY = 64, 0.1  # units; on the squares of the weights
 ROUNDS = 60  # over all examples, at most
 VISITS = 1_000_000  # of examples, in all rounds: with many examples a few rounds do
 
 
 def train_textured(
-    known: list[Examples], names_of: list[tuple[str, ...]], settings: Classifier, random_seed: int
+    known: list[Examples], names_of: list[tuple[str, ...]], prior: str | dict[str, float], random_seed: int
 ) -> TrainedModel:
     """Train a network on the examples of textures, whose materials have these names.
 
@@ -40,8 +37,7 @@ def train_textured(
     materials = tuple(everything[k] for k in used)
     both = np.concatenate([part.plain for part in known] + [part.shaded for part in known])
     target = np.concatenate([target, target])
-    size = (HIDDEN, PENALTY) if len(known) == 1 else (LIBRARY_HIDDEN, LIBRARY_PENALTY)
-    network = _network(both, target, materials, settings, random_seed, *size)
+    network = _network(both, target, materials, prior, random_seed)
     colour = fit(both[:, TYPICAL].astype(np.float64), target, materials)
     return TrainedModel(materials, colour, network)
 
@@ -50,10 +46,8 @@ def _network(
     both: npt.NDArray[Any],
     target: npt.NDArray[Any],
     materials: tuple[str, ...],
-    settings: Classifier,
+    prior: str | dict[str, float],
     random_seed: int,
-    hidden: int,
-    penalty: float,
 ) -> Network:
     mean, scale = both.mean(axis=0), np.maximum(both.std(axis=0), 1e-3)
     if len(materials) == 1:
@@ -61,16 +55,14 @@ def _network(
         return Network(
             mean, scale, empty, np.zeros(1, np.float32), np.zeros((1, 1), np.float32), np.zeros(1, np.float32)
         )
-    inner, outer, inner_offset, outer_offset = _perceptron((both - mean) / scale, target, random_seed, hidden, penalty)
+    inner, outer, inner_offset, outer_offset = _perceptron((both - mean) / scale, target, random_seed)
     counts = np.bincount(target).astype(float)
     # The seeds' own frequencies are the prior that a network learns.
-    outer_offset = outer_offset + log_prior(materials, counts, settings.prior) - np.log(counts / counts.sum())
+    outer_offset = outer_offset + log_prior(materials, counts, prior) - np.log(counts / counts.sum())
     return Network(*(part.astype(np.float32) for part in (mean, scale, inner, inner_offset, outer, outer_offset)))
 
 
-def _perceptron(
-    scaled: npt.NDArray[Any], target: npt.NDArray[Any], random_seed: int, hidden: int, penalty: float
-) -> tuple[npt.NDArray[Any], ...]:
+def _perceptron(scaled: npt.NDArray[Any], target: npt.NDArray[Any], random_seed: int) -> tuple[npt.NDArray[Any], ...]:
     """Weights and offsets of both layers; of two materials, scikit-learn keeps one output, the log-odds."""
     import warnings
 
@@ -78,7 +70,7 @@ def _perceptron(
     from sklearn.neural_network import MLPClassifier
 
     rounds = int(np.clip(VISITS // len(scaled), 5, ROUNDS))
-    learner = MLPClassifier((hidden,), alpha=penalty, max_iter=rounds, random_state=random_seed)
+    learner = MLPClassifier((HIDDEN,), alpha=PENALTY, max_iter=rounds, random_state=random_seed)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)  # to stop early is part of the method
         learner.fit(scaled, target)
@@ -88,30 +80,11 @@ def _perceptron(
     return inner, outer, inner_offset, outer_offset
 
 
-def _fit_seeds(
-    seeds: SeedTexels, encoding: str, settings: Classifier, chosen: npt.NDArray[np.bool_] | None = None
+def fit_seeds(
+    seeds: SeedTexels, encoding: str, prior: str | dict[str, float], chosen: npt.NDArray[np.bool_] | None = None
 ) -> GaussianModel:
-    """Fit the model to the seeds of a texture, or to those that `chosen` (N,) bool keeps."""
+    """Fit distributions of colour to the seeds of a texture, or to those that `chosen` (N,) bool keeps."""
     keep = np.ones(len(seeds.rows), bool) if chosen is None else chosen
     names, material = np.unique(seeds.material[keep], return_inverse=True)
     coordinates = to_coordinates(seeds.colours[keep], encoding)
-    return fit(coordinates, material, tuple(seeds.names[i] for i in names), settings.prior)
-
-
-def train_on_seeds(
-    texture: Windowed,
-    seeds: SeedTexels,
-    settings: Classifier,
-    known: Examples | None,
-    random_seed: int,
-    chosen: npt.NDArray[np.bool_] | None,
-) -> TrainedModel:
-    """Train on the seeds of one texture, or on those that `chosen` (N,) bool keeps; `known` are its `examples`, if
-    textured.
-    """
-    if known is None:
-        colour = _fit_seeds(seeds, texture.encoding, settings, chosen)
-        return TrainedModel(colour.names, colour, None)
-    keep = np.ones(len(known.texel), bool) if chosen is None else chosen[known.texel]
-    part = Examples(known.texel[keep], known.plain[keep], known.shaded[keep], known.material[keep])
-    return train_textured([part], [seeds.names], settings, random_seed)
+    return fit(coordinates, material, tuple(seeds.names[i] for i in names), prior)

@@ -23,7 +23,7 @@ _BANDS = ((0.3, 0.7), (0.7, 2.5), (3.0, 5.0), (8.0, 12.0))
 _BAND_TOLERANCE = 0.002
 
 
-def compose(recipe: Recipe, folder: Path) -> tuple[Floats, Floats, Floats, list[_Stretch]]:
+def compose(recipes: Recipes, name: str, folder: Path) -> tuple[Floats, Floats, Floats, list[_Stretch]]:
     """Spectrum of a recipe on the fine grid, and where each stretch comes from.
 
     Returns
@@ -31,6 +31,27 @@ def compose(recipe: Recipe, folder: Path) -> tuple[Floats, Floats, Floats, list[
     wavelength, reflectance, absorptance : (F,) arrays
     stretches : list of (lower, upper, kind, note)
     """
+    recipe = recipes.recipes[name]
+    if recipe.like:
+        return compose(recipes, recipe.like, folder)
+    if recipe.mixture:
+        return _mixed(recipes, recipe, folder)
+    return _joined(recipe, folder)
+
+
+def _mixed(recipes: Recipes, recipe: Recipe, folder: Path) -> tuple[Floats, Floats, Floats, list[_Stretch]]:
+    """Spectra of parts that lie side by side, weighted by their areas."""
+    fine = fine_grid(LOWEST, recipe.upper)
+    reflectance = np.zeros(fine.shape)
+    for part, share in recipe.mixture.items():
+        wavelength, values, *_ = compose(recipes, part, folder)
+        reflectance += share * np.interp(fine, wavelength, values)
+    words = " and ".join(f"{share:g} of {part}" for part, share in recipe.mixture.items())
+    return fine, reflectance, 1.0 - reflectance, [(LOWEST, recipe.upper, "modelled", f"by area {words}")]
+
+
+def _joined(recipe: Recipe, folder: Path) -> tuple[Floats, Floats, Floats, list[_Stretch]]:
+    """Spectrum of the pieces of a recipe."""
     fine = fine_grid(LOWEST, recipe.upper)
     reflectance = np.full(fine.shape, np.nan)
     absorptance = np.full(fine.shape, np.nan)
@@ -75,6 +96,8 @@ def _origin(piece: Piece) -> str:
         text += f" {piece.value:g}"
     if piece.thickness:
         text += f", pane of {piece.thickness * 1000:g} mm"
+    if piece.film:
+        text += f", {piece.film} of {piece.film_thickness * 1e9:g} nm on its back face"
     if piece.ratio:
         text += f" x {piece.ratio.over} / {piece.ratio.under}"
     if piece.level:
@@ -84,7 +107,7 @@ def _origin(piece: Piece) -> str:
     return f"{text}; {piece.note}" if piece.note else text
 
 
-def table(recipe: Recipe, folder: Path) -> tuple[Floats, Floats, Floats | None, list[_Stretch]]:
+def table(recipes: Recipes, name: str, folder: Path) -> tuple[Floats, Floats, Floats | None, list[_Stretch]]:
     """Compact table of a recipe: nodes, reflectance, absorptance or None, stretches.
 
     Raises
@@ -92,33 +115,32 @@ def table(recipe: Recipe, folder: Path) -> tuple[Floats, Floats, Floats | None, 
     InputError
         A band mean changed by more than the tolerance.
     """
-    fine, reflectance, absorptance, stretches = compose(recipe, folder)
-    nodes = compact_grid(LOWEST, recipe.upper)
+    fine, reflectance, absorptance, stretches = compose(recipes, name, folder)
+    nodes = compact_grid(LOWEST, float(fine[-1]))
     compact = np.clip(project(fine, reflectance, nodes), 0.0, 1.0)
     for lower, upper in _BANDS:
         band = (fine >= lower) & (fine <= upper)
         change = np.mean(np.interp(fine[band], nodes, compact) - reflectance[band])
         if abs(change) > _BAND_TOLERANCE:
             raise InputError(f"the mean over {lower}-{upper} um changes by {change:.4f} on the compact grid; refine it")
-    if not any(piece.source == "pane" for piece in recipe.pieces):
+    if "pane" not in recipes.sources_of(name):
         return nodes, compact, None, stretches
     absorbed = np.clip(project(fine, absorptance, nodes), 0.0, 1.0 - compact)
     return nodes, compact, absorbed, stretches
 
 
-def write(name: str, recipe: Recipe, citations: dict[str, str], folder: Path, out: Path) -> None:
+def write(recipes: Recipes, name: str, folder: Path, out: Path) -> None:
     """Write `NAME.csv` with its comment header."""
-    nodes, reflectance, absorptance, stretches = table(recipe, folder)
-    used: list[str] = [piece.source for piece in recipe.pieces]
-    if any(piece.ratio for piece in recipe.pieces):
-        used.append("usgs")
+    recipe = recipes.recipes[name]
+    nodes, reflectance, absorptance, stretches = table(recipes, name, folder)
+    whose = f"the spectrum of {recipe.like}: " if recipe.like else ""
     lines = [
         f"# material: {name}",
-        f"# sample: {' '.join(recipe.sample.split())}",
+        f"# sample: {whose}{' '.join(recipe.sample.split())}",
         "# quantity: hemispherical reflectance at near-normal incidence, fraction of 1, against wavelength in um",
         "# method: sources joined over the stretches below, projected on a logarithmic grid (least squares on hat "
         "functions, which keeps band means)",
-        *(f"# {key}: {' '.join(citations[key].split())}" for key in dict.fromkeys(used)),
+        *(f"# {key}: {' '.join(recipes.citations[key].split())}" for key in recipes.sources_of(name)),
     ]
     for lower, upper, kind, note in stretches:
         lines.append(f"# range: {lower:g} {upper:g} {kind}; {note}".rstrip("; "))
@@ -144,7 +166,7 @@ def main(spectra: Path, names: tuple[str, ...], out: Path | None) -> None:
     for name in names or recipes.recipes:
         if name not in recipes.recipes:
             raise click.BadParameter(f"no recipe '{name}'")
-        write(name, recipes.recipes[name], recipes.citations, spectra, out)
+        write(recipes, name, spectra, out)
         click.echo(out / f"{name}.csv")
 
 

@@ -68,17 +68,28 @@ def read_usgs(file: Path) -> tuple[Floats, Floats]:
     return wavelength[good], value[good]
 
 
-def read_nist_skin(file: Path) -> tuple[Floats, Floats]:
-    """Mean reflectance factor of the forearms of all subjects, 0.25-2.5 um."""
-    rows = list(csv.reader(_text(file, "latin-1").splitlines()))
-    table = {}
-    for row in rows:
-        numbers = [_number(cell) for cell in row]
-        if len(numbers) > 1 and numbers[0] is not None and 200.0 <= numbers[0] <= 3000.0:
-            values = [value for value in numbers[1:] if value is not None]
-            if values:
-                table[numbers[0] / 1000.0] = float(np.mean(values))
-    return _ordered(np.array(list(table.items())))
+def read_nist_skin(file: Path, sample: str = "") -> tuple[Floats, Floats]:
+    """Mean reflectance factor of the forearms of all subjects, or of some of them, 0.25-2.5 um.
+
+    Parameters
+    ----------
+    file : Path
+    sample : str
+        "lightest" or "darkest": the tenth of the subjects that reflect most or least of 0.4 to 0.7 um; "" for all.
+    """
+    rows = [[_number(cell) for cell in row] for row in csv.reader(_text(file, "latin-1").splitlines())]
+    table = np.array([row for row in rows if row and row[0] is not None and 200.0 <= row[0] <= 3000.0], float)
+    wavelength, subjects = table[:, 0] / 1000.0, table[:, 4::4]  # three readings and their mean for each subject
+    if not np.isfinite(subjects[:1]).any():
+        raise InputError(
+            "found no means of subjects; allowed: the table of NIST, the mean in every fourth column", file=file
+        )
+    subjects = subjects[:, np.isfinite(subjects).all(axis=0)]
+    if sample:
+        visible = subjects[(wavelength >= 0.4) & (wavelength <= 0.7)].mean(axis=0)
+        order = np.argsort(visible if sample == "darkest" else -visible)
+        subjects = subjects[:, order[: max(1, len(order) // 10)]]
+    return _ordered(np.column_stack([wavelength, subjects.mean(axis=1)]))
 
 
 def read_constants(file: Path) -> tuple[Floats, npt.NDArray[np.complex128]]:

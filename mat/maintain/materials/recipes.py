@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -74,7 +75,7 @@ class Piece(StrictModel):
     file : str or list of str
         Path below the spectra folder; several are averaged (ecostress) or joined in wavelength (constants).
     sample : str
-        Column of the SLUM tables.
+        Column of the SLUM tables; "lightest" or "darkest" of the NIST skins, by default all.
     range : (float, float)
         [um]
     kind : str
@@ -85,6 +86,10 @@ class Piece(StrictModel):
         Of an ECOSTRESS file.
     thickness : float
         Of a pane [m].
+    film : str
+        Optical constants of a film on the back face of a pane, path below the spectra folder.
+    film_thickness : float
+        [m]
     value : float
         Of a constant.
     ratio : Ratio
@@ -104,6 +109,8 @@ class Piece(StrictModel):
     sample: str = ""
     unit: Literal["percent", "fraction"] = "percent"
     thickness: float = 0.0
+    film: str = ""
+    film_thickness: float = 0.0
     value: float | None = None
     ratio: Ratio | None = None
     level: Level | None = None
@@ -147,7 +154,7 @@ class Piece(StrictModel):
         if self.source == "slum":
             return self._interpolated(wavelength, *readers.read_slum(folder / "slum", self.sample))
         if self.source == "fresnel":
-            return optics.fresnel_reflectance(self._index(folder, wavelength))
+            return optics.fresnel_reflectance(self._index(folder, self.files, wavelength))
         spectra = [self._read(folder / file) for file in self.files]
         return np.asarray(np.mean([self._interpolated(wavelength, *spectrum) for spectrum in spectra], axis=0))
 
@@ -166,14 +173,18 @@ class Piece(StrictModel):
     def _read(self, file: Path) -> tuple[Floats, Floats]:
         if self.source in ("ecostress", "aster_jhu"):
             return readers.read_ecostress(file, self.unit)
-        return readers.read_usgs(file) if self.source == "usgs" else readers.read_nist_skin(file)
+        return readers.read_usgs(file) if self.source == "usgs" else readers.read_nist_skin(file, self.sample)
 
     def _pane(self, folder: Path, wavelength: Floats) -> tuple[Floats, Floats]:
-        return optics.pane(self._index(folder, wavelength), wavelength, self.thickness)
+        index = self._index(folder, self.files, wavelength)
+        if not self.film:
+            return optics.pane(index, wavelength, self.thickness)
+        film = self._index(folder, [self.film], wavelength)
+        return optics.coated_pane(index, film, wavelength, self.thickness, self.film_thickness)
 
-    def _index(self, folder: Path, wavelength: Floats) -> npt.NDArray[np.complex128]:
+    def _index(self, folder: Path, files: Sequence[str], wavelength: Floats) -> npt.NDArray[np.complex128]:
         """Refractive index n + ik at wavelengths (W,) [um]."""
-        tables = [readers.read_constants(folder / file) for file in self.files]
+        tables = [readers.read_constants(folder / file) for file in files]
         um = np.concatenate([table[0] for table in tables])
         index = np.concatenate([table[1] for table in tables])
         order = np.argsort(um)
@@ -182,7 +193,7 @@ class Piece(StrictModel):
 
 
 class Recipe(StrictModel):
-    """The spectrum of one material.
+    """The spectrum of one material: from source spectra, of parts that lie side by side, or another material's own.
 
     Attributes
     ----------
@@ -192,11 +203,25 @@ class Recipe(StrictModel):
         Where the table ends [um].
     pieces : list of Piece
         By increasing wavelength; gaps between them are interpolated, the ends held.
+    mixture : dict of str to float
+        Shares of the area that show the spectra of other recipes; their sum is 1. `sample` says why these shares.
+    like : str
+        The recipe whose spectrum it is.
     """
 
     sample: str
     upper: Wavelength = 15.0
-    pieces: Annotated[list[Piece], Field(min_length=1)]
+    pieces: list[Piece] = []
+    mixture: dict[str, Annotated[float, Field(gt=0.0, lt=1.0)]] = {}
+    like: str = ""
+
+    @model_validator(mode="after")
+    def _one_origin(self) -> Self:
+        if sum(map(bool, (self.pieces, self.mixture, self.like))) != 1:
+            raise ValueError("a recipe has one of 'pieces', 'mixture' and 'like'; write one of them")
+        if self.mixture and abs(sum(self.mixture.values()) - 1.0) > 1e-9:
+            raise ValueError(f"found shares with a sum of {sum(self.mixture.values()):g}; allowed: 1; correct them")
+        return self
 
     @model_validator(mode="after")
     def _rising(self) -> Self:
@@ -205,9 +230,32 @@ class Recipe(StrictModel):
             raise ValueError("pieces overlap or are not in order of wavelength; correct their ranges")
         return self
 
+    @property
+    def parts(self) -> list[str]:
+        """The recipes that it is made of."""
+        return [*self.mixture, *([self.like] if self.like else [])]
+
 
 class Recipes(StrictModel):
     """`materials/ref/recipes.yaml`."""
 
     citations: dict[str, str]
     recipes: dict[str, Recipe]
+
+    @model_validator(mode="after")
+    def _parts_known(self) -> Self:
+        for name, recipe in self.recipes.items():
+            for part in recipe.parts:
+                if part not in self.recipes or self.recipes[part].like:
+                    raise ValueError(f"found {part} in {name}; allowed: recipes with a spectrum of their own")
+        return self
+
+    def sources_of(self, name: str) -> list[str]:
+        """Keys of the citations behind a recipe, those of its parts included, each once."""
+        recipe = self.recipes[name]
+        keys: list[str] = [piece.source for piece in recipe.pieces]
+        if any(piece.ratio for piece in recipe.pieces):
+            keys.append("usgs")
+        for part in recipe.parts:
+            keys += self.sources_of(part)
+        return list(dict.fromkeys(keys))

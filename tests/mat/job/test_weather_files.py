@@ -26,7 +26,7 @@ def test_epw_hours_end_where_the_file_says(tmp_path, epw):
 @pytest.mark.parametrize(
     "day, change, message",
     [
-        (date(2026, 6, 20), (), "test.epw: found 0 hours of 20 June; allowed: the 24 of a day"),
+        (date(2026, 6, 20), (), "test.epw: found 0 hours of 20 June; allowed: days from 6/21 to 6/22"),
         (
             date(2026, 6, 22),
             [(24 + 5, 6, "88.8")],
@@ -40,7 +40,11 @@ def test_epw_hours_end_where_the_file_says(tmp_path, epw):
         (date(2026, 6, 21), [(2, 22, "11")], "test.epw:11:.*: cloud_fraction: found 11; allowed: numbers worth 0 to 1"),
         (date(2026, 6, 21), [(2, 22, "nan")], "test.epw:11:.*: cloud_fraction: found 'nan'; allowed: a number"),
         (date(2026, 6, 21), [(0, 1, "June")], "test.epw:9:6: month: found 'June'; allowed: a whole number"),
-        (date(2026, 6, 21), [(0, 3, "2")], "test.epw: found 24 hours of 21 June; allowed: the 24 of a day"),
+        (
+            date(2026, 6, 21),
+            [(0, 3, "2")],
+            "test.epw:10: found 24 readings of 21 June; allowed: 24; that of 2 h is there",
+        ),
     ],
 )
 def test_wrong_epw_files_are_placed(tmp_path, day, change, message, epw):

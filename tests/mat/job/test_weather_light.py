@@ -30,8 +30,8 @@ def test_measured_light_of_greensboro():
     if not file.is_file():
         pytest.skip("this pvlib comes without its sample file")
     rows = [row.split(",") for row in file.read_text().splitlines()[2 + 24 * 171 : 2 + 24 * 172]]
-    plain, measured = (read_weather(file, date(2026, 6, 21), -5, radiation=given).hourly for given in (False, True))
-    assert plain.direct_normal_w_m2 is None and measured.longwave_down_w_m2 is None
+    measured = read_weather(file, date(2026, 6, 21), -5, radiation=True).hourly
+    assert measured.longwave_down_w_m2 is None
     at = measured.time.index(14.0)
     assert (measured.direct_normal_w_m2[at], measured.diffuse_w_m2[at]) == (float(rows[13][7]), float(rows[13][10]))
     assert sum(measured.direct_normal_w_m2) == sum(float(row[7]) for row in rows) > 1000
@@ -47,8 +47,10 @@ def test_a_job_takes_measured_light_from_a_table(tmp_path, load_weather):
     forcing = Scene(sun_path, weather, sky, np.array([1800.0]), np.array([0.0]), np.array([0.0])).forcing(SUN_STEPS)
     assert hourly_means(forcing.shortwave_diffuse[0])[11] == pytest.approx(100.0, rel=0.01)
     assert forcing.longwave_sky[0, SUN_STEPS // 2] == pytest.approx(350.0, rel=1e-9)
-    _, computed, _ = scene_inputs(load_weather("{file: day.csv}"), 1)
+    _, computed, _ = scene_inputs(load_weather("{file: day.csv, radiation: computed}"), 1)
     assert computed.radiation is None
+    _, default, _ = scene_inputs(load_weather("{file: day.csv}"), 1)
+    np.testing.assert_array_equal(default.radiation.direct, weather.radiation.direct)
 
 
 EIGHT = "[00:00, 03:00, 06:00, 09:00, 12:00, 15:00, 18:00, 21:00]"
@@ -74,7 +76,7 @@ TABLE = f"time: {EIGHT}, air_temperature_c: {[20] * 8}"
         ),
         (
             f"{{hourly: {{{TABLE}, longwave_down_w_m2: {[300] * 8}}}}}",
-            "found longwave_down_w_m2 by hour and radiation: computed",
+            "found longwave_down_w_m2 by hour without sunlight",
         ),
         (
             f"{{hourly: {{{TABLE}, direct_normal_w_m2: {[0] * 7}, diffuse_w_m2: {[0] * 8}}}, radiation: measured}}",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
-from skyshine.mat.radiometry.response_table import UNITS, is_quantum, parse_response
+from skyshine.mat.radiometry.response_table import UNITS, parse_response, response_notes
 from skyshine.schemas.errors import InputError
 
 TABLE = """\
@@ -83,7 +83,8 @@ def test_a_rectangle_in_wavenumbers_is_the_one_in_wavelengths():
         ("8,40", "8,-1", "r.csv:4:3: found -1; allowed: a response of at least 0"),
         ("8,40", "8,nan", "r.csv:4:3: response: found 'nan'; allowed: a finite number"),
         ("7.5,0", "-7.5,0", "r.csv:3:1: found -7.5; allowed: a wavelength above 0"),
-        ("wavelength[um]", "wavelength", "r.csv:2:1: found no unit of wavelength; allowed: um, nm, m, micron"),
+        ("wavelength[um]", "wavenumber", "r.csv:2:1: found no unit of wavenumber; allowed: cm-1, cm^-1, 1/cm, m-1;"),
+        ("wavelength[um]", "wavelength[parsec]", "r.csv:2:1: found the unit 'parsec' of wavelength; allowed: um, nm"),
         ("wavelength[um]", "colour[um]", "r.csv:2:1: found the columns colour and response; allowed"),
         (",response", ",wavenumber[cm-1]", "r.csv:2:1: found the columns wavelength and wavenumber; allowed: response"),
     ],
@@ -115,7 +116,7 @@ def test_usual_headers_and_delimiters(head):
     rows = [line.replace(",", delimiter) for line in TABLE.splitlines()[2:]]
     ours, own = parse_response("\n".join([head, *rows]), "r.csv"), parse_response(TABLE, "r.csv")
     assert ours.wavelength == pytest.approx(own.wavelength) and ours.response == pytest.approx(own.response)
-    assert not is_quantum("\n".join([head, *rows]), "r.csv")
+    assert response_notes("\n".join([head, *rows]), "r.csv") == ("peaks at 80; scaled to 1",)
 
 
 @pytest.mark.parametrize(
@@ -127,7 +128,7 @@ def test_a_quantum_efficiency_becomes_the_response_to_energy(name, axis):
     ends = ("8", "12") if axis == "wavelength[um]" else ("1250", "833.3333333333334")
     text = f"{axis},{name}\n{ends[0]},0.6\n{ends[1]},0.6\n"
     response = parse_response(text, "r.csv")
-    assert is_quantum(text, "r.csv")
+    assert "counts photons" in response_notes(text, "r.csv")[-1]
     assert response.at_wavelength([8.0, 9.0, 10.0, 12.0]) == pytest.approx(np.array([8, 9, 10, 12]) / 12, rel=1e-9)
 
 
@@ -138,9 +139,78 @@ def test_a_quantum_efficiency_that_changes_is_finer_than_its_table():
 
 
 @pytest.mark.parametrize(
-    "text", ["", "wavelength_um,response\n", "8,0\n9,1\n10,0\n", "wavelength_um\n8\n9\n", "\0\0,\0\n1,2\n3,4\n"]
+    "text", ["", "wavelength_um,response\n", "800,0\n900,1\n10,0\n", "wavelength_um\n8\n9\n", "\0\0,\0\n1,2\n3,4\n"]
 )
 def test_hostile_tables_are_refused_in_one_line(text):
     with pytest.raises(InputError) as caught:
         parse_response(text, "r.csv")
     assert "\n" not in str(caught.value)
+
+
+ROWS_OF_TIRS = [("10.3", -0.0005), ("10.6", 0.4), ("10.9", 1.0), ("11.2", 0.5), ("11.4", -0.0002)]
+
+
+def test_scatter_beside_a_response_and_its_noise_below_0():
+    """As the tables of the Landsat mission: wavelength in nanometres without a unit, and a column STDEV."""
+    rows = [f"{1000 * float(wavelength):g},{value},0.001" for wavelength, value in ROWS_OF_TIRS]
+    text = "\n".join(["Wavelength,BA RSR [watts],STDEV", *rows])
+    response = parse_response(text, "r.csv")
+    assert response.at_wavelength([10.3, 10.6, 10.9, 11.2, 11.4]) == pytest.approx([0, 0.4, 1, 0.5, 0])
+    column, unit, noise = response_notes(text, "r.csv")
+    assert column == "has the column STDEV, which is not read"
+    assert unit == "names no unit; 10300 to 11400 is read in nm"
+    assert noise == "has 2 values below 0, down to -0.0005; 0 stands for them"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "wavelength[um];response\n8,0;0,0\n9,0;1,0\n11,0;1,0\n12,0;0,0\n",
+        "wavelength[um]\tresponse\n8,0\t0,0\n9,0\t1,0\n11,0\t1,0\n12,0\t0,0\n",
+        "  Wavelength (um)   RSR\n  8.0  0\n  9.0  1\n 11.0  1e0\n 12.0  0\n",
+        "8 0\n9 1\n11 1\n12 0\n",
+        "8,0\n9,1\n11,1\n12,0\n",
+        "# wavelength[nm] response\n8000 0\n9000 1\n11000 1\n12000 0\n",
+        "# response of camera 7, wavelength in nm\n8000 0\n9000 1\n11000 1\n12000 0\n",
+        "Camera 7\nWavelength (micron), then response\n\n8;0;0,1\n9;1;0,1\n11;1;0,1\n12;0;0,1\n",
+        "wavelength[um],response\n12,0\n11,1\n9,1\n8,0\n",
+    ],
+)
+def test_forms_of_one_trapezium(text):
+    response = parse_response(text, "r.txt")
+    assert (response.lower, response.upper) == (8.0, 12.0)
+    assert response.at_wavelength([8.25, 9.0, 10.0, 11.5]) == pytest.approx([0.25, 1, 1, 0.5])
+
+
+def test_text_of_wavenumbers_below_lines_of_words():
+    """As satellite agencies write them: a title, the platform, a line of names, then numbers between blanks."""
+    head = "Normalised response\nPLATFORM 1 channel 4\n  3 rows\nWavenumber (cm-1)   Response\n"
+    response = parse_response(head + "   800.0  0.0\n  1000.0  1.0\n  1250.0  0.0\n", "srf_ch04.txt")
+    assert (response.lower, response.upper) == pytest.approx((8.0, 12.5))
+    assert response.at_wavenumber(900.0) == pytest.approx(0.5, abs=3e-4)
+
+
+@pytest.mark.parametrize(
+    ("text", "note"),
+    [
+        ("wavelength[um],response\n8,0\n9,37\n10,0\n", "peaks at 37; scaled to 1"),
+        ("wavelength[um],response\n10,0\n9,1\n8,0\n", "falls in wavelength from row to row; turned round"),
+        ("wavelength[um],response\n8,1\n9,1\n10,1\n", "is flat over all 3 rows; read as a rectangle"),
+    ],
+)
+def test_what_is_done_with_a_table_is_said(text, note):
+    assert response_notes(text, "r.csv") == (note,)
+    assert parse_response(text, "r.csv").response.max() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("700 0\n800 1\n900 0\n", r"r\.csv:1:1: names neither wavelength nor wavenumber; write a first line such as"),
+        ("0.01,0\n0.02,1\n0.03,0\n", "no unit of wavelength; allowed: um, nm, m.*write a first line such as"),
+        ("wavelength[um],B10,B11\n8,0,1\n9,1,1\n", "found the columns wavelength and B10 and B11; allowed: response"),
+    ],
+)
+def test_columns_that_nothing_names(text, words):
+    with pytest.raises(InputError, match=words):
+        parse_response(text, "r.csv")

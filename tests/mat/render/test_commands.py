@@ -10,6 +10,7 @@ from PIL import Image
 import skyshine.mat
 from skyshine.mat.api.examples import starter_files
 from skyshine.mat.cli import main
+from skyshine.mat.render.rays import FEW
 from skyshine.mat.render.scene_file import load_scene
 from skyshine.mat.render.surface import surface_of_scene
 
@@ -74,10 +75,14 @@ def test_render_of_a_wrong_scene_is_one_line_and_status_2(mat, scene_file):
 def test_render_without_the_ray_caster_says_what_to_install(mat, scene_file, write_glb, tmp_path, monkeypatch):
     import sys
 
-    monkeypatch.setitem(sys.modules, "trimesh", None)
-    file = write_glb([("ground", np.eye(3)[None], None)], tmp_path / "a.glb")
+    monkeypatch.setitem(sys.modules, "embreex", None)
+    monkeypatch.delitem(sys.modules, "embreex.mesh_construction", raising=False)
+    file = write_glb([("ground", np.tile(np.eye(3), (FEW + 1, 1, 1)), None)], tmp_path / "a.glb")
     content = yaml.safe_load(scene_file.read_text(encoding="utf-8"))
-    content["surface"] = {"altitude_km": 0.0, "mesh": {"file": file.name, "materials": {"ground": "asphalt_road"}}}
+    content["surface"] = {
+        "altitude_km": 0.1,
+        "mesh": {"metres_per_unit": 0.01, "file": file.name, "materials": {"ground": "asphalt_road"}},
+    }
     scene_file.write_text(yaml.safe_dump(content), encoding="utf-8")
     status, _, error = mat("render", scene_file)
     assert status == 2 and "skyshine[render]" in error

@@ -4,29 +4,49 @@ import numpy as np
 import pytest
 
 from skyshine.mat.api.contrast import contrast, draw_contrast
+from skyshine.mat.job.load import load_job
 from skyshine.mat.render.contrast import crossover_hours
+from skyshine.mat.scene.agreement import twilight_warnings
 from skyshine.schemas.errors import InputError
 
 HOURS = np.arange(288) / 12
 
 
 def test_crossovers_of_a_sine_are_its_zeros():
-    assert crossover_hours(HOURS, np.sin((HOURS - 7.21) * 2 * np.pi / 24), periodic=True) == pytest.approx(
+    assert crossover_hours(HOURS, np.sin((HOURS - 7.21) * 2 * np.pi / 24), step=1 / 12) == pytest.approx(
         [7.21, 19.21], abs=1e-4
     )
 
 
 def test_a_crossover_over_midnight_counts_where_the_day_is_whole():
     wave = np.cos((HOURS - 6.0 - 1 / 48) * 2 * np.pi / 24)  # 0 at 12:01:15 and between 23:55 and 24:00 or so
-    assert len(crossover_hours(HOURS, wave, periodic=True)) == 2
+    assert len(crossover_hours(HOURS, wave, step=1 / 12)) == 2
     half = HOURS < 12.0
-    assert crossover_hours(HOURS[half], wave[half], periodic=False) == pytest.approx([1 / 48], abs=1e-3)
+    assert crossover_hours(HOURS[half], wave[half], step=1 / 12) == pytest.approx([1 / 48], abs=1e-3)
 
 
 def test_contrast_that_touches_zero_is_no_crossover():
     values = np.array([1.0, 0.0, 2.0, 0.0, 0.0, -1.0, 3.0])
     hours = np.arange(7.0)
-    assert crossover_hours(hours, values, periodic=False) == pytest.approx([4.0, 5.25])
+    assert crossover_hours(hours, values, step=1.0) == pytest.approx([4.0, 5.25])
+
+
+def test_a_contrast_is_not_known_within_a_gap():
+    """The wave changes its sign at 7.2 and 19.2 h; without the hours from 6 to 8 the first is not told."""
+    wave, there = np.sin((HOURS - 7.21) * 2 * np.pi / 24), (HOURS < 6) | (HOURS > 8)
+    assert crossover_hours(HOURS[there], wave[there], step=1 / 12) == pytest.approx([19.21], abs=1e-4)
+
+
+def test_hours_of_a_twilight_that_the_tables_lack_are_left_out(tiny_job, build_inline, tmp_path):
+    """With a lowest node of 0 degrees there are no values from the Sun's setting to the dark, and back."""
+    text = tiny_job().replace("source_elevation_deg: [-20, 60]", "source_elevation_deg: [0, 30, 60, 90]")
+    (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
+    loaded = load_job(tmp_path / "job.yaml")
+    assert any("from 0 degrees down to" in line for line in twilight_warnings(loaded.trimmed))
+    build_inline(loaded, jobs=1)
+    (result,) = contrast(tmp_path / "built", "asphalt_road", "asphalt_road", range=1.0)
+    assert 100 < result.hours.size < 288 and np.all(np.isfinite(result.material))
+    assert np.sum(np.diff(result.hours) > 0.1) == 2
 
 
 def test_a_material_has_no_contrast_against_itself(one_material):

@@ -98,7 +98,7 @@ def test_a_mesh_without_a_surface_is_refused(scene_of, write_glb, tmp_path, corn
 
 def test_a_mesh_without_triangles_is_refused(scene_of, write_glb, tmp_path):
     write_glb([], tmp_path / "empty.glb")
-    with pytest.raises(InputError, match=r"holds 0 triangles|cannot be read as glTF"):
+    with pytest.raises(InputError, match="holds no triangle"):
         surface_of_scene(scene_of(surface=mesh(tmp_path / "empty.glb", {"ground": "asphalt_road"})))
 
 
@@ -137,7 +137,7 @@ def test_texels_without_material_are_refused_or_named(scene_of, half_known):
 
 def test_a_file_that_is_no_gltf_is_refused(scene_of, tmp_path):
     (tmp_path / "a.glb").write_bytes(b"glTF" + bytes(40))
-    with pytest.raises(InputError, match="cannot be read as glTF"):
+    with pytest.raises(InputError, match="is no glTF 2.0"):
         surface_of_scene(scene_of(surface=mesh(tmp_path / "a.glb", {"ground": "asphalt_road"})))
 
 

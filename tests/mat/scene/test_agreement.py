@@ -55,3 +55,14 @@ def test_water_vapour_that_the_job_states_against_the_weather(warnings):
     (warning,) = warnings(*[{"weather": AGREES, "humidity_scale": 0.25}] * 3)
     assert warning.startswith("states 1 to 3: weather with 18.9 hPa")
     assert "humidity_scale or gases.H2O with 4.8 hPa" in warning
+
+
+@pytest.mark.parametrize(("aloft", "said"), [(66, False), (0.05, True)])
+def test_a_sounding_that_is_dry_aloft_only(tmp_path, warnings, aloft, said):
+    """13.9 g m^-3 at the ground, and next to nothing above: half of the first 100 m holds 0.7 mm, a height of 50 m."""
+    rows = f"0,1013,21,76\n100,1001,20.5,{aloft}\n1000,902,16.5,{aloft}\n2000,802,12,{aloft}\n9000,310,-40,{aloft}\n"
+    (tmp_path / "sounding.csv").write_text("altitude[m],pressure[hPa],temperature[C],relative_humidity[%]\n" + rows)
+    texts = [text for text in warnings({"weather": AGREES, "sounding": "sounding.csv"}) if "mm of water above" in text]
+    assert len(texts) == said
+    if said:
+        assert "the sounding sounding.csv has 0." in texts[0] and "a height of 0.1 km (usual: 0.7 to 7 km)" in texts[0]

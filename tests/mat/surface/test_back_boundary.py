@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from skyshine.mat.api.own_material import new_material
 from skyshine.mat.bench.marching import march
 from skyshine.mat.job.load import load_job
+from skyshine.mat.job.surface import Operation
 from skyshine.mat.scene.surface import surface_materials
 from skyshine.mat.surface.back_boundary import at_hours, back_drive
 from skyshine.mat.surface.balance import Forcing
@@ -205,10 +207,18 @@ def test_interiors_of_the_library_are_rooms_or_float():
     """No material rests on the day's mean air but the ground, whose deep temperature it is."""
     library = load_library()
     backs = {name: library[name].thermal.back for name in library.names}
-    assert {back.kind for back in backs.values() if back.temperature is None} == {"fixed", "open", "cavity"}
+    assert {back.kind for back in backs.values() if back.temperature is None} == {
+        "fixed",
+        "open",
+        "cavity",
+        "adiabatic",
+    }
     assert all(back.temperature == 293.15 for back in backs.values() if back.kind == "convective")
     assert {name for name, back in backs.items() if back.kind == "open"} == {
+        "camouflage_net_desert",
         "camouflage_net_green",
+        "camouflage_net_low_emissivity",
+        "camouflage_net_winter",
         "concrete_bridge",
         "pv_module",
     }
@@ -258,6 +268,40 @@ def test_a_job_operates_a_material(tmp_path):
     library = load_library()
     road, concrete = surface_materials([library["asphalt_road"], library["concrete"]], job.operated)
     assert concrete.thermal.back == Back("heated", heat_flux=120.0) and road.thermal == library["asphalt_road"].thermal
+
+
+def test_a_job_operates_a_material_by_a_name_of_its_own(tmp_path, monkeypatch):
+    text = JOB.replace("[asphalt_road, concrete]", "[engine_deck]").replace(
+        "concrete: {kind: heated, heat_flux_w_m2: 120}", "%s"
+    )
+    for operation in ("engine_deck: idling", "engine_deck: driving"):
+        (tmp_path / "job.yaml").write_text(text % operation, encoding="utf-8")
+        back = load_job(tmp_path / "job.yaml").trimmed.operated["engine_deck"].back
+        assert back == load_library()["engine_deck"].operated[operation.split()[1]], operation
+    for operation, message in (
+        ("engine_deck: flying", r"job.yaml:8:.*operated.engine_deck: found 'flying'; .*allowed: idling, driving$"),
+        ("engine_deck: drivin", r"job.yaml:8:.*found 'drivin'; did you mean 'driving'"),
+        ("concrete: idling", r"job.yaml:8:.*found 'idling'; allowed: a mapping with kind, for concrete has none"),
+        ("engine_desk: idling", r"job.yaml:8:.*unknown material 'engine_desk'"),
+    ):
+        (tmp_path / "job.yaml").write_text(text % operation, encoding="utf-8")
+        with pytest.raises(InputError, match=message):
+            load_job(tmp_path / "job.yaml")
+    new_material("hood", like="engine_deck", folder=tmp_path / "own")
+    monkeypatch.setenv("MATERIALS_DATABASE", str(tmp_path / "own"))
+    (tmp_path / "job.yaml").write_text(text.replace("engine_deck", "hood") % "hood: idling", encoding="utf-8")
+    assert load_job(tmp_path / "job.yaml").trimmed.operated["hood"].back == load_library()["hood"].operated["idling"]
+
+
+def test_operations_by_hour_keep_their_hours():
+    """From a file of materials to the keys of a job and back."""
+    hours = tuple(300.0 + hour for hour in range(24))
+    for back in (
+        Back("convective", hours, 12.5),
+        Back("cavity", None, 7.7, tuple(range(24)), 12.0, 1e4),
+        Back("heated", heat_flux=120.0),
+    ):
+        assert Operation.model_validate(Operation.of_back(back)).back == back
 
 
 def test_a_job_encloses_air_behind_a_material(tmp_path):

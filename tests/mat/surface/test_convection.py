@@ -76,7 +76,7 @@ def test_three_metres_make_a_tree():
     trees = {name for name in library.names if library[name].surface.canopy} & {
         name for name in library.names if library[name].surface.roughness_length > TREE_ROUGHNESS
     }
-    assert trees == {"conifer", "deciduous"} and abs(TREE_ROUGHNESS - 0.1 * 3.0) < 1e-12
+    assert trees == {"conifer", "deciduous", "deciduous_leafless"} and abs(TREE_ROUGHNESS - 0.1 * 3.0) < 1e-12
 
 
 def test_roof_by_the_textbook_s_turbulent_plate():

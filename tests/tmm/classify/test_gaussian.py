@@ -112,7 +112,17 @@ def test_two_halves(job, two_halves, build, library):
     code = result.code
     assert (code[:, :17] == library[GREEN].code).all() and (code[:, 23:] == library[GREY].code).all()
     assert dict(zip(result.map.names, result.written.usage, strict=True))[GREEN] == pytest.approx(0.5, abs=0.05)
-    assert result.map.quality.whole.overall_accuracy == 1 and result.map.quality.whole.tested > 0
+    # One polygon a material: its parts are alike and would tell nothing.
+    assert result.map.quality.whole.tested == 0 and 0.85 < result.written.confidence_of_known <= 1
+
+
+def test_separate_places_are_held_out(job, two_halves, build):
+    polygons = {
+        GREEN: [[[2, 2], [6, 2], [6, 8]], [[2, 12], [8, 12], [8, 18]]],
+        GREY: [[[25, 3], [38, 3], [38, 8]], [[25, 12], [30, 18], [38, 12]]],
+    }
+    quality = build(job(two_halves, polygons)).map.quality
+    assert quality.whole.overall_accuracy == 1 and quality.places == 4
 
 
 def test_sixteen_bits(job, write_image, build, library):
@@ -156,7 +166,7 @@ def test_flat_texture(job, write_image, build, library):
     image = write_image("flat.png", np.full((20, 40, 3), 100, np.uint8))
     result = build(job(image))
     assert np.isin(result.code, result.map.codes).all()
-    np.testing.assert_allclose(result.confidence, 0.5, atol=0.01)
+    assert (result.confidence < 0.7).all()  # the seeds pull what lies beside them
 
 
 def test_grey_texture(job, write_image, build, library):
@@ -192,12 +202,12 @@ def test_fully_transparent(job, write_image, build, library):
 
 
 def test_thresholds_give_unknown(job, two_halves, build, library):
-    strict = job(two_halves, classifier={"typicality_threshold": 0.2, "radius": 0})
+    strict = job(two_halves, classifier={"typicality_threshold": 0.2, "speed": "fast", "radius": 0})
     result = build(strict)
     unknown = result.code == 0
     assert unknown.any() and not unknown.all()
     ((_, _, _, found),) = result.map.windows()
     assert (found.typicality[unknown] < 0.2).all() and (found.typicality[~unknown] >= 0.2).all()
     assert result.written.usage.sum() == pytest.approx(1 - unknown.mean())
-    sure = build(job(two_halves, classifier={"confidence_threshold": 1.0}))
+    sure = build(job(two_halves, classifier={"speed": "fast", "confidence_threshold": 1.0}))
     assert (sure.code[:, 18:22] == 0).any()

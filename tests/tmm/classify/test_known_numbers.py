@@ -2,15 +2,16 @@
 
 import numpy as np
 import pytest
+from scipy.ndimage import label
 
 from skyshine.tmm.classify.calibration import Calibration, fit_calibration
 from skyshine.tmm.classify.gaussian import fit
 from skyshine.tmm.classify.trained import Network
-from skyshine.tmm.images.georeference import _affine
 from skyshine.tmm.images.texture import Texture
-from skyshine.tmm.inputs.seeds import _divide, _settle
+from skyshine.tmm.inputs.palette import palette_colour
+from skyshine.tmm.inputs.seeds import _settle, places
 from skyshine.tmm.job.model import Palette
-from skyshine.tmm.mapping.ways import nearest_palette, palette_colour
+from skyshine.tmm.mapping.ways import nearest_palette
 from skyshine.tmm.quality.counts import Tally
 
 
@@ -93,20 +94,21 @@ def test_confidences_fall_into_fifteen_bins():
     assert len(number) == 15 and number[0] == 2 and number[1] == 1 and number[14] == 1
 
 
-def test_a_single_region_is_divided_at_its_medians():
-    rows, columns = np.divmod(np.arange(16), 4)
-    region = _divide(np.zeros(16, int), np.zeros(16, int), rows, columns)
-    assert np.unique(region, return_counts=True)[1].tolist() == [4] * 4
-    assert (
-        len(
-            {
-                (r, c)
-                for r, c in zip(rows[region == region[0]], columns[region == region[0]], strict=True)
-                if r < 2 and c < 2
-            }
-        )
-        == 4
-    )
+def test_places_of_texels_are_those_of_connected_pieces():
+    """Against scipy's labels of each material's mask, by eight neighbours; a shape joins what lies apart."""
+    random = np.random.default_rng(2)
+    for _ in range(20):
+        material = random.integers(-2, 2, (9, 13))
+        rows, columns = np.nonzero(material >= 0)
+        kind, none = material[rows, columns], np.full(len(rows), -1)
+        found = places(rows, columns, kind, none)
+        for k in range(2):
+            number = label(material == k, np.ones((3, 3)))[0][rows, columns][kind == k]
+            assert (
+                len(set(zip(number, found[kind == k], strict=True))) == len(set(number)) == len(set(found[kind == k]))
+            )
+        assert not {*found[kind == 0]} & {*found[kind == 1]}
+        assert len(set(places(rows, columns, kind, none + 1))) == 2
 
 
 def test_palette_colours_of_16_bit_are_257_times_those_of_8_bit(tmp_path):
@@ -116,20 +118,10 @@ def test_palette_colours_of_16_bit_are_257_times_those_of_8_bit(tmp_path):
     assert palette_colour("300", np.dtype(np.uint16), tmp_path) == (300, 300, 300)
 
 
-def test_geotiff_tags_by_hand():
-    # OGC 19-008r4, 7.2: tie point (column 10, row 20) at (1000, 5000), texels of 2 by 3: the corner is at (980, 5060).
-    tags = {"ModelPixelScale": (2.0, 3.0, 0.0), "ModelTiepoint": (10.0, 20.0, 0.0, 1000.0, 5000.0, 0.0)}
-    assert _affine(tags) == pytest.approx([2, 0, 980, 0, -3, 5060])
-    # Where tie points are centres of texels, the corner lies half a texel up and to the left.
-    assert _affine(tags | {"GTRasterTypeGeoKey": 2}) == pytest.approx([2, 0, 979, 0, -3, 5061.5])
-    matrix = np.array([[1, 2, 0, 3], [4, 5, 0, 6], [0, 0, 0, 0], [0, 0, 0, 1.0]])
-    assert _affine({"ModelTransformation": matrix.ravel()}) == pytest.approx([1, 2, 3, 4, 5, 6])
-
-
 def test_texels_of_two_materials_are_no_seeds(tmp_path):
     texture = Texture(np.zeros((2, 3, 3), np.uint8), np.ones((2, 3), bool), "srgb")
     # Texel 1 is claimed by both materials, texels 0 and 5 by one each.
-    claims = np.array([[0, 1, 5], [0, 0, 1], [0, 1, 1], [0, 0, 1]])
+    claims = np.array([[0, 1, 5], [0, 0, 1], [0, 1, 1], [0, 0, 1], [0, 0, 0]])
     seeds = _settle("a", ("a", "b"), {"a", "b"}, texture, tmp_path, claims)
     assert seeds.rows.tolist() == [0, 1] and seeds.columns.tolist() == [0, 2] and seeds.material.tolist() == [0, 1]
     assert seeds.conflicting == 1

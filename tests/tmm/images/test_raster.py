@@ -27,10 +27,8 @@ def _photograph():
     return values.astype(np.uint8)
 
 
-@pytest.mark.parametrize("method", ["colour", "textured"])
-def test_same_bytes(build, write_image, monkeypatch, method):
-    if method == "textured":
-        pytest.importorskip("sklearn")
+@pytest.mark.parametrize("speed", ["fast", "best"])
+def test_same_bytes(build, write_image, monkeypatch, speed):
     # Windows are of whole chunks.
     sizes = {"mapping.texture_map.BAND": 64, "mapping.texture_map.STRIP": 48}
     for name, size in (sizes | {"database.layout.CHUNK": 16, "mapping.write.CHUNK": 16}).items():
@@ -41,7 +39,7 @@ def test_same_bytes(build, write_image, monkeypatch, method):
             GREY: [[[165, 5], [150, 60], [150, 70]], [[100, 135]]],
         }
     }
-    settings = {"method": method, "radius": 3}
+    settings = {"speed": speed, "radius": 3}
     job = TextureJob.model_validate(
         {"image": write_image("a.png", _photograph()), "seeds": seeds, "classifier": settings}
     )

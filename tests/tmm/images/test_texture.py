@@ -36,7 +36,7 @@ def test_float_is_linear_and_not_finite_is_no_data(write_image, tmp_path, read):
 
 def test_transparent_texels_keep_their_colour_and_have_no_data(write_image, tmp_path, read):
     values = np.full((2, 3, 4), 200, np.uint8)
-    values[0, :, 3] = [0, 127, 128]
+    values[..., 3] = [[0, 127, 128], [255, 255, 255]]
     name = write_image("a.tif", values)
     texture = read(tmp_path / name)
     np.testing.assert_array_equal(texture.valid, [[False, False, True], [True, True, True]])
@@ -80,7 +80,7 @@ def _dds(values):
 def test_dds(tmp_path, read):
     values = np.random.default_rng(1).integers(1, 256, (12, 8, 4), dtype=np.uint8)
     (tmp_path / "a.dds").write_bytes(_dds(values))
-    texture = read(tmp_path / "a.dds")
+    texture = read(tmp_path / "a.dds", alpha="no-data")
     np.testing.assert_array_equal(texture.pixels, values[..., :3])
     np.testing.assert_array_equal(texture.valid, values[..., 3] >= 127.5)
     (tmp_path / "b.dds").write_bytes(_dds(values)[:200])

@@ -46,7 +46,7 @@ def test_answers_are_seeds_and_the_others_are_none(two_halves, listed, tmp_path,
     )
     job = _job(two_halves)
     seeds = load_texture(job, tmp_path, library)[3]
-    assert set(seeds.names) == {GREEN, GREY}
+    assert {*seeds.names[:-1]} == {GREEN, GREY} and seeds.names[-1] == "unknown" and seeds.asked.all()
     assert job_files(job, tmp_path) == {"answers.yaml": tmp_path / "answers.yaml"}
     found = {name: (seeds.material == k) for k, name in enumerate(seeds.names)}
     # Of i^2 + j^2 <= 9 the circle problem of Gauss gives 29; corners stand in some of the texels beside them.
@@ -97,6 +97,9 @@ def test_a_list_without_names_or_not_yet_written(two_halves, listed, tmp_path, l
         load_texture(_job(two_halves), tmp_path, library)
     listed("number: 1, x: 3, y: 3, material: null", "number: 2, x: 9, y: 3, material: skip")
     with pytest.raises(InputError, match=r"no place of answers.yaml has a material yet"):
+        load_texture(_job(two_halves), tmp_path, library)
+    listed("number: 1, x: 3, y: 3, material: unknown")
+    with pytest.raises(InputError, match="seeds of unknown alone; name a material"):
         load_texture(_job(two_halves), tmp_path, library)
 
 

@@ -96,11 +96,28 @@ def test_the_system_that_the_file_names(job, write_image, tmp_path, library, crs
     shapes = [(GREEN, "Point", [103.5, 198.5])]
     _write(tmp_path / "seeds.geojson", shapes, crs={"type": "name", "properties": {"name": crs}})
     assert _texels(_map_job(job, "a.tif"), tmp_path, library) == {GREEN: {(3, 1)}}
-    _write(
-        tmp_path / "seeds.geojson", shapes, crs={"type": "name", "properties": {"name": crs.replace("32633", "32634")}}
-    )
-    with pytest.raises(InputError, match=r"seeds.geojson: .*EPSG:32634; allowed: .*a.tif, EPSG:32633; reproject"):
+    _write(tmp_path / "seeds.geojson", shapes, crs={"type": "name", "properties": {"name": "EPSG:999999"}})
+    with pytest.raises(InputError, match=r"seeds.geojson: lies on a map in 'EPSG:999999'; allowed: a system that PROJ"):
         _texels(_map_job(job, "a.tif"), tmp_path, library)
+
+
+@pytest.mark.parametrize("crs", [None, "urn:ogc:def:crs:OGC:1.3:CRS84", "EPSG:4326", "EPSG:3857"])
+def test_seeds_in_another_system_are_reprojected(job, tmp_path, library, crs):
+    """At 15 degrees east, where UTM zone 33 has its meridian, and 50 degrees north (Snyder 1987, eq. 8-12 by hand)."""
+    import tifffile
+
+    keys = [1, 1, 0, 3, 1024, 0, 1, 1, 1025, 0, 1, 1, 3072, 0, 1, 32633]
+    tags = [
+        (33550, "d", 3, (10.0, 10.0, 0.0), True),
+        (33922, "d", 6, (0.0, 0.0, 0.0, 499_965.0, 5_538_640.0, 0.0), True),
+        (34735, "H", len(keys), tuple(keys), True),
+    ]
+    tifffile.imwrite(tmp_path / "a.tif", np.zeros((8, 9, 3), np.uint8), photometric="rgb", extratags=tags)
+    # The scale of .9996 takes the meridian's arc of 5,540,847.04 m to a northing of 5,538,630.70 m.
+    place = [15.0, 50.0] if crs != "EPSG:3857" else [1_669_792.3618991037, 6_446_275.841017158]
+    named = {} if crs is None else {"crs": {"type": "name", "properties": {"name": crs}}}
+    _write(tmp_path / "seeds.geojson", [(GREEN, "Point", place)], **named)
+    assert _texels(_map_job(job, "a.tif"), tmp_path, library) == {GREEN: {(3, 0)}}
 
 
 def test_nothing_on_the_image(job, georeferenced, tmp_path, library):

@@ -83,10 +83,10 @@ def test_an_entry_becomes_a_texture_an_image(job, files):
     )
     found = [(texture.name, texture.image, texture.material, texture.alpha) for texture in loaded.textures]
     assert found == [
-        ("a", "one/a.png", "grass_green", "no-data"),
+        ("a", "one/a.png", "grass_green", "auto"),
         ("b", "two/b.png", "asphalt_road", "ignore"),
         ("c", "two/c.png", "asphalt_road", "ignore"),
-        ("last", "d.png", "grass_green", "no-data"),
+        ("last", "d.png", "grass_green", "auto"),
     ]
 
 

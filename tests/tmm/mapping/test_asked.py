@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.tmm.classify.combined import survey
+from skyshine.tmm.classify.graph import survey
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.texture import Texture
 from skyshine.tmm.mapping.suggest import Known, ask

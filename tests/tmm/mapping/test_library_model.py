@@ -8,12 +8,10 @@ from pydantic import ValidationError
 from skyshine.mat.maintain.textures import library_model
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.classify.model_file import model_path, read_model, write_model
-from skyshine.tmm.classify.trained import TrainedModel
 from skyshine.tmm.features.textured import names as feature_names
 from skyshine.tmm.inputs.load import load_texture, narrowed
-from skyshine.tmm.job.model import PACKAGED, TextureJob, TmmJob
+from skyshine.tmm.job.model import PACKAGED, TextureJob
 from skyshine.tmm.mapping.write import is_current
-from skyshine.tmm.training.library import train_library
 
 GREEN, GREY = "grass_green", "asphalt_road"
 
@@ -28,7 +26,7 @@ def of(image, **settings):
 
 
 def test_the_packaged_model_knows_materials_of_the_library(packaged, library):
-    assert packaged.network is not None and len(packaged.names) >= 8
+    assert len(packaged.names) >= 8
     assert set(packaged.names) <= set(library.names)
     for material in {"conifer", "grass_green", "asphalt_road"}:
         assert material in packaged.names
@@ -68,15 +66,13 @@ def test_posteriors_among_some_classes_keep_their_ratios(packaged):
     random = np.random.default_rng(0)
     spread = random.normal(0, 0.3, (len(feature_names()), 50)).astype(np.float32)
     stack = packaged.network.mean[:, np.newaxis] + packaged.network.scale[:, np.newaxis] * spread
-    coordinates, kept = random.normal((55, -5, 15), 6, (50, 3)), [4, 1, 6]
-    colour = TrainedModel(packaged.names, packaged.colour, None)
-    for model in (packaged, colour):
-        whole = model.posterior(stack, coordinates)[kept].astype(float)
-        said = whole.sum(axis=0) > 1e-3
-        assert said.sum() > 20
-        among = model.only(kept).posterior(stack, coordinates)
-        np.testing.assert_allclose(among[:, said], (whole / whole.sum(axis=0))[:, said], rtol=1e-3, atol=1e-5)
-    assert colour.only(kept).names == tuple(packaged.names[k] for k in kept)
+    kept = [4, 1, 6]
+    whole = packaged.network.posterior(stack)[kept].astype(float)
+    said = whole.sum(axis=0) > 1e-3
+    assert said.sum() > 20
+    among = packaged.only(kept).network.posterior(stack)
+    np.testing.assert_allclose(among[:, said], (whole / whole.sum(axis=0))[:, said], rtol=1e-3, atol=1e-5)
+    assert packaged.only(kept).names == tuple(packaged.names[k] for k in kept)
 
 
 def test_classes_stand_for_their_name_else_for_their_group_else_for_none(packaged, library):
@@ -99,25 +95,6 @@ def test_a_scene_of_which_the_model_knows_nothing_fails_in_the_check(two_halves,
     job = of(two_halves, model="library", scene_materials=["water_fresh"])
     with pytest.raises(InputError, match="of which its model knows none; allowed: its classes"):
         load_texture(job, tmp_path, library)
-
-
-def test_a_model_of_other_channels_fails_in_the_check(two_halves, tmp_path, job, library):
-    seeded = job(two_halves)
-    model, _ = train_library(TmmJob.model_validate({"textures": [seeded]}), tmp_path, library)
-    colour = model.colour
-    four = TrainedModel(
-        model.names,
-        type(colour)(
-            model.names,
-            np.pad(colour.means, ((0, 0), (0, 1))),
-            np.stack([np.eye(4) * 9] * len(model.names)),
-            colour.log_prior,
-        ),
-        None,
-    )
-    write_model(four, tmp_path / "four.h5", "test", "test", {})
-    with pytest.raises(InputError, match="trained on 4 channels"):
-        load_texture(of(two_halves, model="four.h5"), tmp_path, library)
 
 
 def test_scene_materials_beside_seeds_are_refused():

@@ -1,6 +1,4 @@
-"""Mixtures by ratio and by the posterior: from the job to the levels of the database and its readers."""
-
-import json
+"""Mixtures by ratio: from the job to the levels of the database and its readers."""
 
 import numpy as np
 import pytest
@@ -8,13 +6,10 @@ import yaml
 from click.testing import CliRunner
 
 from skyshine.tmm import open_tmm, read_usage
-from skyshine.tmm.classify.mapper import Mapper
 from skyshine.tmm.cli import main
 from skyshine.tmm.database.levels import WEIGHT_TOTAL
 from skyshine.tmm.job.materials import is_mixture, parts_of
 from skyshine.tmm.job.model import TextureJob, stored_job
-from skyshine.tmm.mapping.mixtures import ClassMixtures
-from skyshine.tmm.mapping.run import map_texture
 
 ROAD, GRASS, SOIL = "asphalt_road", "grass_dry", "soil_sand"
 VERGE = {ROAD: 60, GRASS: 40}
@@ -131,103 +126,3 @@ def test_a_seed_names_one_material(two_halves, write_image, tmp_path):
     result = CliRunner().invoke(main, ["check", str(tmp_path / "tmm.yaml")])
     assert result.exit_code == 2 and "tmm.yaml:6:" in result.stderr
     assert "allowed here: one material; mixtures stand in material, palette" in result.stderr
-
-
-def overlap(job, tmp_path, library, name="soft.tmm.h5"):
-    """Shares of the two materials of a job with mixtures, its posterior, confidence, and what it wrote."""
-    from skyshine.tmm import write_texture
-
-    mapped = map_texture(job, tmp_path, library)
-    written = write_texture(mapped, tmp_path / name)
-    mapper: Mapper = mapped.mapper
-    posterior = mapper.posterior(0, mapped.texture.height, 0, mapped.texture.width)
-    return shares(tmp_path / name), posterior, mapped, written
-
-
-@pytest.fixture
-def blurred(write_image):
-    """Two colours with noise that overlap, side by side, 40 x 20."""
-    random = np.random.default_rng(4)
-    values = np.empty((20, 40, 3))
-    values[:, :20], values[:, 20:] = (105, 120, 95), (115, 115, 110)
-    return write_image("blurred.png", np.clip(values + random.normal(0, 9, values.shape), 0, 255).astype(np.uint8))
-
-
-@pytest.mark.parametrize("radius", [0, 3])
-@pytest.mark.parametrize("method", ["colour", "textured"])
-def test_posterior_of_seeds_as_mixtures(blurred, job, tmp_path, library, radius, method):
-    if method == "textured":
-        pytest.importorskip("sklearn")
-    settings = {"radius": radius, "method": method, "mixtures": True}
-    found, posterior, mapped, written = overlap(job(blurred, classifier=settings), tmp_path, library)
-    ((_, _, _, classified),) = mapped.windows()
-    np.testing.assert_allclose(posterior.sum(axis=0), 1, atol=1e-3)
-    best = posterior.argmax(axis=0)
-    np.testing.assert_array_equal(best, classified.material)
-    np.testing.assert_allclose(found[mapped.names[1]], posterior[1], rtol=0, atol=0.00502)  # in whole percent
-    percent = 100 * found[mapped.names[1]]
-    np.testing.assert_allclose(percent, np.rint(percent), atol=100 / WEIGHT_TOTAL)
-    assert (np.abs(percent - 50) < 45).mean() > 0.02  # there is doubt in this picture
-    assert written.usage.sum() == pytest.approx(1) and written.with_material == 800
-    # A mip level has the means of the shares.
-    coarse = shares(tmp_path / "soft.tmm.h5", 2)[mapped.names[1]]
-    means = found[mapped.names[1]].reshape(5, 4, 10, 4).mean(axis=(1, 3))
-    np.testing.assert_allclose(coarse, means, atol=1.01 / WEIGHT_TOTAL)
-
-
-def test_posterior_with_a_model_clusters_and_overrides(blurred, job, tmp_path, library, write_image):
-    settings = {"mixtures": True}
-    both = job(blurred, classifier=settings, model="library")
-    found, posterior, mapped, _ = overlap(both, tmp_path, library)
-    ((_, _, _, classified),) = mapped.windows()
-    np.testing.assert_array_equal(posterior.argmax(axis=0), classified.material)
-    np.testing.assert_allclose(posterior.max(axis=0), mapped.mapper.window(0, 20, 0, 40).confidence, rtol=1e-5)
-    model = TextureJob.model_validate({"image": blurred, "model": "library", "classifier": settings})
-    found, posterior, mapped, _ = overlap(model, tmp_path, library, "model.tmm.h5")
-    np.testing.assert_allclose(sum(found.values()), 1, atol=1e-4)
-    assert max(len(np.flatnonzero([s[i, j] for s in found.values()])) for i in (3, 9) for j in range(40)) == 3
-    # Clusters 1 and 2 are one material: its share is that of both.
-    names = {"count": 3, "names": {1: SOIL, 2: SOIL, 3: ROAD}}
-    clusters = TextureJob.model_validate({"image": blurred, "clusters": names, "classifier": settings})
-    found, posterior, mapped, _ = overlap(clusters, tmp_path, library, "clusters.tmm.h5")
-    assert posterior.shape[0] == 2 and np.allclose(posterior.sum(axis=0), 1, atol=1e-3)
-    polygons = {"polygons": {GRASS: [[[0, 0], [10, 0], [10, 10], [0, 10]]]}}
-    given = job(blurred, classifier=settings, overrides=polygons)
-    found, *_ = overlap(given, tmp_path, library, "given.tmm.h5")
-    assert (found[GRASS][:9, :9] == 1).all() and (found[GRASS][12:, 12:] == 0).all()
-
-
-def test_the_likeliest_stays_first_and_unknown_stays_unknown():
-    classes = ClassMixtures(("a", "b", "c", "d"), {"a": 4, "b": 3, "c": 2, "d": 1})
-    posterior = np.array([0.4, 0.3, 0.2, 0.1], np.float32).reshape(4, 1, 1)
-    number = np.zeros((1, 1), int)
-
-    def mixture(posterior, found=0):
-        level = classes.likeliest(posterior, number + found)
-        return level.mix_code[0, 0].tolist(), np.rint(100.0 * level.mix_weight[0, 0] / WEIGHT_TOTAL).tolist()
-
-    # .4, .3, .2 of .9 are 44.4, 33.3 and 22.2 %; the largest remainder takes what is left.
-    assert mixture(posterior) == ([4, 3, 2], [45, 33, 22])
-    assert mixture(posterior * 1e-30) == ([4, 3, 2], [45, 33, 22])
-    assert mixture(posterior, found=-1) == ([0, 0, 0], [100, 0, 0])
-    assert mixture(posterior * 0) == ([4, 0, 0], [100, 0, 0])  # found without a posterior: certain
-    even = np.full((4, 1, 1), 0.25, np.float32)
-    # Codes ascend among equals, but the class found is the first.
-    assert mixture(even, found=1) == ([3, 1, 2], [34, 33, 33])
-    assert mixture(np.array([0.999, 0.001, 0, 0], np.float32).reshape(4, 1, 1)) == ([4, 0, 0], [100, 0, 0])
-
-
-def test_info_usage_and_exports_agree(blurred, job, tmp_path, library):
-    settings = {"radius": 0, "mixtures": True}
-    found, *_ = overlap(job(blurred, classifier=settings), tmp_path, library)
-    path = str(tmp_path / "soft.tmm.h5")
-    info = json.loads(CliRunner().invoke(main, ["info", path, "--json"]).stdout)
-    assert info["mixtures"] > 10
-    for material in info["materials"]:
-        assert material["share"]["value"] == pytest.approx(float(found[material["name"]].mean()), abs=1e-6)
-    CliRunner().invoke(main, ["export", path, "--to", "masks", "--out", str(tmp_path)], catch_exceptions=False)
-    from PIL import Image
-
-    for name, share in found.items():
-        mask = np.asarray(Image.open(tmp_path / f"soft.{name}.png")) / 255
-        np.testing.assert_allclose(mask, share, atol=1 / 255)

@@ -1,4 +1,4 @@
-"""``tmm bench``: every classifier against labels, the combined way with and without a library model."""
+"""``tmm bench``: every classifier against labels, the graph with and without a library model."""
 
 import json
 
@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from skyshine.tmm.cli import main
-from skyshine.tmm.report.bench import COMBINED, OURS, PEERS
+from skyshine.tmm.report.bench import GRAPH, OURS, PEERS, WITH_MODEL
 
 POLYGONS = """
       polygons:
@@ -38,13 +38,13 @@ def bench(tmp_path, two_halves, write_image):
 
 def test_all_classifiers_tell_two_plain_halves(bench):
     rows = bench()
-    assert list(rows) == [*OURS, COMBINED, *PEERS]
+    assert list(rows) == [*OURS, GRAPH, WITH_MODEL, *PEERS]
     for name, row in rows.items():
         assert row["overall_accuracy"]["value"] > 0.9, name  # boxes reach over the border
         assert row["rate"]["value"] > 0, name
 
 
-def test_a_library_that_is_wrong_spoils_the_combined_row_alone(bench, tmp_path):
+def test_a_library_that_is_wrong_spoils_its_own_row_alone(bench, tmp_path):
     right = bench()
     # A model whose names are exchanged.
     swapped = POLYGONS.replace("grass_green", "x").replace("asphalt_road", "grass_green").replace("x", "asphalt_road")
@@ -56,4 +56,4 @@ def test_a_library_that_is_wrong_spoils_the_combined_row_alone(bench, tmp_path):
     wrong = bench("    model: wrong.tmm-model.h5\n")
     changed = {name for name in right if wrong[name]["overall_accuracy"] != right[name]["overall_accuracy"]}
     confidence = {name for name in right if wrong[name]["calibration_error"] != right[name]["calibration_error"]}
-    assert confidence | changed == {COMBINED}
+    assert confidence | changed == {WITH_MODEL}

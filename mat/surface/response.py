@@ -23,6 +23,7 @@ from skyshine.mat.surface.film_response import DRY_FILM, FilmResponse, film_resp
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.penetrating_light import penetrating_light_matrix
+from skyshine.mat.surface.reading import in_steps
 from skyshine.mat.surface.relaxation import melting_cap
 from skyshine.mat.surface.solution import Method, Solution
 from skyshine.mat.surface.solver import DAY, FINE_STEPS, STEPS
@@ -118,14 +119,14 @@ def surface_response(
 
     Notes
     -----
-    J is taken in fine steps about the solution in coarser ones, linear between its times: a shadow comes and goes
-    within minutes. Melting is left out of J: the response is that of a surface of this temperature that does not melt.
-    Readers end the melting before such a surface cools. Where layers let sunlight in, the kernel is that of a change of
-    sunlight, which shade is for the most part.
+    J is taken in fine steps, by BDF2, about the solution in coarser ones, read between its times: a shadow comes and
+    goes within minutes. Melting is left out of J: the response is that of a surface of this temperature that does not
+    melt. Readers end the melting before such a surface cools. Where layers let sunlight in, the kernel is that of a
+    change of sunlight, which shade is for the most part.
     """
     forcing = days[-1](FINE_STEPS)
     response = SurfaceResponse.empty(forcing.shape[0], film=forcing.rain is not None)
-    for columns, solution in solve_days(material, days, steps=steps, fine_steps=steps):
+    for columns, solution in solve_days(material, days, steps=steps):
         _fill(response, material, forcing.columns(columns), columns, solution)
     return response
 
@@ -135,14 +136,14 @@ def _fill(
 ) -> None:
     """Put the response of columns that were solved alike."""
     forcing = under_film(forcing, DRY_FILM)
-    temperature, melt = _in_fine_steps(solution.temperature), _in_fine_steps(solution.melt)
+    temperature, melt = (in_steps(values, FINE_STEPS) for values in (solution.temperature, solution.melt))
     at_hours = np.arange(RESPONSE_HOURS.size) * (FINE_STEPS // RESPONSE_HOURS.size)
     if solution.sources is None:
         inverses, slope = _skin_inverses(material, forcing, temperature, solution, at_hours)
         balance = Balance(forcing.times(at_hours), material)
         lost, airless = balance.loss, balance.airless
     else:
-        sources = np.concatenate([_in_fine_steps(part) for part in np.split(solution.sources, 2, axis=1)], axis=1)
+        sources = np.concatenate([in_steps(part, FINE_STEPS) for part in np.split(solution.sources, 2, axis=1)], axis=1)
         about = CanopyResponse(material, forcing, sources, _scheme(solution), at_hours)
         inverses, slope, lost, airless = iter(about.kernel), about.slope, about.loss, False
     lags = (at_hours[:, None] - np.arange(FINE_STEPS)) % FINE_STEPS
@@ -168,12 +169,6 @@ def _fill(
 
 def _scheme(solution: Solution) -> str:
     return "euler" if solution.method[0] in (Method.EULER, Method.EULER_NEWTON) else "bdf2"
-
-
-def _in_fine_steps(values: Floats) -> Floats:
-    """Periodic values (columns, N) in fine steps, linear between their own."""
-    times, known = np.arange(FINE_STEPS) / FINE_STEPS, np.arange(values.shape[1]) / values.shape[1]
-    return np.stack([np.interp(times, known, row, period=1.0) for row in values])
 
 
 def _skin_inverses(

@@ -12,6 +12,7 @@ from skyshine.mat.surface.back_boundary import at_hours
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.reading import at_hours_of_day
 from skyshine.mat.surface.solution import Method, Solution
 from skyshine.mat.surface.solver import STEPS
 from skyshine.mat.surface.sun_path import SunPath
@@ -82,8 +83,7 @@ def temperature_table(
     slopes_deg : (S,) sequence
         0 faces up, 90 is a wall, 180 faces down.
     times_h : (T,) sequence
-        Local clock hours of the day: the clock by which `sun` is given. Between the solver's times
-        temperatures are linear.
+        Local clock hours of the day: the clock by which `sun` is given.
     steps : int
         Solver times of a day, a divisor of 576.
     given : mapping, optional
@@ -179,7 +179,7 @@ def _fill(
     rows.ravel()[columns] = np.arange(len(columns))
     rows = rows[:, plane_of]
     solved = rows >= 0
-    values = _at_times(solution.temperature, times_h)
+    values = at_hours_of_day(solution.temperature.astype(np.float32), times_h)
     table.temperature[number][solved] = values[rows[solved]]
     for name in _DIAGNOSTICS:
         getattr(table, name)[number][solved] = getattr(solution, name)[rows[solved]]
@@ -190,13 +190,3 @@ def _fill_given(table: SurfaceTemperatures, number: int, temperature: Floats) ->
     table.temperature[number] = temperature
     for name in _DIAGNOSTICS:
         getattr(table, name)[number] = Method.GIVEN if name == "method" else 0
-
-
-def _at_times(temperature: Floats, times_h: Floats) -> Floats:
-    """Linear interpolation of periodic temperatures (columns, N) to hours of the day, (columns, T)."""
-    steps = temperature.shape[1]
-    place = (times_h % 24.0) * (steps / 24.0)
-    before = np.floor(place).astype(int)
-    weight = place - before
-    interpolated: Floats = temperature[:, before % steps] * (1 - weight) + temperature[:, (before + 1) % steps] * weight
-    return interpolated

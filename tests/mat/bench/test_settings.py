@@ -68,7 +68,7 @@ def test_a_setting_keeps_seed_layout_and_what_may_be_left_out(content):
     for loaded in (fine, default):
         assert (loaded.trimmed.accuracy.seed, loaded.trimmed.accuracy.negligible_k) == (7, 0.5)
     assert not fine.trimmed.atmosphere_grid.in_channels and fine.trimmed.accuracy.solver_steps == 96
-    assert default.trimmed.accuracy.solver_steps == 192
+    assert default.trimmed.accuracy.solver_steps == 96
     assert yaml.safe_dump(content) == before
 
 

@@ -72,7 +72,7 @@ def test_keys_that_are_written_keep_their_values():
 
 
 def test_without_the_number_nothing_changes():
-    assert job_of() == job_of(accuracy={}) == job_of(accuracy={"solver_steps": 192})
+    assert job_of() == job_of(accuracy={}) == job_of(accuracy={"solver_steps": 96})
     assert job_of().atmosphere_grid.tolerance is None
 
 

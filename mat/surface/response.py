@@ -28,6 +28,7 @@ from skyshine.mat.surface.relaxation import melting_cap
 from skyshine.mat.surface.solution import Method, Solution
 from skyshine.mat.surface.solver import DAY, FINE_STEPS, STEPS
 from skyshine.mat.surface.sun_path import SunPath
+from skyshine.mat.surface.table import rounded_bits
 from skyshine.schemas.arrays import Floats, Integers, Singles
 
 RESPONSE_HOURS = np.arange(24.0)
@@ -43,6 +44,7 @@ LAG_STARTS = np.array(
 _AWAY = (0.5, 1.5, 3.0, 5.0, 8.0, 12.0, 17.0, 23.0, 30.0, 40.0, 52.0, 70.0, 95.0, 140.0)
 OFFSETS = np.array([*(-offset for offset in reversed(_AWAY)), 0.0, *_AWAY])
 RESPONSE_SLOPES = np.array([0.0, 90.0, 180.0])  # degree
+_DIGITS = 13  # binary ones of a response
 NO_LIMIT = 1e4  # K, above all temperatures of a database
 _LEAST_SLOPE = 1e-3  # W m^-2 K^-1, as in Newton's matrix
 _COLDEST = 20.0  # K: the vapour's laws end there, and no surface under a sky is colder
@@ -304,10 +306,10 @@ def response_table(
     return ResponseTable(
         altitudes,
         slopes,
-        _rounded(table("kernel")),
+        rounded_bits(table("kernel"), _DIGITS),
         table("temperature"),
         table("loss_slope"),
-        _rounded(table("loss_excess")),
+        rounded_bits(table("loss_excess"), _DIGITS),
         table("melt"),
         np.array([material.solar_absorptance for material in materials], np.float32),
         np.array([material.thermal_emissivity for material in materials], np.float32),
@@ -333,18 +335,11 @@ def _film_table(
         return np.stack([getattr(film, name) for film in films]).astype(np.float32)
 
     return FilmTable(
-        _rounded(table("heat_loss")).reshape(*shape, OFFSETS.size),
-        _rounded(table("evaporation")).reshape(*shape, OFFSETS.size),
+        rounded_bits(table("heat_loss"), _DIGITS).reshape(*shape, OFFSETS.size),
+        rounded_bits(table("evaporation"), _DIGITS).reshape(*shape, OFFSETS.size),
         table("sunlight").reshape(shape),
         table("dry_sunlight").reshape(shape),
         table("before").reshape(shape[:3]) if len(days) > 1 else None,
         np.array([0.0 if film is None else film.capacity for film in wet], np.float32),
         np.atleast_2d(rain)[0].astype(np.float32),
     )
-
-
-def _rounded(values: Singles) -> Singles:
-    """Values to 13 binary digits: the zeros that follow them pack well."""
-    bits = values.view(np.uint32)
-    rounded: Singles = ((bits + np.uint32(1 << 10)) & np.uint32(0xFFFFF800)).view(np.float32)
-    return rounded

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +20,10 @@ from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.schemas.arrays import Floats, Integers, Singles
 from skyshine.schemas.errors import InputError
 
+# Columns whose forcing is held at once where more altitudes than one are: some 15 arrays of so many at 576 times take
+# 140 MB.
+_COLUMNS = 2048
+_FINEST = 128.0  # parts of a kelvin to which temperatures are rounded: they pack to half the size and err by 0.002 K
 _DIAGNOSTICS = {"residual": "f4", "energy_closure": "f4", "bound_excess": "f4", "method": "u1", "iterations": "i4"}
 
 
@@ -110,8 +114,7 @@ def temperature_table(
     table = SurfaceTemperatures(
         np.empty((*shape, len(hours)), np.float32), *(np.empty(shape, kind) for kind in _DIAGNOSTICS.values())
     )
-    parts = _parts(scene)
-    for part, first in parts:
+    for part, first in _parts(scene):
         days, solved = part.days, dict[Hashable, int]()
         for number, material in enumerate(materials):
             if given and material.name in given:
@@ -123,17 +126,17 @@ def temperature_table(
                 for columns, solution in solve_days(material, days, steps=steps):
                     _fill(table, number, columns + first * len(planes), solution, plane_of, len(planes), hours)
             if progress is not None:
-                progress(1 / len(parts))
+                progress(len(part.altitude) / len(scene.altitude))
     return table
 
 
-def _parts(scene: Scene) -> list[tuple[Scene, int]]:
-    """Scenes whose forcing is held at once, with the number of the first altitude of each: where days before come with
-    it, one altitude each, or a month of them would take gigabytes.
+def _parts(scene: Scene) -> Iterator[tuple[Scene, int]]:
+    """Scenes, one after the other, whose forcing is held at once, with the number of the first altitude of each: few
+    columns, and one altitude where days before come with it, or a month of them would take gigabytes.
     """
-    if not scene.weather.before:
-        return [(scene, 0)]
-    return [(replace(scene, altitude=scene.altitude[n : n + 1]), n) for n in range(len(scene.altitude))]
+    together = 1 if scene.weather.before else max(1, _COLUMNS // len(scene.slope))
+    for first in range(0, len(scene.altitude), together):
+        yield replace(scene, altitude=scene.altitude[first : first + together]), first
 
 
 def _checked_axes(
@@ -163,6 +166,26 @@ def _planes(slopes: Floats, azimuths: Floats) -> tuple[Floats, Integers]:
     pairs[:, level, 1] = 0.0
     planes, index = np.unique(pairs.reshape(-1, 2), axis=0, return_inverse=True)
     return planes, index.reshape(len(azimuths), len(slopes))
+
+
+def rounded(table: SurfaceTemperatures) -> SurfaceTemperatures:
+    """The table as a file has it: temperatures to 1/128 K, residuals and closures to three digits."""
+    np.rint(table.temperature * np.float32(_FINEST), out=table.temperature)
+    np.divide(table.temperature, np.float32(_FINEST), out=table.temperature)
+    return replace(
+        table,
+        residual=rounded_bits(table.residual, 10),
+        energy_closure=rounded_bits(table.energy_closure, 10),
+        bound_excess=rounded_bits(table.bound_excess, 10),
+    )
+
+
+def rounded_bits(values: Singles, bits: int) -> Singles:
+    """Values to so many binary digits: the zeros that follow them pack well."""
+    dropped = 24 - bits
+    half, mask = np.uint32(1 << (dropped - 1)), np.uint32(0xFFFFFFFF << dropped & 0xFFFFFFFF)
+    cut: Singles = ((values.view(np.uint32) + half) & mask).view(np.float32)
+    return cut
 
 
 def _fill(

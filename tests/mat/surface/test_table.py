@@ -8,7 +8,7 @@ import pytest
 from skyshine.mat.surface import table as module
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import TOLERANCE
-from skyshine.mat.surface.table import temperature_table
+from skyshine.mat.surface.table import rounded, temperature_table
 from skyshine.mat.surface.weather import from_hours
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
 from skyshine.schemas.errors import InputError
@@ -165,3 +165,21 @@ def test_altitudes_with_days_before_are_those_of_each_alone(sun_path, weather, s
     without = temperature_table([soil()], sun_path, weather, sky, [0.0, 800.0], *place)
     assert (without.temperature[0] - table.temperature[0])[..., 0].min() > 0.5
     assert sum(ticks) == pytest.approx(len(materials))
+
+
+def test_a_table_in_parts_is_the_table_at_once(sun_path, weather, sky, monkeypatch):
+    axes = [soil()], sun_path, weather, sky, [0.0, 500.0, 1000.0], [0.0, 90.0], [0.0, 90.0], HOURS
+    whole, shares = temperature_table(*axes), []
+    monkeypatch.setattr(module, "_COLUMNS", 1)
+    parts = temperature_table(*axes, progress=shares.append)
+    assert parts.temperature == pytest.approx(whole.temperature, abs=2e-3)
+    assert len(shares) == 3 and sum(shares) == pytest.approx(1.0)
+
+
+def test_a_rounded_table_errs_by_half_of_its_digit(sun_path, weather, sky):
+    table = temperature_table([soil()], sun_path, weather, sky, [0.0], [0.0, 90.0], [0.0, 90.0], HOURS)
+    exact, residual = table.temperature.copy(), table.residual.copy()
+    short = rounded(table)
+    assert 1e-4 < np.abs(short.temperature - exact).max() <= 1 / 256 + 3e-5  # and the last digit of single precision
+    assert np.all(np.mod(short.temperature * 128, 1) == 0)
+    assert short.residual == pytest.approx(residual, rel=1e-3) and short.method.dtype == np.uint8

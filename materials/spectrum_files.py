@@ -308,7 +308,7 @@ def _envi(file: Path, said: Said) -> _Raw:
         good = np.array(fields.get("bbl", np.ones(len(value))), float)
         value[good == 0] = np.nan  # the bad bands list
         factor = float(fields.get("reflectance scale factor", "1"))
-    except (KeyError, IndexError, ValueError) as error:
+    except (KeyError, IndexError, TypeError, ValueError) as error:
         raise InputError(f"is no ENVI spectral library: {error}; check its header", file=header) from None
     if len(wavelength) != len(value) or not factor > 0:
         raise InputError(

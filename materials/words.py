@@ -27,8 +27,7 @@ def aliases() -> dict[str, tuple[str, ...]]:
 
 
 def matches(word: str, names: Iterable[str]) -> list[str]:
-    """Materials that a word may mean, the likeliest first: what it is used for, names that hold it, and what is spelt
-    much like it.
+    """Materials that a word means, the most usual first: what it is used for, and names that hold it.
 
     Parameters
     ----------
@@ -42,8 +41,6 @@ def matches(word: str, names: Iterable[str]) -> list[str]:
     ['grass_green', 'grass_dry']
     >>> matches("asphalt", ["asphalt_road", "tar"])
     ['asphalt_road']
-    >>> matches("gras_green", ["asphalt_road", "grass_green"])
-    ['grass_green']
     """
     choices = list(names)
     lower = word.lower()
@@ -51,15 +48,15 @@ def matches(word: str, names: Iterable[str]) -> list[str]:
     said = [name for form in forms for name in aliases().get(form, ()) if name in choices]
     held = [name for form in forms for name in choices if re.search(rf"(^|_){re.escape(form)}", name)]
     held.sort(key=lambda name: (not name.startswith(forms[-1]), len(name)))
-    found = list(dict.fromkeys([*said, *held]))
-    return found or difflib.get_close_matches(lower, choices, n=NAMED, cutoff=ALIKE)
+    return list(dict.fromkeys([*said, *held]))
 
 
 def meant(word: str, names: Iterable[str]) -> str:
-    """Words for the end of a message: the materials that a name may mean, and how to see all."""
+    """Words for the end of a message: the materials that a name may mean, or is spelt much like, and how to see all."""
     choices = list(names)
-    found = matches(word, choices)
+    told = matches(word, choices)
+    found = told or difflib.get_close_matches(word, choices, n=NAMED, cutoff=ALIKE)
     hint = f"did you mean '{found[0]}'? " if found else ""
     more = f"; others: {', '.join(found[1:NAMED])}" if len(found) > 1 else ""
-    shown = word if found and re.fullmatch(r"[\w.-]+", word) else ""
+    shown = word if told and re.fullmatch(r"[\w.-]+", word) else ""
     return f"{hint}'mat materials{' ' + shown if shown else ''}' lists what there is{more}"

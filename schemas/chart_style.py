@@ -72,12 +72,15 @@ def chart_style() -> Iterator[None]:
         yield
 
 
-def new_figure(width: float, height: float) -> Figure:
-    """A figure of inches, without a window."""
+def new_figure(width: float, height: float, *, arranged: bool = True) -> Figure:
+    """A figure of inches, without a window.
+
+    With `arranged` matplotlib finds the places of its charts, which takes longer than drawing them.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = Figure(figsize=(width, height), layout="constrained" if arranged else None)
     FigureCanvasAgg(figure)
     return figure
 
@@ -110,7 +113,9 @@ def name_lines(axis: Axes) -> None:
 
     figure = axis.get_figure()
     assert isinstance(figure, Figure)  # charts of the project have no figures within figures
-    figure.draw_without_rendering()  # limits and places are settled then
+    if figure.get_layout_engine() is not None:
+        figure.draw_without_rendering()  # places are settled then
+    axis.get_xlim(), axis.get_ylim()  # settled when they are asked for
     ends = []
     for line in axis.get_lines():
         label = str(line.get_label())

@@ -31,7 +31,7 @@ class Build:
     ----------
     folder : Path
     seconds : float
-        Wall clock of the whole build.
+        Wall clock until all files were ready; pictures are drawn after that.
     files : dict of str to dict
         By name: ``kept``, ``seconds``, ``processor_seconds``, ``stages``, ``processor_stages``,
         ``peak_memory_bytes``, ``notes``.
@@ -90,6 +90,7 @@ def build(
     jobs: int | None = None,
     fresh: bool = False,
     executor: str | None = None,
+    pictures: bool | None = None,
     progress: Progress = silent,
 ) -> Build:
     """Build all databases of a job as `mat build` does.
@@ -109,6 +110,8 @@ def build(
         Build files again that the same job has built before.
     executor : str, optional
         ``dask:ADDRESS`` of a scheduler whose workers see the same folders.
+    pictures : bool, optional
+        Whether the files are drawn once all are ready; by default as the job's output.pictures says.
     progress : callable, optional
         ``progress(total, text)`` is a context manager that gives a callable to count finished tasks with.
 
@@ -152,6 +155,8 @@ def build(
     True
     """
     loaded = load_job(job)
-    record = build_files(loaded, out=out, jobs=jobs, fresh=fresh, executor=executor, progress=progress)
+    record = build_files(
+        loaded, out=out, jobs=jobs, fresh=fresh, executor=executor, pictures=pictures, progress=progress
+    )
     warnings = [*loaded.warnings, *air_warnings(loaded.trimmed), *twilight_warnings(loaded.trimmed)]
     return Build(Path(record["folder"]), record["seconds"], record["files"], record["not_of_this_job"], warnings)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, as_completed, wait
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from skyshine.mat import threads
 from skyshine.mat.builder.executors import open_executor
 from skyshine.mat.builder.failures import messages, refuse_failures, stops_the_build
 from skyshine.mat.builder.record import write_record
-from skyshine.mat.builder.tasks import PICTURES, run_task
+from skyshine.mat.builder.tasks import PICTURES, draw_task, run_task
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.plan import Kind, Plan, Task, make_plan, texture_file, used_materials
 from skyshine.mat.plan.size import check_size
@@ -40,9 +40,10 @@ def build(
     jobs: int | None = None,
     fresh: bool = False,
     executor: str | None = None,
+    pictures: bool | None = None,
     progress: Progress = silent,
 ) -> dict[str, Any]:
-    """Build all files of a job.
+    """Build all files of a job; then draw them.
 
     Parameters
     ----------
@@ -54,6 +55,8 @@ def build(
         Build files again that the same job has built before.
     executor : str, optional
         ``dask:ADDRESS`` of a scheduler whose workers see the same folders; by default processes of this machine.
+    pictures : bool, optional
+        Whether the files are drawn once all are ready; by default as the job says.
     progress : callable, optional
         ``progress(total, description)`` gives a context manager; what it yields is called with the tasks done since.
 
@@ -81,14 +84,21 @@ def build(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"cannot be made: {error.strerror}; name another output folder", file=folder) from None
-    with _only_build_in(folder):
-        reports, failed = _run_all(loaded, plan, folder, jobs or os.cpu_count() or 1, fresh, executor, progress)
-        names = [name for report in reports for name in report.files]
+    drawn = loaded.trimmed.output.pictures if pictures is None else pictures
+    jobs = min(jobs or os.cpu_count() or 1, len(plan.tasks))
+    atmospheres = sum(task.kind == Kind.ATMOSPHERE for task in plan.tasks)
+    spare = {threads.VARIABLE: str(max(1, jobs // max(1, atmospheres)))}
+    with _only_build_in(folder), open_executor(executor, jobs, folder, spare) as processes:
+        reports, failed = _run_all(loaded, plan, folder, fresh, processes, progress)
+        names = [name for report in reports.values() for name in report.files]
         if names:
             write_catalog(folder, names)
         reasons = messages(failed)
         others = sorted({path.name for path in folder.glob("*.h5")} - set(names) - set(reasons))
-        record = write_record(folder, reports, others, time.perf_counter() - begin, reasons)
+        record = write_record(folder, list(reports.values()), others, time.perf_counter() - begin, reasons)
+        _log.info("%s: %d files ready in %.1f s", folder, len(names), record["seconds"])
+        if drawn:
+            _draw_all(loaded, reports, folder, processes, progress)
         refuse_failures(failed, len(names) + len(reasons))
         return record
 
@@ -117,14 +127,14 @@ def _only_build_in(folder: Path) -> Iterator[None]:
 
 
 def _run_all(
-    loaded: LoadedJob, plan: Plan, folder: Path, jobs: int, fresh: bool, where: str | None, progress: Progress
-) -> tuple[list[TaskReport], dict[Task, Exception]]:
+    loaded: LoadedJob, plan: Plan, folder: Path, fresh: bool, executor: Executor, progress: Progress
+) -> tuple[dict[Task, TaskReport], dict[Task, Exception]]:
     """Run the tasks: textures and atmospheres first, then what needs the materials that the textures use.
 
     Returns
     -------
-    list of TaskReport
-        Of the tasks that ended well.
+    dict
+        The reports of the tasks that ended well, in the order of the plan.
     dict
         The errors of the others.
     """
@@ -133,12 +143,7 @@ def _run_all(
     later = [task for task in plan.tasks if task.kind.reads_materials]
     reports: dict[Task, TaskReport] = {}
     failed: dict[Task, Exception] = {}
-    atmospheres = sum(task.kind == Kind.ATMOSPHERE for task in first)
-    spare = {threads.VARIABLE: str(max(1, jobs // max(1, atmospheres)))}
-    with (
-        progress(len(plan.tasks), f"building {loaded.trimmed.name}") as advance,
-        open_executor(where, min(jobs, len(plan.tasks)), folder, spare) as executor,
-    ):
+    with progress(len(plan.tasks), f"building {loaded.trimmed.name}") as advance:
         waiting = {executor.submit(run_task, task, loaded, folder, (), fresh): task for task in first}
         textures = sum(task.kind == Kind.TEXTURE for task in first)
         if not textures:
@@ -159,8 +164,19 @@ def _run_all(
                 textures -= task.kind == Kind.TEXTURE
                 if task.kind == Kind.TEXTURE and not textures:
                     waiting |= _submit_later(executor, loaded, later, folder, fresh)
-    ordered = [task for task in plan.tasks if task in reports], [task for task in plan.tasks if task in failed]
-    return [reports[task] for task in ordered[0]], {task: failed[task] for task in ordered[1]}
+    ended, wrong = ([task for task in plan.tasks if task in among] for among in (reports, failed))
+    return {task: reports[task] for task in ended}, {task: failed[task] for task in wrong}
+
+
+def _draw_all(
+    loaded: LoadedJob, reports: Mapping[Task, TaskReport], folder: Path, executor: Executor, progress: Progress
+) -> None:
+    """Draw the files of finished tasks, in the processes of the build."""
+    materials = _materials(loaded, folder)
+    with progress(len(reports), "drawing pictures") as advance:
+        for future in as_completed(executor.submit(draw_task, task, loaded, folder, materials) for task in reports):
+            future.result()
+            advance(1)
 
 
 def _say(loaded: LoadedJob, task: Task, report: TaskReport, done: str) -> None:
@@ -178,6 +194,11 @@ def _say(loaded: LoadedJob, task: Task, report: TaskReport, done: str) -> None:
 def _submit_later(
     executor: Executor, loaded: LoadedJob, tasks: Iterable[Task], folder: Path, fresh: bool
 ) -> dict[Future[TaskReport], Task]:
-    usage = [folder / texture_file(loaded, i) for i in range(len(loaded.trimmed.texture_jobs))]
-    materials = used_materials(loaded, load_library(), usage or None)
+    materials = _materials(loaded, folder)
     return {executor.submit(run_task, task, loaded, folder, materials, fresh): task for task in tasks}
+
+
+def _materials(loaded: LoadedJob, folder: Path) -> tuple[str, ...]:
+    """The materials to build: those of the job, or those that its finished textures use."""
+    usage = [folder / texture_file(loaded, i) for i in range(len(loaded.trimmed.texture_jobs))]
+    return used_materials(loaded, load_library(), usage or None)

@@ -1,4 +1,4 @@
-"""One task of a plan to its files: keep what the same job wrote before, or compute and write; then draw."""
+"""One task of a plan to its files: keep what the same job wrote before, or compute and write; and their pictures."""
 
 from __future__ import annotations
 
@@ -45,10 +45,7 @@ def run_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, 
     """
     begin, spent = time.perf_counter(), time.process_time()
     report = TaskReport(task.files)
-    product = PRODUCTS[task.kind]
-    if task.kind.of_state:
-        loaded = loaded.on_date_of_state(task.index)
-    context = Context(task, loaded, materials, job_library(loaded.trimmed))
+    product, context = PRODUCTS[task.kind], _context(task, loaded, materials)
     identities = product.identity(context)
     if not fresh and all(identity.is_current(folder) for identity in identities):
         report.kept = True
@@ -58,20 +55,35 @@ def run_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, 
                 identity.write(folder, content)
             if error := identity.error_kelvin(content):
                 report.error_kelvin[identity.file] = error
-    if loaded.trimmed.output.pictures:
-        with report.stage("pictures"):
-            for identity in identities:
-                _draw(identity, folder, report.kept)
     report.seconds = time.perf_counter() - begin
     report.processor_seconds = time.process_time() - spent
     report.peak_memory = peak_memory()
     return report
 
 
-def _draw(identity: Identity[Any], folder: Path, kept: bool) -> None:
-    """Draw a file into the folder ``pictures``; a kept file only where its picture is missing."""
-    picture = folder / PICTURES / f"{identity.file.removesuffix('.h5')}.png"
-    if kept and picture.is_file():
+def _context(task: Task, loaded: LoadedJob, materials: tuple[str, ...]) -> Context:
+    """What a task is computed from, on the date of its state."""
+    if task.kind.of_state:
+        loaded = loaded.on_date_of_state(task.index)
+    return Context(task, loaded, materials, job_library(loaded.trimmed))
+
+
+def draw_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...]) -> None:
+    """Draw the files of a task into the folder ``pictures``; safe to call in another process. Arguments as `run_task`.
+
+    Raises
+    ------
+    InputError
+        A picture cannot be written.
+    """
+    for identity in PRODUCTS[task.kind].identity(_context(task, loaded, materials)):
+        draw_file(identity, folder)
+
+
+def draw_file(identity: Identity[Any], folder: Path) -> None:
+    """Draw a file into the folder ``pictures``, unless its picture is younger than it."""
+    picture, file = folder / PICTURES / f"{identity.file.removesuffix('.h5')}.png", folder / identity.file
+    if picture.is_file() and picture.stat().st_mtime >= file.stat().st_mtime:
         return
     part = part_file(picture)
     part = part.with_name(f"{part.name}.png")

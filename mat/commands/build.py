@@ -17,6 +17,11 @@ from skyshine.schemas.progress import silent
     "--executor", metavar="dask:ADDRESS", help="Send the tasks to a Dask cluster whose workers see the same folders."
 )
 @click.option(
+    "--pictures/--no-pictures",
+    default=None,
+    help="Draw the files once all are ready, also those of an earlier build; by default as the job says.",
+)
+@click.option(
     "words",
     "--verbose",
     flag_value="verbose",

@@ -51,24 +51,24 @@ class PathLight:
         behind = np.argwhere(lines.beyond > 0)
         if behind.size:
             absorptance = absorptance.copy()
-            for line in np.unique(behind[:, 0]):
+            for line in np.unique(behind[:, 0]).tolist():
                 path = lines.paths[line]
                 if path.segments.index.size:
                     at = line, path.beyond > 0
                     along = self.along[lines.depths.first[line] :][: path.segments.distance.size]
                     radiance[at], absorptance[at] = _behind_ground(air, band, path, at[1], along)
         radiance /= np.where(absorptance > 0, absorptance, 1.0)[..., None]
-        for line in np.flatnonzero(np.any(absorptance <= 0, axis=1)):
+        for line in np.flatnonzero(np.any(absorptance <= 0, axis=1)).tolist():
             radiance[line, absorptance[line] <= 0] = self.limit(line)
         return radiance
 
 
 def thermal_light(air: SpectralAir, band: BandPoints, lines: JoinedPaths) -> PathLight:
     """Light that the air emits, and that of it which particles scatter; S = 1."""
-    along = np.zeros((lines.segments.distance.size, 1))
+    along: Floats = np.zeros((lines.segments.distance.size, 1))
     if lines.segments.index.size:
         emitted = air.thermal_radiance(lines.segments, lines.depths) @ band.radiance_weight
-        along = lines.depths.summed(emitted[:, None])
+        along = lines.depths.summed(emitted[:, None]).astype(float, copy=False)
 
     def limit(line: int) -> Floats:
         path = lines.paths[line]

@@ -17,10 +17,12 @@ from skyshine.mat.atmosphere.transfer.geometry import scattering_cosine, source_
 from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
+from skyshine.mat.quantities.joined_paths import in_groups
 from skyshine.schemas.arrays import Floats
 
 # Directions within a cell, each way, over which the phase function is averaged; azimuths for the cosine to a face.
 _SAMPLES = 8
+_POINTS = 16  # spectral points that count as one source where lines are joined
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,20 +170,25 @@ class RadianceField:
         scattered = np.zeros((count, source_elevation.size, directions.azimuths, points))
         sources = np.repeat(source_elevation, directions.azimuths), np.tile(directions.azimuth, source_elevation.size)
         cosines = source_cosine(rays, *sources), scattering_cosine(rays, *sources)
-        lit = phases is not None and air.scatters and source_elevation.size > 0
-        for row in range(count):
-            segments = Segments.of(rays, row)
-            depths = Depths(segments.column(air.optics.extinction))
-            if segments.index.size:
-                thermal[row] = air.thermal_radiance(segments, depths).sum(axis=0)
-                if lit and phases is not None:
-                    to_source, deflection = (part[row, segments.ends] for part in cosines)
-                    light = air.scattered_radiance(segments, depths, to_source, deflection, phases[row])
-                    scattered[row] = light.reshape(source_elevation.size, directions.azimuths, points)
-            if rays.ground[row]:
-                to_ground[row] = np.exp(-depths.cumulative[-1]) if segments.index.size else 1.0
-                thermal[row] += to_ground[row] * reflection.thermal
-                scattered[row] += to_ground[row] * reflection.scattered[:, None]
+        for some in in_groups(count, sources[0].size * points // _POINTS):
+            lines = [Segments.of(rays, row) for row in range(some.start, some.stop)]
+            segments, first = Segments.joined(lines)
+            if not segments.index.size:
+                to_ground[some] = 1.0
+                continue
+            depths = Depths(segments.column(air.optics.extinction), first)
+            thermal[some] = depths.by_line(air.thermal_radiance(segments, depths))
+            to_ground[some] = np.exp(-depths.cumulative[np.append(first[1:], segments.altitude.size) - 1])
+            if phases is not None and air.scatters and source_elevation.size:
+                to_source, deflection = (
+                    np.concatenate([part[some.start + row, line.ends] for row, line in enumerate(lines)])
+                    for part in cosines
+                )
+                light = air.scattered_along(segments, depths, to_source, deflection, np.stack(phases[some]))
+                scattered[some] = light.reshape(-1, source_elevation.size, directions.azimuths, points)
+        to_ground[~rays.ground] = 0.0
+        thermal += to_ground * reflection.thermal
+        scattered += to_ground[:, None, None] * reflection.scattered[:, None]
         return cls(thermal, scattered, to_ground)
 
     def radiance(self, irradiance: Floats) -> Floats:

@@ -116,7 +116,7 @@ def _read(text: str, file: str | Path) -> tuple[SpectralResponse, tuple[str, ...
 def _table(text: str, file: str | Path) -> CsvTable:
     """The table in a text, whose header may be a comment, one of several lines, or missing."""
     lines = text.splitlines()
-    first = next((number for number, line in enumerate(lines) if _is_row(line)), len(lines))
+    first = next((number for number, line in enumerate(lines) if _numbers(line)), len(lines))
     before = [number for number, line in enumerate(lines[:first]) if line.strip()]
     plain = [number for number in before if not lines[number].startswith("#")]
     if first == len(lines) or (len(plain) == 1 and plain[0] == before[-1]):
@@ -132,7 +132,7 @@ def _table(text: str, file: str | Path) -> CsvTable:
             break
     if names is None:
         named = _named_axis(" ".join(lines[number] for number in before).lower())
-        if named is None and plain_number(cells(lines[first], delimiter)[0][0].replace(",", ".")) > _LIKELY["um"][1]:
+        if named is None and max(map(abs, _numbers(lines[first]))) > _LIKELY["um"][1]:
             raise InputError(
                 "names neither wavelength nor wavenumber; write a first line such as wavelength[nm],response",
                 file=file,
@@ -144,13 +144,13 @@ def _table(text: str, file: str | Path) -> CsvTable:
     return parse_table(rows, file, header=delimiter.join(names))
 
 
-def _is_row(line: str) -> bool:
-    """Whether a line has two numbers or more, and nothing else."""
-    words = [word for word in re.split(r"[;,\s]+", line) if word]
+def _numbers(line: str) -> list[float]:
+    """Numbers of a line that has two or more, and nothing else; else none."""
     try:
-        return len([plain_number(word) for word in words]) > 1
+        numbers = [plain_number(word) for word in re.split(r"[;,\s]+", line) if word]
     except ValueError:
-        return False
+        return []
+    return numbers if len(numbers) > 1 else []
 
 
 def _named_axis(text: str) -> str | None:

@@ -43,11 +43,11 @@ def obj_parts(file: Path) -> list[MeshPart]:
     for number, key, words in _lines(file):
         try:
             if key == "v":
-                vertices.append([plain_number(word) for word in words[:3]])
-                if len(words) < 3:
-                    raise ValueError
+                x, y, z = (plain_number(word) for word in words[:3])
+                vertices.append([x, y, z])
             elif key == "vt":
-                coordinates.append([*(plain_number(word) for word in words[:2]), 0.0][:2])
+                u, *v = (plain_number(word) for word in words[:2])
+                coordinates.append([u, v[0] if v else 0.0])
             elif key == "f":
                 corners = [_corner(word, len(vertices), len(coordinates)) for word in words]
                 faces.setdefault(material, []).extend(_fan(corners, vertices, file, number))

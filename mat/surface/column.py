@@ -20,7 +20,7 @@ from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.penetrating_light import absorbed_sunlight, light_at_depth
 from skyshine.mat.surface.record import Record, record_forcing
 from skyshine.mat.surface.solution import Method, Solution
-from skyshine.mat.surface.solver import DAY, STEPS, solve_columns
+from skyshine.mat.surface.solver import DAY, solve_columns
 from skyshine.mat.surface.sun_path import SOLAR_CONSTANT, SunPath
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import NearSurfaceAir
@@ -30,6 +30,7 @@ from skyshine.schemas.errors import InputError
 # Solar elevation and azimuth [degree] at UTC times.
 SunAt: TypeAlias = Callable[[npt.NDArray[np.datetime64]], tuple[Floats, Floats]]
 _NO_DEPTH = "found a depth and leaf_area_index; allowed: one of them; remove one"
+_SHOWN_STEPS = 192  # of a day: one column costs little, and fluxes by 7.5 min are smooth
 LONGEST_STEP = 900.0  # s: coarser records are solved at a fraction of their step
 
 
@@ -94,7 +95,7 @@ def from_scene(
         raise InputError(_NO_DEPTH)
     if depth is not None and weather.before:
         raise InputError("found a depth and days before; allowed: one of them; remove history_days or the depth")
-    ((_, solution),) = solve_days(material, scene.days, steps=STEPS)
+    ((_, solution),) = solve_days(material, scene.days, steps=_SHOWN_STEPS, fine_steps=None)
     steps = solution.temperature.shape[1]
     hours = [float(hour) for hour in np.arange(steps) * (24.0 / steps)]
     return _result(material, scene.forcing(steps), solution, (hours, "h"), DAY, depth)
@@ -139,7 +140,13 @@ def from_record(
     forcing = record_forcing(refined, shortwave, slope, surroundings, cosine)
     if material.canopy is not None:
         ((_, solution),) = solve_canopy(
-            material, [lambda _: forcing], steps=refined.steps, period=refined.period, start_hour=start_hour
+            material,
+            [lambda _: forcing],
+            steps=refined.steps,
+            fine_steps=None,
+            period=refined.period,
+            start_hour=start_hour,
+            scheme="bdf2",
         )
     else:
         ((_, solution),) = solve_columns(
@@ -149,6 +156,7 @@ def from_record(
             fine_steps=None,
             period=refined.period,
             start_hour=start_hour,
+            scheme="bdf2",
         )
     times = [f"{time}Z" for time in np.datetime_as_string(record.times, unit="s")]
     result = _result(material, forcing, solution, (times, "ISO 8601"), refined.period, depth, factor, start_hour)

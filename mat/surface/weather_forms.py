@@ -26,6 +26,7 @@ from skyshine.schemas.csv_table import cells, delimiter_of
 from skyshine.schemas.errors import InputError
 
 MOST_ROWS = 1_200_000  # two years of minutes
+_FARTHEST_ZONE = 14.0  # h
 _MISSING = re.compile(r"|m|null|none|nan|-?999+(\.0*)?|-99\.9+", re.IGNORECASE)
 _DEW = {"dew_point": Column(WEATHER_COLUMNS["air_temperature"].units, 100.0, 350.0)}
 # METAR sky cover in oktas (WMO-No. 306, FM 15): the middle of few (1 to 2), scattered (3 to 4), broken (5 to 7).
@@ -176,7 +177,7 @@ def read_form(text: str, file: Path, form: Form) -> FormTable:
     heads = [head for head, _ in cells(lines[header], delimiter)]
     keys = [folded(head) if folded(head) in form.columns else folded(head.partition("[")[0]) for head in heads]
     stated = _stated(lines[:header])
-    clock = _clock(keys, stated)
+    clock = _clock(keys, stated, file)
     chosen = {n: form.columns[key] for n, key in enumerate(keys) if key in form.columns and not _tilted(key, stated)}
     notes = [f"is read as {form.title}, by {clock.words}", *_unread(heads, keys, chosen)]
     numbers: list[int] = []
@@ -234,11 +235,13 @@ class _Clock:
     words: str
 
 
-def _clock(keys: Sequence[str], stated: Mapping[str, str]) -> _Clock:
+def _clock(keys: Sequence[str], stated: Mapping[str, str], file: Path) -> _Clock:
     zone: tzinfo = UTC
     words = "UTC"
     if re.fullmatch(r"[-+]?\d+(\.\d+)?", stated.get("time_zone", "")):
         hours = float(stated["time_zone"])
+        if abs(hours) > _FARTHEST_ZONE:
+            raise InputError(f"states the time zone {hours:g} h; allowed: -12 to 14; mend its header", file=file)
         zone, words = timezone(timedelta(hours=hours)), f"the clock of its header, UTC{hours:+g} h"
     elif stated.get("time_zone"):
         try:
@@ -257,7 +260,9 @@ def _clock(keys: Sequence[str], stated: Mapping[str, str]) -> _Clock:
             words,
         )
     names = ("valid", "valid(utc)", "time", "time(utc)", "date/time")
-    number = next(n for n, key in enumerate(keys) if key in names)
+    number = next((n for n, key in enumerate(keys) if key in names), None)
+    if number is None:
+        raise InputError("has no column of times; download it again", file=file)
     return _Clock((number,), lambda cell: _moment(cell[0]), zone, words)
 
 

@@ -30,10 +30,13 @@ from skyshine.schemas.chart_style import (
 from skyshine.schemas.paths import StrPath
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 NAMED = ("state", "band", "date", "source")  # attributes that tell databases of one type apart
 SHOWN_PARTS = 8  # absorbers drawn in a spectrum
+RADIANCE = "W m⁻² sr⁻¹"
+_PIXELS = 360  # across the disc of a sky, as in its picture
 SHOWN = 12  # lines in one plot beyond which colours no longer tell them apart
 
 
@@ -47,7 +50,7 @@ def draw(file: StrPath, picture: StrPath) -> Path:
     """
     table = open_table(file)
     with chart_style():
-        figure = new_figure(*((11.5, 9.2) if isinstance(table, AtmosphereTable) else (12.5, 4.6)))
+        figure = new_figure(*((11.5, 9.2) if isinstance(table, AtmosphereTable) else (12.5, 4.6)), arranged=False)
         names = ", ".join(str(table.attributes[key]) for key in NAMED if key in table.attributes)
         figure.suptitle(f"{table.path.name}  ({table.attributes['title']})  {names}".rstrip(), fontsize=10)
         if isinstance(table, TemperatureTable):
@@ -108,7 +111,7 @@ def _temperatures(figure: Figure, table: TemperatureTable) -> None:
     low, faces = float(axes["altitude"].values[0]), axes["azimuth"].values
     codes = axes["material"].values[:SHOWN]
     names = {code: name for name, code in table.materials.items()}
-    day, aspect = figure.subplots(1, 2)
+    day, aspect = figure.add_axes((0.05, 0.12, 0.33, 0.72)), figure.add_axes((0.57, 0.12, 0.33, 0.72))
     flat = float(np.min(axes["slope"].values))
     for code in codes:
         kelvin = table.temperature(material=code, altitude=low, azimuth=faces[0], slope=flat, time=hours)
@@ -123,16 +126,17 @@ def _temperatures(figure: Figure, table: TemperatureTable) -> None:
     aspect.grid(visible=False)
     hours_of_day(aspect, float(hours[0]), float(hours[-1]))
     compass(aspect)
-    figure.colorbar(mesh, ax=aspect, label="temperature, °C")
+    figure.colorbar(mesh, cax=figure.add_axes((0.92, 0.12, 0.012, 0.72)), label="temperature, °C")
     name_lines(day)
 
 
 def _band(figure: Figure, table: Table) -> None:
     axes, variables = table.root.axes, table.root.variables
-    radiance, materials = figure.subplots(1, 2)
+    radiance, materials = figure.add_axes((0.06, 0.12, 0.38, 0.76)), figure.add_axes((0.63, 0.16, 0.35, 0.72))
     kelvin = axes["temperature"].values
     radiance.semilogy(kelvin, variables["blackbody_radiance"].data)
-    radiance.set(xlabel="temperature, K", ylabel="blackbody radiance, W m$^{-2}$ sr$^{-1}$")
+    radiance.set(xlabel="temperature, K", ylabel=f"blackbody radiance, {RADIANCE}")
+    _plain_powers(radiance.yaxis)
     names = variables["material_name"].data
     rows = np.arange(names.size)
     for shift, (name, colour) in enumerate((("reflectance", BLUE), ("reflectance_solar", ORANGE))):
@@ -147,88 +151,145 @@ def _atmosphere(figure: Figure, table: AtmosphereTable) -> None:
     low = float(table.nodes_of("altitude")[0])
     heights = table.nodes_of("altitude")
     high = float(heights[np.argmin(np.abs(heights - low - 2.0))])
-    _reach(figure.add_subplot(2, 2, 1), table, high)
-    _section(figure, figure.add_subplot(2, 2, 2, projection="polar"), table, high)
-    _sky(figure, figure.add_subplot(2, 2, 3, projection="polar"), table, low)
-    source = figure.add_subplot(2, 2, 4)
+    _reach(figure.add_axes((0.06, 0.56, 0.34, 0.36)), table, high)
+    _section(figure, table, high)
+    _sky(figure, table, low)
+    source = figure.add_axes((0.6, 0.06, 0.3, 0.36))
     up = table.nodes_of("source_elevation")
     place = {"range": table.nodes_of("range")[0], "altitude": low, "elevation": table.nodes_of("elevation")[-1]}
     source.semilogy(up, table.value("ambient_radiance", **place, source_elevation=up), label="ambient")
     direct = table.value("direct_radiance", **place, source_elevation=up)
     source.semilogy(up[direct > 0], direct[direct > 0], label="direct")
-    source.set(
-        xlabel="source elevation, °", ylabel="W m$^{-2}$ sr$^{-1}$", title=f"light of sky and source at {low:g} km"
-    )
+    source.set(xlabel="source elevation, °", ylabel=RADIANCE, title=f"light of sky and source at {low:g} km")
+    _plain_powers(source.yaxis)
     name_lines(source)
 
 
-def _ranges(table: AtmosphereTable) -> np.ndarray:
-    """Ranges beyond 0, also between the nodes, for smooth lines."""
+def _ranges(table: AtmosphereTable, count: int) -> np.ndarray:
+    """So many ranges beyond 0, even in their logarithm."""
     nodes = table.nodes_of("range")
     nodes = nodes[nodes > 0]
-    return nodes if nodes.size < 2 else np.unique(np.concatenate([nodes, np.geomspace(nodes[0], nodes[-1], 120)[1:-1]]))
+    return nodes if nodes.size < 2 else np.geomspace(nodes[0], nodes[-1], count)
 
 
 def _transmittance(
     table: AtmosphereTable, ranges: npt.NDArray[np.float64], altitude: float, elevation: npt.ArrayLike
 ) -> npt.NDArray[np.float64]:
-    """Transmittance by range (and elevation), not a number behind the ground."""
-    where: dict[str, Any] = {"range": ranges, "altitude": altitude, "elevation": elevation}
-    tau = table.transmittance(range=ranges, beta_star=table.value("beta_star", **where))
-    return np.where(table.value("valid", **where) > 0.99, tau, np.nan)
+    """Transmittance by range and elevation, behind the ground that to it."""
+    beta = table.value("beta_star", range=ranges, altitude=altitude, elevation=elevation)
+    return table.transmittance(range=ranges, beta_star=beta)
 
 
 def _reach(axis: Any, table: AtmosphereTable, altitude: float) -> None:
     elevations = table.nodes_of("elevation")
     chosen = elevations[np.unique(np.linspace(0, elevations.size - 1, 9).round().astype(int))]
-    ranges = _ranges(table)
-    for elevation in chosen:
-        axis.semilogx(ranges, _transmittance(table, ranges, altitude, elevation), label=f"{elevation:g}°")
+    ranges = _ranges(table, 100)
+    where: dict[str, Any] = {"altitude": altitude, "elevation": chosen[:, np.newaxis]}
+    through = np.where(
+        table.value("valid", range=ranges, **where) > 0,
+        _transmittance(table, ranges, altitude, chosen[:, np.newaxis]),
+        np.nan,
+    )
+    for elevation, tau in zip(chosen, through, strict=True):
+        axis.semilogx(ranges, tau, label=f"{elevation:g}°")
     axis.set(xlabel="range, km", ylabel="transmittance", ylim=(-0.02, 1.02))
     axis.set_title(f"observer at {altitude:g} km, by elevation")
+    _plain_powers(axis.xaxis)
     if ranges.size > 1:
         axis.set_xlim(ranges[0], ranges[-1])
     name_lines(axis)
 
 
-def _section(figure: Figure, axis: Any, table: AtmosphereTable, altitude: float) -> None:
+def _section(figure: Figure, table: AtmosphereTable, altitude: float) -> None:
     """Transmittance in a vertical plane: outwards the range, around it the elevation of the line of sight."""
-    ranges, elevations = _ranges(table), table.nodes_of("elevation")
-    axis.set(thetamin=float(elevations[0]), thetamax=float(max(elevations[-1], elevations[0] + 10)))
-    axis.set_title(f"transmittance by elevation and range, from {altitude:g} km")
+    title = f"transmittance by elevation and range, from {altitude:g} km"
+    ranges, elevations = _ranges(table, 60), table.nodes_of("elevation")
+    x, y = np.meshgrid(np.linspace(0.0, 1.0, _PIXELS // 2), np.linspace(-1.0, 1.0, _PIXELS))
+    share, up = np.hypot(x, y), np.degrees(np.arctan2(y, x))
+    axis = _disc(figure, (0.56, 0.53, 0.18, 0.37), title, (0.0, 1.0))
     if ranges.size < 2 or elevations.size < 2:
         return
-    up = np.unique(np.concatenate([elevations, np.linspace(elevations[0], elevations[-1], 181)]))
-    tau = _transmittance(table, ranges[:, np.newaxis], altitude, up)
-    mesh = axis.pcolormesh(np.radians(up), np.log10(ranges), tau, shading="nearest", cmap=AMOUNT, vmin=0, vmax=1)
-    ticks = np.arange(np.ceil(np.log10(ranges[0])), np.floor(np.log10(ranges[-1])) + 1)
-    axis.set_rticks(ticks, [f"{10.0**tick:g} km" for tick in ticks], fontsize=7)
-    axis.grid(alpha=0.3)
-    figure.colorbar(mesh, ax=axis, label="transmittance", shrink=0.8)
+    first, last = np.log(ranges[[0, -1]])
+    steps = np.unique(np.concatenate([elevations, np.linspace(elevations[0], elevations[-1], 91)]))
+    tau = _transmittance(table, ranges, altitude, steps[:, np.newaxis])
+    drawn = (share <= 1) & (up >= steps[0]) & (up <= steps[-1])
+    reach = np.exp(np.minimum(first + share * (last - first), last))
+    inside = np.clip(up, steps[0], steps[-1])
+    drawn &= table.value("valid", range=reach, altitude=altitude, elevation=inside) > 0
+    rows, columns = np.interp(inside, steps, np.arange(steps.size)), np.clip(share, 0, 1) * (ranges.size - 1)
+    shown = np.where(drawn, _between(tau, rows, columns), np.nan)
+    image = axis.imshow(shown, extent=(0, 1, -1, 1), origin="lower", cmap=AMOUNT, vmin=0, vmax=1)
+    for angle in (-90, -60, -30, 0, 30, 60, 90):
+        _at_the_rim(axis, 90.0 - angle, f"{angle}°")
+    for power in np.arange(np.ceil(first / np.log(10)), np.floor(last / np.log(10)) + 1):
+        place = (power * np.log(10) - first) / (last - first)
+        axis.text(-0.04, -place, f"{10.0**power:g} km", fontsize=7, ha="right", va="center")
+    figure.colorbar(image, cax=figure.add_axes((0.86, 0.57, 0.012, 0.3)), label="transmittance")
 
 
-def _sky(figure: Figure, axis: Any, table: AtmosphereTable, low: float) -> None:
+def _sky(figure: Figure, table: AtmosphereTable, low: float) -> None:
     """Path radiance to the end of the range axis over the sky: the zenith in the middle, the source's azimuth at the
     top.
     """
-    axis.set_theta_zero_location("N")
-    axis.set_thetagrids(range(0, 360, 45), [f"{min(a, 360 - a)}°" for a in range(0, 360, 45)])
-    ups = np.array([e for e in table.nodes_of("elevation") if e >= 0])
-    turn = table.nodes_of("source_azimuth") if "source_azimuth" in table.root.axes else np.array([0.0, 180.0])
-    if ups.size < 2 or turn.size < 2:
-        axis.set_title("no sky in this table: it needs two upward elevations and two azimuths", fontsize=8)
-        return
-    sun = float(table.nodes_of("source_elevation")[np.argmin(np.abs(table.nodes_of("source_elevation") - 30.0))])
-    far = float(table.nodes_of("range")[-1])
-    fine, around = np.linspace(ups[0], ups[-1], 91), np.linspace(turn[0], turn[-1], 91)
-    where: dict[str, Any] = {"range": far, "altitude": low, "elevation": fine[:, np.newaxis]}
-    tau = table.transmittance(range=far, beta_star=table.value("beta_star", **where))
-    radiance = (1 - tau) * table.value("path_radiance_ratio", **where, source_elevation=sun, source_azimuth=around)
-    whole = np.concatenate([-around[:0:-1], around])  # the two halves of the sky mirror each other
-    mirrored = np.concatenate([radiance[:, :0:-1], radiance], axis=1)
-    mesh = axis.pcolormesh(np.radians(whole), 90 - fine, mirrored, shading="gouraud", cmap=AMOUNT)
-    axis.plot(0, 90 - sun, "o", markersize=7, markerfacecolor="none", markeredgecolor="white")
-    axis.set_rticks([30, 60, 90], ["60°", "30°", "0°"], fontsize=7)
-    axis.grid(alpha=0.3)
-    axis.set_title(f"path radiance over {far:g} km, source at {sun:g}°")
-    figure.colorbar(mesh, ax=axis, label="W m$^{-2}$ sr$^{-1}$", shrink=0.8)
+    nodes = table.nodes_of("source_elevation")
+    sun, far = float(nodes[np.argmin(np.abs(nodes - 30.0))]), float(table.nodes_of("range")[-1])
+    axis = _disc(figure, (0.06, 0.04, 0.3, 0.38), f"path radiance over {far:g} km, source at {sun:g}°", (-1.0, 1.0))
+    # Steps of elevation and azimuth are finest at the horizon and around the source, where the sky changes most.
+    ups = np.unique(np.concatenate([90 * np.linspace(0, 1, 46) ** 2, _around(max(sun, 0.0), 90.0)]))
+    turns = np.unique(np.concatenate([np.linspace(0.0, 180.0, 37), _around(0.0, 180.0)]))
+    where: dict[str, Any] = {"range": far, "altitude": low, "elevation": ups[:, np.newaxis]}
+    tau = _transmittance(table, np.array(far), low, ups[:, np.newaxis])
+    radiance = (1 - tau) * table.value("path_radiance_ratio", **where, source_elevation=sun, source_azimuth=turns)
+    x, y = np.meshgrid(np.linspace(-1, 1, _PIXELS), np.linspace(-1, 1, _PIXELS))
+    up, turn = 90 * (1 - np.minimum(np.hypot(x, y), 1.0)), np.degrees(np.arctan2(np.abs(x), y))
+    rows, columns = (np.interp(at, steps, np.arange(steps.size)) for at, steps in ((up, ups), (turn, turns)))
+    shown = np.where(np.hypot(x, y) <= 1, _between(radiance, rows, columns), np.nan)
+    image = axis.imshow(shown, extent=(-1, 1, -1, 1), origin="lower", cmap=AMOUNT)
+    axis.plot(0, (90 - sun) / 90, "o", markersize=7, markerfacecolor="none", markeredgecolor="white")
+    for angle in range(0, 360, 45):
+        _at_the_rim(axis, angle, f"{min(angle, 360 - angle)}°")
+    for elevation in (30, 60):
+        around = np.radians(np.linspace(0, 360, 121))
+        axis.plot(*((90 - elevation) / 90 * np.array([np.sin(around), np.cos(around)])), color="white", lw=0.5, ls="-")
+        axis.text(0.0, (elevation - 90) / 90, f"{elevation}°", color="white", fontsize=7, ha="center", va="bottom")
+    figure.colorbar(image, cax=figure.add_axes((0.43, 0.08, 0.012, 0.3)), label=RADIANCE)
+
+
+def _around(source: float, highest: float) -> npt.NDArray[np.float64]:
+    """Angles within 30 degree of a source, finest beside it, from 0 to the highest."""
+    near = 30.0 * np.linspace(0, 1, 16) ** 2
+    angles: npt.NDArray[np.float64] = np.clip(np.concatenate([source - near, source + near]), 0.0, highest)
+    return angles
+
+
+def _between(
+    values: npt.NDArray[np.float64], rows: npt.NDArray[np.float64], columns: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """Values between their rows and columns, linear."""
+    low, left = (np.clip(at.astype(int), 0, size - 2) for at, size in zip((rows, columns), values.shape, strict=True))
+    above, right = rows - low, columns - left
+    lower, upper = (values[row, left] * (1 - right) + values[row, left + 1] * right for row in (low, low + 1))
+    between: npt.NDArray[np.float64] = lower * (1 - above) + upper * above
+    return between
+
+
+def _disc(figure: Figure, place: tuple[float, float, float, float], title: str, across: tuple[float, float]) -> Axes:
+    """A chart without axes, for what is drawn around a middle: from -1 to 1 upwards."""
+    axis = figure.add_axes(place, aspect="equal", xlim=across, ylim=(-1.0, 1.0))
+    axis.set_axis_off()
+    axis.set_title(title, pad=18)
+    return axis
+
+
+def _at_the_rim(axis: Axes, azimuth: float, text: str) -> None:
+    """A label outside the disc at an angle clockwise from the top, degree."""
+    turn = np.radians(azimuth)
+    axis.text(1.1 * np.sin(turn), 1.07 * np.cos(turn), text, fontsize=8, ha="center", va="center")
+
+
+def _plain_powers(axis: Any) -> None:
+    """Numbers at the powers of ten of a logarithmic axis alone, as they are written in units: drawn without TeX."""
+    from matplotlib.ticker import FuncFormatter, NullLocator
+
+    axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

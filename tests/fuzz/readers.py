@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import datetime
 import io
+import json
 import lzma
 import os
 import random
@@ -23,12 +25,15 @@ from skyshine.mat.job.load import load_job
 from skyshine.mat.job.series import Series, members
 from skyshine.mat.job.weather_files import read_weather
 from skyshine.mat.radiometry.response_table import parse_response
+from skyshine.mat.render.gltf_triangles import gltf_parts
+from skyshine.mat.render.obj_triangles import obj_parts
 from skyshine.mat.spectroscopy.lines import read_lines
 from skyshine.mat.surface.weather_readings import read_record
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.verify import problems
 from skyshine.materials.files import SpecularFile, ThermalFile, load_spectrum
 from skyshine.materials.library import load_library
+from skyshine.materials.spectrum_files import Said, read_spectrum
 from skyshine.schemas.csv_table import read_text
 from skyshine.schemas.documents import load_model
 from skyshine.tmm.classify.model_file import read_model
@@ -87,6 +92,53 @@ ENSEMBLE = 'date,visibility_km,weather.air_temperature_c\n2026-01-03,5,"[-4, 2]"
 
 EPW = "LOCATION,Test,CO,USA,TMY3,724666,39.74,-105.18,-7.0,1829.0\n" + "HEADER\n" * 7
 EPW += "".join(f"1999,6,28,{h},0,?,{h}.0,1.0,40,82000,0,0,330{',0' * 8},{h / 2},5,4{',0' * 11}\n" for h in range(1, 25))
+# Weather as its publishers write it.
+METAR = "station,valid,tmpf,relh,sknt,skyc1,p01i\n"
+METAR += "".join(f"KXX,2026-06-28 {h:02d}:53,{60 + h}.0,50,5,{'FEW' if h % 2 else 'M'},T\n" for h in range(24))
+PSM = "Source,Location ID,Latitude,Longitude,Time Zone,Elevation\nNSRDB,1,45,9,-5,100\n"
+PSM += "Year,Month,Day,Hour,Minute,DHI,DNI,Dew Point,Temperature,Pressure,Wind Speed\n"
+PSM += "".join(f"2026,6,28,{h},30,{9 * h},{40 * h},10,{15 + h},990,2\n" for h in range(24))
+PVGIS = "Latitude (decimal degrees):\t45.0\nLongitude (decimal degrees):\t9.0\nElevation (m):\t120.0\nSlope: 0 deg.\n\n"
+PVGIS += "time,G(i),H_sun,T2m,WS10m,Int\n"
+PVGIS += "".join(f"202606{d}:{h:02d}10,{20 * h},30,20.5,3,0\n" for d in (28, 29) for h in range(24)) + "\nG(i): light\n"
+METEOSTAT = "date,hour,temp,rhum,prcp,wspd,pres\n"
+METEOSTAT += "".join(f"2026-06-{d},{h},{h},80,0.1,9,1013\n" for d in (28, 29) for h in range(24))
+PANGAEA = (
+    "/* DATA DESCRIPTION:\nEvent\tX * LATITUDE: 46.8 * LONGITUDE: 6.9\n*/\nDate/Time\tSWD [W/m**2]\tT2 [C]\tRH [%]\n"
+)
+PANGAEA += "".join(f"2026-06-{d}T{h:02d}:00\t{20 * h}\t20.0\t50\n" for d in (28, 29) for h in range(24))
+TIRS = "A filter in nm\nWavelength  RSR  STDEV\n\n10300 -0.0005 .001\n10600 .4 .001\n10900 1 .001\n11400 0 .001\n"
+MEASURED = "wavelength (um);reflectance\n" + "".join(f"{0.4 + n / 10:.1f};0,{10 + n}\n" for n in range(20))
+OBJ = "mtllib in.mtl\nv 0 0 0\nv 4 0 0\nv 4 0 -4\nv 0 0 -4\nvt 0 0\nvt 1 0\nvt 1 1\nusemtl ground\n"
+OBJ += "f 1/1 2/2 3/3\nf -4 -2 -1\n"
+CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1], [1, 0, 1]], np.float32)
+GLTF = json.dumps(
+    {
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"children": [1], "rotation": [0, 0, 0, 1]}, {"mesh": 0, "scale": [2, 2, 2]}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "mode": 5, "indices": 1, "material": 0}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "byteOffset": 0},
+            {"bufferView": 1, "componentType": 5121, "count": 4, "type": "SCALAR", "normalized": False},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": 48, "byteStride": 12},
+            {"buffer": 0, "byteOffset": 48, "byteLength": 4},
+        ],
+        "buffers": [
+            {
+                "byteLength": 52,
+                "uri": "data:;base64," + base64.b64encode(CORNERS.tobytes() + bytes([0, 1, 2, 3])).decode(),
+            }
+        ],
+        "materials": [{"name": "ground"}],
+    }
+)
+ENVI = "ENVI\nsamples = 16\nlines = 1\nbands = 1\nheader offset = 0\nfile type = ENVI Spectral Library\ndata type = 4\n"
+ENVI += "byte order = 0\ninterleave = bsq\nwavelength units = Micrometers\nreflectance scale factor = 1\n"
+ENVI += "data ignore value = -9999\nspectra names = {slate}\n"
+ENVI += f"wavelength = {{{', '.join(str(n / 4) for n in range(2, 18))}}}\n"
 FORCING = "time,sw_down,lw_down,air_temperature,relative_humidity,wind_speed,pressure\n"
 FORCING += "".join(f"2026-06-28T{h:02d}:00:00Z,{40 * h},350,{280 + h},50,2,100000\n" for h in range(24))
 LINES = " 21 2349.143300 3.500E-18 2.000E+00.07450.099   16.38970.71-.002800".ljust(160) + "\n"
@@ -117,6 +169,18 @@ def _job(path: Path) -> None:
 def _sounding(path: Path) -> None:
     times_of(path)
     continued(read_levels(path), load_profile("us_standard"))
+
+
+def _downloaded(path: Path) -> None:
+    read_weather(path, datetime.date(2026, 6, 28), -5)
+
+
+def _envi(path: Path) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        header = Path(folder, "in.hdr")
+        header.write_bytes(path.read_bytes())
+        Path(folder, "in.sli").write_bytes(np.linspace(0.1, 0.6, 16, dtype=np.float32).tobytes())
+        read_spectrum(header, Said())
 
 
 def _series(path: Path) -> None:
@@ -182,6 +246,14 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "response": (".csv", lambda path: parse_response(read_text(path), path)),
     "weather": (".csv", lambda path: read_weather(path, datetime.date(2026, 6, 28), -5)),
     "series": (".csv", _series),
+    "response_text": (".txt", lambda path: parse_response(read_text(path), path)),
+    "measured": (".csv", lambda path: read_spectrum(path, Said())),
+    "envi": (".hdr", _envi),
+    "gltf": (".gltf", gltf_parts),
+    "obj": (".obj", obj_parts),
+    **dict.fromkeys(("metar", "psm", "pvgis", "meteostat"), (".csv", _downloaded)),
+    "pangaea": (".tab", _downloaded),
+    "weather_netcdf": (".nc", _downloaded),
     "epw": (".epw", lambda path: read_weather(path, datetime.date(2026, 6, 28), -6, radiation=True)),
     "tmy3": (".csv", lambda path: read_weather(path, datetime.date(2026, 6, 28), -5, radiation=True)),
     "forcing": (".csv", read_record),
@@ -217,6 +289,16 @@ TEXTS = {
     "texture_job": TEXTURES,
     "legend": LEGEND,
     "cdb_table": CDB,
+    "response_text": TIRS,
+    "measured": MEASURED,
+    "envi": ENVI,
+    "gltf": GLTF,
+    "obj": OBJ,
+    "metar": METAR,
+    "psm": PSM,
+    "pvgis": PVGIS,
+    "meteostat": METEOSTAT,
+    "pangaea": PANGAEA,
 }
 FOLDERS = {
     "material": (ROOT / "materials" / "ht", "*.yaml"),
@@ -241,6 +323,8 @@ def seeds(target: str) -> list[bytes]:
         return _tmy3()
     if target == "netcdf":
         return [_netcdf()]
+    if target == "weather_netcdf":
+        return [_point()]
     if target == "structure":
         return [bytes([number]) for number in range(8)]
     folder, pattern = FOLDERS.get(target) or (os.environ.get("SKYSHINE_FUZZ_TABLES"), TABLES[target])
@@ -287,6 +371,21 @@ def _netcdf() -> bytes:
             ):
                 data.createVariable(name, "f4", ("time", "level"))[:] = values
                 data[name].units = unit
+        return path.read_bytes()
+
+
+def _point() -> bytes:
+    """Two days of temperature, dew point and light at a point."""
+    from netCDF4 import Dataset
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "point.nc"
+        with Dataset(path, "w") as data:
+            data.createDimension("valid_time", 48)
+            clock = data.createVariable("valid_time", "i8", ("valid_time",))
+            clock.units, clock[:] = "hours since 2026-06-27", np.arange(48)
+            for name, value in (("t2m", 290.0), ("d2m", 280.0), ("ssrd", 360000.0)):
+                data.createVariable(name, "f4", ("valid_time",))[:] = value
         return path.read_bytes()
 
 

@@ -269,7 +269,7 @@ def test_scattered_sunlight(spectra, state):
                 (one.scattered_radiance(segments, depths, *angles) @ weight)[0] for one in (mean, air)
             )
             scaled = Depths(segments.column(mean.scaled_extinction))
-            once[p, b] = ours[p, b] - (mean.diffuse_light.spectral(segments, depths, scaled, *angles) @ weight)[0]
+            once[p, b] = ours[p, b] - (mean.diffuse_light.spectral(segments, depths, scaled, *angles)[0] @ weight)[0]
     theirs = np.array([bin_means(spectra[path][2], *SOLAR) for path in paths])
     share = once / ours
     # In the water bands next to nothing is scattered: what is below a hundredth of the brightest of its line of sight

@@ -17,7 +17,8 @@ from skyshine.tmm.images.raster import Raster, file_sha256
 
 ALPHA_LIMIT = 0.5  # the usual cut-off of alpha-tested textures
 PIECE_TEXELS = 1 << 21  # looked at at a time
-_SRGB = {"srgb_rec709_scene", "srgb_rec709_display", "srgb", "srgb_texture"}
+# The curve of Rec. 709, which OpenImageIO states of PGM and PPM, is that of sRGB to what 8 bits show.
+_SRGB = {"rec709", "srgb_rec709_scene", "srgb_rec709_display", "srgb", "srgb_texture"}
 _LINEAR = {"lin_rec709_scene", "linear", "lin_srgb", "lin_rec709", "scene_linear"}
 
 

@@ -19,12 +19,28 @@ from skyshine.mat.atmosphere.transfer.optics import SpectralOptics, spectral_opt
 from skyshine.mat.atmosphere.transfer.ordinate_light import OrdinateLight
 from skyshine.mat.atmosphere.transfer.ordinates import AZIMUTHAL
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
-from skyshine.mat.atmosphere.transfer.single_scattering import scattered_band, scattered_spectral, segment_attenuation
+from skyshine.mat.atmosphere.transfer.single_scattering import (
+    scattering_of_segments,
+    segment_attenuation,
+)
 from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths, SourceRays
 from skyshine.mat.atmosphere.transfer.stream_count import azimuthal_count, node_count
 from skyshine.mat.atmosphere.transfer.thermal_source import ThermalSource
-from skyshine.schemas.arrays import Booleans, Floats, Integers, Reals
+from skyshine.schemas.arrays import Booleans, Floats, Integers, Reals, Singles
+
+
+@dataclass(frozen=True, eq=False)
+class _PeakChange:
+    """`change` (k, s, P) of the light from some segments (k,) of lines (l,), the first ends of which are (l,) among
+    theirs, and of sources (s,).
+    """
+
+    lines: Integers
+    sources: Integers
+    segments: Integers
+    first: Integers
+    change: Singles
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,7 +210,19 @@ class SpectralAir:
         deflection: Floats,
         phase: Floats | None = None,
     ) -> Floats:
-        """Scattered light of the source along a ray.
+        """Scattered light of the source along a ray, (S, P): the first of `scattered_along`."""
+        radiance: Floats = self.scattered_along(segments, depths, to_source, deflection, phase)[0]
+        return radiance
+
+    def scattered_along(
+        self,
+        segments: Segments,
+        depths: Depths,
+        to_source: Floats,
+        deflection: Floats,
+        phase: Floats | None = None,
+    ) -> Floats:
+        """Scattered light of the source along L joined rays.
 
         Parameters
         ----------
@@ -202,64 +230,72 @@ class SpectralAir:
         depths : Depths
         to_source, deflection : (K+1, S) arrays
             Cosines of the source's zenith angle and of the scattering angle at the segment ends.
-        phase : (N, S, C) array, optional
-            As in `single_scattering.scattered_spectral`.
+        phase : (L, N, S, C) array, optional
+            As in `single_scattering.scattering_of_segments`.
 
         Returns
         -------
-        (S, P) array
+        (L, S, P) array
             Per unit of the source's irradiance, sr^-1.
         """
         scaled = self._scaled_depths(segments, depths)
         attenuation = segment_attenuation(segments, scaled, self.scaled_source_paths, to_source)
-        once = scattered_spectral(segments, self.optics, attenuation, deflection, phase)
-        near = np.flatnonzero(self._near(segments, depths, to_source, deflection)[0])
-        if near.size:
-            some = attenuation[:, near]
-            change = self.forward_peak.by_segment(segments, some, to_source[:, near], deflection[:, near])
-            once[near] = np.maximum(once[near] + change.sum(axis=0), 0.0)
-        return once + self.diffuse_light.spectral(segments, depths, scaled, to_source, deflection)
+        light = scattering_of_segments(segments, self.optics, deflection, phase, depths.line)
+        light *= attenuation
+        light /= np.float32(4 * np.pi)
+        once = depths.by_line(light).astype(float)
+        near = self._near(segments, depths, to_source, deflection)
+        if near.any():
+            peak = self._peak(segments, depths.first, attenuation, to_source, deflection, near)
+            at, seen = np.ix_(peak.lines, peak.sources), near[np.ix_(peak.lines, peak.sources)][..., None]
+            once[at] = np.where(
+                seen, np.maximum(once[at] + Depths(peak.change, peak.first).by_line(peak.change), 0), once[at]
+            )
+        radiance: Floats = once + self.diffuse_light.spectral(segments, depths, scaled, to_source, deflection)
+        return radiance
 
     def scattered_in_band(
         self, segments: Segments, depths: Depths, to_source: Floats, deflection: Floats, weight: Floats
     ) -> Floats:
-        """Scattered light in a band up to each end of the segments of a ray or of joined ones, (K+1, S); `weight` as in
-        `single_scattering.scattered_band`, other arguments as in `scattered_radiance`.
+        """Scattered light in a band up to each end of the segments of a ray or of joined ones, (K+1, S), in the unit of
+        the weights (P,) of the points times the source's irradiance there; other arguments as in `scattered_radiance`.
         """
-        paths, scaled = self.scaled_source_paths, self._scaled_depths(segments, depths)
-        light = scattered_band(segments, self.optics, scaled, paths, to_source, deflection, weight)
+        scaled = self._scaled_depths(segments, depths)
+        attenuation = segment_attenuation(segments, scaled, self.scaled_source_paths, to_source)
+        once = scattering_of_segments(segments, self.optics, deflection)
+        once *= attenuation
+        light: Floats = (once.reshape(-1, weight.size) @ weight).reshape(once.shape[:2]) / (4 * np.pi)
         near = self._near(segments, depths, to_source, deflection)
         if near.any():
-            light = self._with_peak(light, segments, scaled, to_source, deflection, weight, near)
+            peak = self._peak(segments, depths.first, attenuation, to_source, deflection, near)
+            at = np.ix_(peak.segments, peak.sources)
+            seen = near[np.ix_(depths.line[peak.segments], peak.sources)]
+            light[at] = np.where(seen, np.maximum(light[at] + peak.change @ weight, 0.0), light[at])
         light += self.diffuse_light.band(segments, depths, scaled, to_source, deflection, weight)
-        return depths.summed(light)
+        along: Floats = depths.summed(light).astype(float, copy=False)
+        return along
 
-    def _with_peak(
+    def _peak(
         self,
-        light: Floats,
         segments: Segments,
-        scaled: Depths,
+        first_ends: Integers,
+        attenuation: Singles,
         to_source: Floats,
         deflection: Floats,
-        weight: Floats,
         near: Booleans,
-    ) -> Floats:
-        """Light (K, S) scattered once with what the forward peak changes of it on the lines and of the sources that are
-        near, (L, S); other arguments as of `scattered_in_band`.
+    ) -> _PeakChange:
+        """What the forward peak changes of light scattered once, on those of L joined rays and of those sources of
+        which some are near (L, S); other arguments as of `scattered_along`.
         """
         lines, sources = np.flatnonzero(near.any(axis=1)), np.flatnonzero(near.any(axis=0))
-        count = np.diff(scaled.first, append=len(to_source))[lines]
+        count = np.diff(first_ends, append=len(to_source))[lines]
         first = np.cumsum(count) - count
         row = np.repeat(np.arange(lines.size), count)
-        ends = scaled.first[lines][row] + np.arange(row.size) - first[row]
-        part, at = segments.some(ends), np.ix_(ends[:-1], sources)
-        depths = Depths(scaled.per_segment[ends[:-1]], first)
+        ends = first_ends[lines][row] + np.arange(row.size) - first[row]
         angles = to_source[np.ix_(ends, sources)], deflection[np.ix_(ends, sources)]
-        attenuation = segment_attenuation(part, depths, self.scaled_source_paths, angles[0])
-        change = self.forward_peak.by_segment(part, attenuation, *angles, first) @ weight
-        seen = near[np.ix_(lines, sources)][row[:-1]]
-        light[at] = np.where(seen, np.maximum(light[at] + change, 0.0), light[at])
-        return light
+        some = attenuation[np.ix_(ends[:-1], sources)]
+        change = self.forward_peak.by_segment(segments.some(ends), some, *angles, first)
+        return _PeakChange(lines, sources, ends[:-1], first, change)
 
     def _near(self, segments: Segments, depths: Depths, to_source: Floats, deflection: Floats) -> Booleans:
         """Sources in whose light along each of L joined rays the forward peak matters, (L, S); arguments as of

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -158,11 +159,10 @@ class OrdinateLight:
 
     def part(self, points: slice | Integers) -> OrdinateLight:
         """The same at some of the points."""
-        names = ("extinction", "scaled", "source", "straight", "falling")
-        arrays = {name: getattr(self, name) for name in names}
-        parts = {
-            name: None if all_ is None else np.ascontiguousarray(all_[..., points]) for name, all_ in arrays.items()
-        }
+        parts: dict[str, Any] = {}
+        for name in ("extinction", "scaled", "source", "straight", "falling"):
+            whole = getattr(self, name)
+            parts[name] = None if whole is None else np.ascontiguousarray(whole[..., points])
         return replace(self, **parts)
 
     @property
@@ -173,7 +173,7 @@ class OrdinateLight:
     def spectral(
         self, segments: Segments, depths: Depths, scaled: Depths, cosine: Floats, deflection: Floats
     ) -> Singles:
-        """Radiance along a ray at each point.
+        """Radiance along L joined rays at each point.
 
         Parameters
         ----------
@@ -185,31 +185,31 @@ class OrdinateLight:
 
         Returns
         -------
-        (S, P) array
+        (L, S, P) array
             sr^-1.
         """
         nodes, share, azimuth = self._along(segments, cosine, deflection)
         weight = share[..., None] * azimuth[:, :, None]  # (K, S, V, M)
-        of_sources = np.moveaxis(weight, 0, 2)  # (S, V, K, M)
-        radiance = np.zeros((share.shape[1], depths.per_segment.shape[1]), np.float32)
+        points = depths.per_segment.shape[1]
+        light = np.zeros((len(share), nodes.size, azimuth.shape[2], points), np.float32)  # (K, V, M, P)
         for table, azimuthal, weights in self._tables(segments, depths, scaled, nodes):
             for place, some in weights.by_place():
-                segment, factor = weights.segment[some], weights.factor[some]
-                if len(radiance) < azimuth.shape[2]:
-                    light = _from_place(table(place), weight[segment], azimuthal, factor)
-                    radiance += np.einsum("csp,cp->sp", light, weights.weight[some])
-                else:  # many sources share their azimuthal moments
-                    moments = _moments_from_place(table(place), azimuth.shape[2], azimuthal, factor)
-                    moments *= weights.weight[some][:, None]  # (V, c, M, P)
-                    rows = of_sources[:, :, segment].reshape(len(radiance), -1)
-                    radiance += rows @ moments.reshape(-1, moments.shape[-1])
+                moments = _moments_from_place(table(place), azimuth.shape[2], azimuthal, weights.factor[some])
+                moments *= weights.weight[some][:, None]
+                segment, by_segment = weights.segment[some], np.swapaxes(moments, 0, 1)
+                if self.parts.is_cut:  # a segment may meet a place twice
+                    np.add.at(light, segment, by_segment)
+                else:
+                    light[segment] += by_segment
+        of_segments = light.reshape(len(share), -1, points)
+        radiance = depths.by_line(np.matmul(weight.reshape(*weight.shape[:2], -1), of_segments))
         return np.maximum(radiance, 0.0, out=radiance)
 
     def band(
         self, segments: Segments, depths: Depths, scaled: Depths, cosine: Floats, deflection: Floats, weight: Floats
     ) -> Floats:
-        """Radiance of a band from each segment at the observer, (K, S); `weight` (P,) as in
-        `single_scattering.scattered_band`, other arguments as of `spectral`.
+        """Radiance of a band from each segment at the observer, (K, S), in the unit of the
+        weights (P,) of the points times the source's irradiance there; other arguments as of `spectral`.
         """
         nodes, share, azimuth = self._along(segments, cosine, deflection)
         scale = max(float(np.max(np.abs(weight))), np.finfo(float).tiny)  # keeps moonlight inside single precision

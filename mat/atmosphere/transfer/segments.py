@@ -134,7 +134,8 @@ class Segments:
     def upper_share(self) -> Floats:
         """Share of each segment's air that counts with the upper level of its layer, (K,)."""
         air = self.lower + self.upper
-        return np.divide(self.upper, air, out=np.full(air.shape, 0.5), where=air > 0)
+        share: Floats = np.divide(self.upper, air, out=np.full(air.shape, 0.5), where=air > 0)
+        return share
 
     def upper_part(self, per_molecule: Reals, column: Reals) -> Reals:
         """Part (K, P) of the integral `column` of a property (N, P) that counts with the upper level of each layer."""
@@ -229,6 +230,19 @@ class Depths:
             for sum_before, segment, sum_after in zip(line[:-1], part, line[1:], strict=True):
                 np.add(sum_before, segment, out=sum_after)
         return result
+
+    def by_line(self, by_segment: Reals) -> Reals:
+        """Sum over the segments (K, ...) of each line, (L, ...)."""
+        stops = np.append(self.first[1:], len(by_segment) + 1) - 1
+        result: Reals = np.stack(
+            [by_segment[start:stop].sum(axis=0) for start, stop in zip(self.first, stops, strict=True)]
+        )
+        return result
+
+    @cached_property
+    def line(self) -> Integers:
+        """Number of the line of each segment, (K,); between two lines that of the first."""
+        return np.repeat(np.arange(self.first.size), np.diff(self.first, append=len(self.per_segment) + 1))[:-1]
 
     @cached_property
     def transmittance(self) -> Reals:

@@ -64,9 +64,7 @@ def aerosol_phase(segments: Segments, optics: SpectralOptics, cosine: Floats) ->
     return (1 - share) * at_level(layer) + share * at_level(layer + 1)
 
 
-def scattered_spectral(
-    segments: Segments, optics: SpectralOptics, attenuation: Singles, cosine: Floats, phase: Floats | None = None
-) -> Floats:
+def scattered_spectral(segments: Segments, optics: SpectralOptics, attenuation: Singles, cosine: Floats) -> Floats:
     """Scattered radiance at each spectral point, per unit of the source's irradiance.
 
     Parameters
@@ -77,24 +75,34 @@ def scattered_spectral(
         Of `segment_attenuation`.
     cosine : (K+1, S) array
         Of the scattering angle at the segment ends.
-    phase : (N, S, C) array, optional
-        Phase function of the particles at the levels, in place of the one at that angle.
 
     Returns
     -------
     (S, P) array
         sr^-1.
     """
-    light = scattering_of_segments(segments, optics, cosine, phase)
+    light = scattering_of_segments(segments, optics, cosine)
     radiance: Floats = np.einsum("ksp,ksp->sp", attenuation, light) / (4 * np.pi)
     return radiance
 
 
 def scattering_of_segments(
-    segments: Segments, optics: SpectralOptics, cosine: Floats, phase: Floats | None = None
+    segments: Segments,
+    optics: SpectralOptics,
+    cosine: Floats,
+    phase: Floats | None = None,
+    line: Integers | None = None,
 ) -> Singles:
-    """Optical depth of scattering in each segment times the phase function, (K, S, P); arguments as
-    `scattered_spectral`.
+    """Optical depth of scattering in each segment times the phase function, (K, S, P).
+
+    Parameters
+    ----------
+    segments, optics, cosine
+        As of `scattered_spectral`.
+    phase : (L, N, S, C) array, optional
+        Phase function of the particles at the levels, by line, in place of the one at that angle.
+    line : (K,) int array
+        Of each segment, where there is such a phase function.
     """
     middle = 0.5 * (cosine[:-1] + cosine[1:])
     molecules = segments.column(optics.rayleigh).astype(np.float32, copy=False)[:, None]
@@ -104,75 +112,22 @@ def scattering_of_segments(
         shape: Reals = (
             aerosol_phase(segments, optics, cosine)
             if phase is None
-            else segments.mean(phase, segments.upper_share_of(optics.aerosol_scattering))
+            else _between_levels(segments, phase, line, segments.upper_share_of(optics.aerosol_scattering))
         )
-        light += (shape @ optics.phase_share).astype(np.float32) * particles
+        shares = optics.phase_share.astype(np.float32)
+        phases = shape.astype(np.float32).reshape(-1, len(shares)) @ shares
+        phases = phases.reshape(light.shape)
+        phases *= particles
+        light += phases
     return light
 
 
-def scattered_band(
-    segments: Segments,
-    optics: SpectralOptics,
-    depths: Depths,
-    source_paths: SourcePaths,
-    to_source: Floats,
-    deflection: Floats,
-    weight: Floats,
-) -> Floats:
-    """Scattered radiance of a band from each segment at the observer.
-
-    Parameters
-    ----------
-    segments : Segments
-    optics : SpectralOptics
-    depths : Depths
-    source_paths : SourcePaths
-    to_source, deflection : (K+1, S) arrays
-        Cosines of the source's zenith angle and of the scattering angle at the segment ends.
-    weight : (P,) array
-        Of the spectral points, times the source's irradiance there.
-
-    Returns
-    -------
-    (K, S) array
-        In the units of `weight`, sr^-1.
-    """
-    middle = 0.5 * (deflection[:-1] + deflection[1:])
-    molecules = segments.column(optics.rayleigh) * weight
-    parts = [molecules[..., None]]
-    phases = [rayleigh_phase(middle, optics.rayleigh_anisotropy.mean())[..., None]]
-    if np.any(optics.aerosol_scattering):
-        particles = segments.column(optics.aerosol_scattering) * weight
-        parts.append(particles[..., None] * optics.phase_share.T)
-        phases.append(aerosol_phase(segments, optics, deflection))
-    scale = max(float(np.max(np.abs(weight))), np.finfo(float).tiny)  # keeps moonlight inside single precision
-    column = (np.concatenate(parts, axis=-1) / scale).astype(np.float32)  # (K, P, 1 + C)
-    by_kind = _light_in_band(segments, depths, source_paths, to_source, column)
-    radiance: Floats = np.sum(by_kind * np.concatenate(phases, axis=-1), axis=-1) * scale / (4 * np.pi)
-    return radiance
-
-
-def _light_in_band(
-    segments: Segments, depths: Depths, source_paths: SourcePaths, cosine: Floats, column: Singles
-) -> Floats:
-    """Sum over points of a column (K, P, C) times the mean transmittance from source to observer, (K, S, C).
-
-    It is computed at the elevations of the table of source paths; between them the optical depth of the band is a power
-    of the air mass, for many sources at once.
-    """
-    depth, first, share, hidden = source_paths.along(segments.altitude, cosine)
-    cumulative = depths.cumulative.astype(np.float32)[:, None]
-    unlit = np.matmul(_segment_means(cumulative), column).astype(float)  # (K, 1, C)
-    depth += cumulative
-    lit = np.matmul(_segment_means(depth), column).astype(float)
-    tiny = np.finfo(np.float32).tiny
-    # Optical depth of the band between source and segment.
-    band_depth = -np.log(np.clip(lit / np.where(unlit > 0, unlit, 1.0), tiny, 1.0))
-    log_depth = np.log(np.maximum(band_depth, tiny))
-    near, far = (np.take_along_axis(log_depth, (first + step)[..., None], axis=1) for step in (0, 1))
-    light: Floats = unlit * np.exp(-np.exp(near + (far - near) * share[..., None]))
-    light[hidden] = 0.0
-    return light
+def _between_levels(segments: Segments, phase: Floats, line: Integers | None, upper_share: Floats) -> Floats:
+    """Mean over each segment of a property (L, N, S, C) at the levels of its line, (K, S, C)."""
+    of_line = np.zeros(upper_share.size, int) if line is None else line
+    share = upper_share[:, None, None]
+    mean: Floats = phase[of_line, segments.layer] * (1 - share) + phase[of_line, segments.layer + 1] * share
+    return mean
 
 
 def _segment_means(depth: Singles) -> Singles:

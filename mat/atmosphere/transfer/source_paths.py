@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, Shells, departure_angle, trace
-from skyshine.schemas.arrays import Booleans, Floats, Integers, Singles
+from skyshine.schemas.arrays import Booleans, Floats, Singles
 
 # Optical depth of a hidden source: exp of its negative is 0 in single precision.
 HIDDEN = 1e4
@@ -143,49 +143,6 @@ class SourcePaths:
         depth[clear] = 0.0
         depth[hidden] += HIDDEN
         return depth
-
-    def along(self, altitude: Floats, cosine: Floats) -> tuple[Singles, Integers, Floats, Booleans]:
-        """Optical depth between the segments of a ray and the source, at the elevations of the table.
-
-        Between those elevations a band's optical depth is taken as a power of the air mass: exact if the depth at each
-        point is, as in a clear band.
-
-        Parameters
-        ----------
-        altitude : (K+1,) array
-            Of the segment ends, m; inside the atmosphere.
-        cosine : (K+1, S) array
-            Of the source's geometric zenith angle there.
-
-        Returns
-        -------
-        depth : (K+1, V, P) array
-            Optical depth from the source to the segment ends for V neighbouring elevations of the table; single
-            precision.
-        first : (K, S) int array
-            Of those, the last that is not above the source's elevation in the middle of each segment.
-        share : (K, S) array
-            Weight of the next one, in the logarithm of the air mass.
-        hidden : (K, S) bool array
-            The Earth hides the source.
-        """
-        lower = np.clip(np.searchsorted(self.levels, altitude, side="right") - 1, 0, self.levels.size - 2)
-        part = np.clip((altitude - self.levels[lower]) / np.diff(self.levels)[lower], 0.0, 1.0)[:, None]
-        node = self.elevation[lower] * (1 - part) + self.elevation[lower + 1] * part
-        middle = 0.5 * (node[1:] + node[:-1])
-        height = 0.5 * (altitude[1:] + altitude[:-1])[:, None]
-        elevation = np.arcsin(np.clip(0.5 * (cosine[1:] + cosine[:-1]), -1.0, 1.0))
-        first = np.minimum(_fractional_index(middle, elevation).astype(int), node.shape[1] - 2)
-        used = slice(first.min(), first.max() + 2)
-        air_mass = np.log(_shell_air_mass(height, middle))
-        start, end = (np.take_along_axis(air_mass, first + step, axis=1) for step in (0, 1))
-        gap = np.where(start > end, start - end, 1.0)
-        share = np.clip((start - np.log(_shell_air_mass(height, elevation))) / gap, 0.0, 1.0)
-        table, weight = self.log_depth[:, used], part.astype(np.float32)[..., None]
-        depth = table[lower]
-        depth += (table[lower + 1] - depth) * weight
-        depth += np.log(_shell_air_mass(altitude[:, None], node[:, used])).astype(np.float32)[..., None]
-        return np.exp(depth, out=depth), first - used.start, share, elevation < middle[:, :1]
 
     def _entering(self, altitude: Floats, elevation: Floats) -> tuple[Floats, Floats, Booleans]:
         """Altitude (K,) [m] and elevation (K, S) [rad] with points in space moved along the ray to where it enters the

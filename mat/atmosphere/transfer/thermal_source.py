@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -159,7 +160,8 @@ class ThermalField:
 
     def part(self, points: slice | Integers) -> ThermalField:
         """The same at some of the points."""
-        return replace(self, **{name: np.ascontiguousarray(getattr(self, name)[..., points]) for name in _SPECTRAL})
+        parts: dict[str, Any] = {name: np.ascontiguousarray(getattr(self, name)[..., points]) for name in _SPECTRAL}
+        return replace(self, **parts)
 
     @property
     def single(self) -> ThermalField:

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from skyshine.mat.builder.build import _only_build_in
-from skyshine.mat.builder.tasks import _draw
+from skyshine.mat.builder.tasks import draw_file
 from skyshine.mat.job.load import load_job
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import part_file
@@ -52,23 +52,39 @@ def test_a_path_inside_is_taken_also_through_a_link(tmp_path, name):
     assert job_path(tmp_path, name) == tmp_path / name
 
 
+class Drawn:
+    """A database whose picture says how often it was drawn."""
+
+    file = "s01.htt.h5"
+    count = 0
+
+    def draw(self, folder, picture):
+        self.count += 1
+        picture.write_text(f"drawn {self.count}")
+
+
 def test_pictures_are_not_drawn_through_a_link_out_of_the_folder(tmp_path):
-    class Drawn:
-        file = "s01.htt.h5"
-
-        def draw(self, folder, picture):
-            picture.write_text("drawn")
-
     for folder in ("built", "elsewhere"):
         (tmp_path / folder).mkdir()
     (tmp_path / "built" / "pictures").symlink_to(tmp_path / "elsewhere")
     with pytest.raises(InputError, match="leads out of the job's folder"):
-        _draw(Drawn(), tmp_path / "built", False)
+        draw_file(Drawn(), tmp_path / "built")
     assert not list((tmp_path / "elsewhere").iterdir())
     (tmp_path / "built" / "pictures").unlink()
-    _draw(Drawn(), tmp_path / "built", False)
-    assert (tmp_path / "built" / "pictures" / "s01.htt.png").read_text() == "drawn"
+    draw_file(Drawn(), tmp_path / "built")
+    assert (tmp_path / "built" / "pictures" / "s01.htt.png").read_text() == "drawn 1"
     assert len(list((tmp_path / "built" / "pictures").iterdir())) == 1
+
+
+def test_a_picture_is_drawn_again_where_its_file_is_younger(tmp_path):
+    database, picture, file = Drawn(), tmp_path / "pictures" / "s01.htt.png", tmp_path / "s01.htt.h5"
+    file.write_text("")
+    draw_file(database, tmp_path)
+    draw_file(database, tmp_path)
+    assert picture.read_text() == "drawn 1"
+    os.utime(file, (picture.stat().st_mtime + 5,) * 2)
+    draw_file(database, tmp_path)
+    assert picture.read_text() == "drawn 2"
 
 
 def test_databases_of_an_earlier_job_are_named(build_inline, tiny_job, tiny_build, tmp_path):

@@ -17,7 +17,7 @@ from skyshine.mat.cli import main
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job begins with it ignored
 
-def run_all(loaded, plan, folder, jobs, fresh, where, progress, run_all=build._run_all):
+def run_all(loaded, plan, folder, fresh, processes, progress, run_all=build._run_all):
     @contextlib.contextmanager
     def interrupting(total, description):
         with progress(total, description) as advance:
@@ -26,7 +26,7 @@ def run_all(loaded, plan, folder, jobs, fresh, where, progress, run_all=build._r
                 if (folder / "{FIRST}").exists():
                     signal.raise_signal(signal.SIGINT)
             yield advance_then_stop
-    return run_all(loaded, plan, folder, jobs, fresh, where, interrupting)
+    return run_all(loaded, plan, folder, fresh, processes, interrupting)
 
 build._run_all = run_all
 main()

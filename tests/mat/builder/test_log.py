@@ -21,8 +21,9 @@ def test_each_file_is_a_line_with_its_state_and_the_error_that_it_reached(
     monkeypatch.setattr(building, "write_catalog", lambda folder, names: None)
     with caplog.at_level(logging.INFO, "skyshine"):
         build_inline(load_job(job))
-    assert [record.name for record in caplog.records] == ["skyshine.mat.build"] * 5
-    lines = [record.getMessage().partition("; ") for record in caplog.records]
+    assert [record.name for record in caplog.records] == ["skyshine.mat.build"] * 6
+    *lines, (ready, _, _) = [record.getMessage().partition("; ") for record in caplog.records]
+    assert f"{tmp_path / 'built'}: 5 files ready in " in ready
     assert {line for line, _, _ in lines} == {
         "s01b01.atmq.h5, state 1 of 2: built in 2.0 s, 99 % within 0.12 K",
         "s02b01.atmq.h5, state 2 of 2: built in 2.0 s, 99 % within 0.12 K",

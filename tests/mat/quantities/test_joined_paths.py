@@ -47,3 +47,22 @@ def test_every_line_is_in_one_group_and_no_group_is_large():
         groups = list(in_groups(lines, sources))
         assert [line for some in groups for line in range(some.start, some.stop)] == list(range(lines))
         assert all((some.stop - some.start - 1) * sources < 640 for some in groups)
+
+
+@pytest.mark.parametrize("visibility_km", [0.5, 23.0])
+def test_spectra_of_joined_lines_are_those_of_each_alone(synthetic_points, visibility_km):
+    """With few parts of layers and with many, next to the source and away from it."""
+    state = AtmosphericState.from_profile("midlatitude_summer", aerosol=Aerosol(visibility_km=visibility_km))
+    air = SpectralAir.of(state, synthetic_points(EDGES, {"CO2": np.geomspace(1e-28, 1e-24, 4)}))
+    elevation = np.radians([30.0, -20.0, 0.3])
+    paths = list(lines_of_sight(air, np.full((3, 1), 40e3), np.array([0.0, 900.0, 20.0]), elevation))
+    sources = LineSources.at(np.radians([30.0, 2.0]), np.radians([1.0, 0.5]))
+    together = JoinedPaths.of(paths)
+    angles = [
+        [angle(sources, path.ends) for path in paths] for angle in (LineSources.to_source, LineSources.deflection)
+    ]
+    light = air.scattered_along(together.segments, together.depths, *map(np.concatenate, angles))
+    assert light.shape == (3, 2, 4) and np.any(air.forward_peak.near(paths[0].segments, angles[0][0], angles[1][0]))
+    for number, path in enumerate(paths):
+        alone = air.scattered_radiance(path.segments, path.segment_depths, *(part[number] for part in angles))
+        assert light[number] == pytest.approx(alone, rel=1e-5)

@@ -13,7 +13,6 @@ from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.optics import rayleigh_phase
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments, emitted, mean_attenuation, source_weights
 from skyshine.mat.atmosphere.transfer.single_scattering import (
-    scattered_band,
     scattered_spectral,
     scattering_of_segments,
     segment_attenuation,
@@ -163,28 +162,6 @@ def test_single_scattering_of_a_thick_homogeneous_atmosphere(synthetic_points, i
         phase = rayleigh_phase(np.cos(np.radians(elevation - 35.0)), optics.rayleigh_anisotropy)
         expected = albedo * phase / (4 * np.pi) * closed(total, np.sin(np.radians(abs(elevation))))
         assert found == pytest.approx(expected, rel=5e-3)  # the Earth is round, the closed form flat
-
-
-def test_band_and_spectral_scattering_agree(synthetic_points):
-    state = AtmosphericState.from_profile("midlatitude_summer", aerosol=Aerosol(visibility_km=5.0))
-    edges = np.linspace(2500.0, 3300.0, 9)
-    points = synthetic_points(edges, {"CO2": np.geomspace(1e-28, 1e-24, 8)})
-    air = SpectralAir.of(state, points)
-    rays, segments, depth = path(air, 500.0, -3.0, None)
-    sources = np.radians([30.0, 60.0, 5.0]), np.radians([0.0, 50.0, 180.0])
-    ends = np.append(segments.index, segments.index[-1] + 1)
-    to_source, deflection = (f(rays, *sources)[0, ends] for f in (geometry.source_cosine, geometry.scattering_cosine))
-    attenuation = segment_attenuation(segments, Depths(depth), air.source_paths, to_source)
-    weight = np.linspace(1.0, 2.0, 8)
-    spectral = scattered_spectral(segments, air.optics, attenuation, deflection) @ weight
-    band = scattered_band(segments, air.optics, Depths(depth), air.source_paths, to_source, deflection, weight)
-    assert band.sum(axis=0) == pytest.approx(
-        spectral, rel=2e-3
-    )  # the band's light is interpolated in elevation as a whole
-    assert np.all(band >= 0)
-    # Moonlight is a millionth as bright; single precision must not notice.
-    faint = scattered_band(segments, air.optics, Depths(depth), air.source_paths, to_source, deflection, weight * 1e-30)
-    assert faint == pytest.approx(band * 1e-30, rel=1e-6, abs=0)
 
 
 def test_source_paths_agree_with_traced_rays(synthetic_points, isothermal):

@@ -96,9 +96,9 @@ def build(
         reasons = messages(failed)
         others = sorted({path.name for path in folder.glob("*.h5")} - set(names) - set(reasons))
         record = write_record(folder, list(reports.values()), others, time.perf_counter() - begin, reasons)
-        _log.info("%s: %d files ready in %.1f s", folder, len(names), record["seconds"])
         if drawn:
-            _draw_all(loaded, reports, folder, processes, progress)
+            ready = f"{folder}: {len(names)} files ready in {record['seconds']:.1f} s; pictures follow"
+            _draw_all(loaded, reports, folder, processes, progress, ready)
         refuse_failures(failed, len(names) + len(reasons))
         return record
 
@@ -169,11 +169,17 @@ def _run_all(
 
 
 def _draw_all(
-    loaded: LoadedJob, reports: Mapping[Task, TaskReport], folder: Path, executor: Executor, progress: Progress
+    loaded: LoadedJob,
+    reports: Mapping[Task, TaskReport],
+    folder: Path,
+    executor: Executor,
+    progress: Progress,
+    ready: str,
 ) -> None:
-    """Draw the files of finished tasks, in the processes of the build."""
+    """Say that the files are ready, and draw those of finished tasks in the processes of the build."""
     materials = _materials(loaded, folder)
     with progress(len(reports), "drawing pictures") as advance:
+        _log.info(ready)
         for future in as_completed(executor.submit(draw_task, task, loaded, folder, materials) for task in reports):
             future.result()
             advance(1)

@@ -148,9 +148,8 @@ def _band(figure: Figure, table: Table) -> None:
 
 
 def _atmosphere(figure: Figure, table: AtmosphereTable) -> None:
-    low = float(table.nodes_of("altitude")[0])
-    heights = table.nodes_of("altitude")
-    high = float(heights[np.argmin(np.abs(heights - low - 2.0))])
+    low, highest = (float(altitude) for altitude in table.nodes_of("altitude")[[0, -1]])
+    high = min(low + 2.0, highest)
     _reach(figure.add_axes((0.06, 0.56, 0.34, 0.36)), table, high)
     _section(figure, table, high)
     _sky(figure, table, low)
@@ -160,7 +159,7 @@ def _atmosphere(figure: Figure, table: AtmosphereTable) -> None:
     source.semilogy(up, table.value("ambient_radiance", **place, source_elevation=up), label="ambient")
     direct = table.value("direct_radiance", **place, source_elevation=up)
     source.semilogy(up[direct > 0], direct[direct > 0], label="direct")
-    source.set(xlabel="source elevation, °", ylabel=RADIANCE, title=f"light of sky and source at {low:g} km")
+    source.set(xlabel="source elevation, °", ylabel=RADIANCE, title=f"light of sky and source at {low:.4g} km")
     _plain_powers(source.yaxis)
     name_lines(source)
 
@@ -193,7 +192,7 @@ def _reach(axis: Any, table: AtmosphereTable, altitude: float) -> None:
     for elevation, tau in zip(chosen, through, strict=True):
         axis.semilogx(ranges, tau, label=f"{elevation:g}°")
     axis.set(xlabel="range, km", ylabel="transmittance", ylim=(-0.02, 1.02))
-    axis.set_title(f"observer at {altitude:g} km, by elevation")
+    axis.set_title(f"observer at {altitude:.4g} km, by elevation")
     _plain_powers(axis.xaxis)
     if ranges.size > 1:
         axis.set_xlim(ranges[0], ranges[-1])
@@ -202,7 +201,7 @@ def _reach(axis: Any, table: AtmosphereTable, altitude: float) -> None:
 
 def _section(figure: Figure, table: AtmosphereTable, altitude: float) -> None:
     """Transmittance in a vertical plane: outwards the range, around it the elevation of the line of sight."""
-    title = f"transmittance by elevation and range, from {altitude:g} km"
+    title = f"transmittance by elevation and range, from {altitude:.4g} km"
     ranges, elevations = _ranges(table, 60), table.nodes_of("elevation")
     x, y = np.meshgrid(np.linspace(0.0, 1.0, _PIXELS // 2), np.linspace(-1.0, 1.0, _PIXELS))
     share, up = np.hypot(x, y), np.degrees(np.arctan2(y, x))
@@ -231,9 +230,9 @@ def _sky(figure: Figure, table: AtmosphereTable, low: float) -> None:
     """Path radiance to the end of the range axis over the sky: the zenith in the middle, the source's azimuth at the
     top.
     """
-    nodes = table.nodes_of("source_elevation")
-    sun, far = float(nodes[np.argmin(np.abs(nodes - 30.0))]), float(table.nodes_of("range")[-1])
-    axis = _disc(figure, (0.06, 0.04, 0.3, 0.38), f"path radiance over {far:g} km, source at {sun:g}°", (-1.0, 1.0))
+    sun = float(np.clip(30.0, *table.nodes_of("source_elevation")[[0, -1]]))
+    far = float(table.nodes_of("range")[-1])
+    axis = _disc(figure, (0.06, 0.04, 0.3, 0.38), f"path radiance over {far:g} km, source at {sun:.3g}°", (-1.0, 1.0))
     # Steps of elevation and azimuth are finest at the horizon and around the source, where the sky changes most.
     ups = np.unique(np.concatenate([90 * np.linspace(0, 1, 46) ** 2, _around(max(sun, 0.0), 90.0)]))
     turns = np.unique(np.concatenate([np.linspace(0.0, 180.0, 37), _around(0.0, 180.0)]))

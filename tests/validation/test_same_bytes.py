@@ -27,7 +27,7 @@ JOB_CHANGES = {
         "  - profile: midlatitude_summer\n    weather: {air_temperature_c: [20, 31]}\n"
     ),
     "[10.0, 10.2]\n": "[10.0, 10.2]\n  - wavelength_um: [3.9, 4.0]\n",
-    "sources: [sun]": "sources: [sun, moon]\nextra_tables: [weighted_transmittance, normalisation_by_angle]",
+    "sources: [sun]": "sources: [sun, moon]",
     "materials: [asphalt_road]": (
         "materials: [asphalt_road, grass_green]\n"
         "textures:\n"

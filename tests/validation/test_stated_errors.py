@@ -91,7 +91,8 @@ def errors_of(table, places, exact, scale):
     return found
 
 
-LINES, SKY_LINES = 500, 60  # of each region; with sky light
+# That end near the ground, and of each other region; with sky light, which takes five seconds a line at all points.
+LINES, OTHER_LINES, SKY_LINES = 500, 150, 12
 RADIUS_KM = 6371.0
 # Kelvin below which a stated error is no promise: the file's own digits.
 FLOOR_K = 0.01
@@ -121,7 +122,7 @@ def own_lines(region, base, ground_km, count, generator):
         sine = -np.sin(dip * generator.uniform(0.02, 0.9, count))
     elif region == "sky":
         sine, distance = np.abs(sine), np.full(count, longest)
-    end = straight_end(height, sine, distance)
+    end = straight_end(height, sine, np.minimum(distance, longest))
     keep = (distance <= longest) & (end > 0.01)
     if region == "sky":
         keep &= end > 20
@@ -130,7 +131,7 @@ def own_lines(region, base, ground_km, count, generator):
     return height[keep], sine[keep], distance[keep]
 
 
-def own_truth(loaded, band, region, count=LINES):
+def own_truth(loaded, band, region, count):
     """Places of own lines and the quantities there at all spectral points of the band; ambient on the first."""
     job = loaded.trimmed
     state, response = atmospheric_state(job.site, job.states[0]), response_of(job.bands[band - 1])
@@ -186,11 +187,11 @@ def stated_in(table, quantity, region):
     return p99, largest, float(accuracy.variables["maximum_kelvin"].data[row])
 
 
-def compare(loaded, folder, band, lines=LINES):
+def compare(loaded, folder, band):
     """Print measured and stated errors by region; names of those that exceed the largest stated one by over a fifth."""
     table, wrong = open_table(folder / f"s01b{band:02d}.atmq.h5"), []
     for region in ("ground", "air", "sky", "limb"):
-        places, truth, response = own_truth(loaded, band, region, lines)
+        places, truth, response = own_truth(loaded, band, region, LINES if region == "ground" else OTHER_LINES)
         for name, (error, valid) in own_errors(table, places, truth, response).items():
             source = places["source_elevation"][: error.size]
             when = {"": np.ones(error.size, bool)}
@@ -198,7 +199,7 @@ def compare(loaded, folder, band, lines=LINES):
                 when |= {"day": source > 0, "twilight": (source <= 0) & (source > -6), "night": source <= -6}
             for part, rows in when.items():
                 some = np.abs(error[rows & valid])
-                if some.size < 20:
+                if some.size < 10:
                     continue
                 measured = float(np.percentile(some, 99))
                 p99, largest, whole = stated_in(table, name, part or region)
@@ -213,7 +214,7 @@ def compare(loaded, folder, band, lines=LINES):
 
 @pytest.mark.parametrize("band", [1, 2])
 def test_the_largest_stated_error_is_exceeded_by_no_more_than_a_fifth(band, tmp_path):
-    """By 99 % of 500 own lines of each region, at all spectral points."""
+    """By 99 % of own lines, 500 of them to the ground, at all spectral points; ten minutes a band."""
     loaded = starter(tmp_path / "demo", lambda job: job.update(bands=[job["bands"][band - 1]]))
     wrong = compare(loaded, tmp_path / "demo" / "built", 1)
     assert not wrong, wrong

@@ -77,6 +77,13 @@ class ColumnResult:
     leaf_temperature: Floats | None = None
     soil_temperature: Floats | None = None
 
+    def since(self, first: int) -> ColumnResult:
+        """The result from a time on, by number."""
+        series = ("time", "temperature", "depth_temperature", "film", "leaf_temperature", "soil_temperature")
+        known = {name: values for name in series if (values := getattr(self, name)) is not None}
+        fluxes = {name: values[first:] for name, values in self.fluxes.items()}
+        return replace(self, fluxes=fluxes, **{name: values[first:] for name, values in known.items()})
+
 
 def from_scene(
     material: SurfaceMaterial,
@@ -110,6 +117,7 @@ def from_record(
     ground_albedo: float,
     depth: float | None = None,
     surroundings: Surroundings | None = None,
+    spin_up: int = 0,
 ) -> ColumnResult:
     """A plane under a measured record, periodic over its length; temperatures at the record's own times.
 
@@ -129,7 +137,13 @@ def from_record(
         Below the skin [m], at which the temperature is wanted too.
     surroundings : Surroundings, optional
         Hours of shade are in UTC.
+    spin_up : int
+        Days before the record, each as its first; without them what the ground keeps at its begin is of its end.
     """
+    if spin_up:
+        longer = record.after_first_day(spin_up)
+        whole = from_record(material, longer, slope, azimuth, sun, ground_albedo, depth, surroundings)
+        return whole.since(longer.steps - record.steps)
     if depth is not None and material.canopy is not None:
         raise InputError(_NO_DEPTH)
     factor = int(np.ceil(record.step / LONGEST_STEP - 1e-9))

@@ -85,7 +85,10 @@ class Sheet:
 
     def ask(self, answers, count, model, left_out=None):
         """Answer what is asked by what most of each disk is; a class left out is unknown."""
-        (self.folder / "answers.yaml").write_text(to_text(answers, {}, "sheet"))
+        path = self.folder / "answers.yaml"
+        path.unlink(missing_ok=True)
+        if answers:
+            path.write_text(to_text(answers, {}, "sheet"))
         seeds = {"suggested": "answers.yaml"}
         job = TextureJob.model_validate(
             {"image": str(self.image), "seeds": seeds, **({"model": MODEL} if model else {})}

@@ -118,12 +118,12 @@ class NoData:
         same: npt.NDArray[np.bool_] = colours == self.value
         if colours.dtype.kind == "f":
             same = np.isclose(colours.astype(np.float64), float(self.value or 0), rtol=1e-6, atol=0)
-        whole: npt.NDArray[np.bool_] = same.all(axis=-1)
+        whole: npt.NDArray[np.bool_] = np.logical_and.reduce(same, axis=-1)
         return whole
 
     def _near(self, colours: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
         apart = np.abs(colours.astype(np.float64) - float(self.value or 0))
-        near: npt.NDArray[np.bool_] = (apart <= COLLAR).all(axis=-1)
+        near: npt.NDArray[np.bool_] = np.logical_and.reduce(apart <= COLLAR, axis=-1)
         return near
 
 

@@ -68,7 +68,7 @@ def times_in(file: Path) -> list[datetime | None]:
     InputError
         As `read_column`.
     """
-    with _opened(file) as data:
+    with opened(file) as data:
         temperature = _find(data, file, "temperature")
         return _times(data, _axes(data, temperature, file), file)
 
@@ -82,7 +82,7 @@ def read_column(file: Path, choice: Choice) -> Readings:
         It cannot be read, lacks temperature, humidity, geopotential or an axis, names an unknown unit, holds several
         places or times and none is chosen, or the place lies outside its grid.
     """
-    with _opened(file) as data:
+    with opened(file) as data:
         temperature = _find(data, file, "temperature")
         axes = _axes(data, temperature, file)
         times = _times(data, axes, file)
@@ -107,7 +107,14 @@ def read_column(file: Path, choice: Choice) -> Readings:
 
 
 @contextmanager
-def _opened(file: Path) -> Iterator[Any]:
+def opened(file: Path) -> Iterator[Any]:
+    """The open netCDF4 dataset of a file.
+
+    Raises
+    ------
+    InputError
+        netCDF4 is not installed, or the file cannot be read, also while it is open.
+    """
     try:
         import netCDF4
     except ImportError:

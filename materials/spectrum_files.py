@@ -31,7 +31,7 @@ _IN_UM = {"um": 1.0, "nm": 1e-3, "angstrom": 1e-4, "m": 1e6}
 UNITS, SCALES, QUANTITIES = (*_IN_UM, "cm-1"), ("fraction", "percent"), ("reflectance", "emissivity")
 _SPECTRAL = re.compile(r"^(?!.*(std|dev|error|sigma|uncert)).*(refl|emi[st]|absorpt|absorbance|transmi)")
 _DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*(,\d+)?([eE][-+]?\d+)?\s*")
-_ENVI_UNITS = {
+ENVI_UNITS = {
     "micrometers": "um",
     "microns": "um",
     "um": "um",
@@ -308,7 +308,7 @@ def _envi(file: Path, said: Said) -> _Raw:
         good = np.array(fields.get("bbl", np.ones(len(value))), float)
         value[good == 0] = np.nan  # the bad bands list
         factor = float(fields.get("reflectance scale factor", "1"))
-    except (KeyError, IndexError, ValueError) as error:
+    except (KeyError, IndexError, TypeError, ValueError) as error:
         raise InputError(f"is no ENVI spectral library: {error}; check its header", file=header) from None
     if len(wavelength) != len(value) or not factor > 0:
         raise InputError(
@@ -318,7 +318,7 @@ def _envi(file: Path, said: Said) -> _Raw:
         )
     unit = str(fields.get("wavelength units", "")).strip().lower()
     scale = None if factor == 1 else "fraction"
-    return _Raw(wavelength, value / factor, "ENVI library", names[index], _ENVI_UNITS.get(unit) or _unit(unit), scale)
+    return _Raw(wavelength, value / factor, "ENVI library", names[index], ENVI_UNITS.get(unit) or _unit(unit), scale)
 
 
 def _envi_library(header: Path, file: Path) -> tuple[dict[str, Any], npt.NDArray[Any]]:

@@ -19,6 +19,7 @@ from skyshine.mat.scene.moisture import job_library, open_library, wet_grey
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
 from skyshine.mat.surface.column import ColumnResult, from_record, from_scene
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.solver import DAY
 from skyshine.mat.surface.surroundings import WALL_EMISSIVITY, Surroundings
 from skyshine.mat.surface.weather import DRY, Wetting
 from skyshine.mat.surface.weather_readings import read_record
@@ -30,6 +31,9 @@ from skyshine.schemas.errors import InputError
 
 if TYPE_CHECKING:
     import xarray
+
+# Before a record: half a metre of concrete remembers a day to hundredths of a kelvin after a week.
+SPIN_UP_DAYS = 7
 
 
 class SurfaceTemperature(ColumnResult):
@@ -105,8 +109,8 @@ def temperature(
     altitude : float, optional
         Of the surface [km], by default the site's; with `forcing` for a record without pressure, by default 0.
     forcing : path
-        CSV of measured radiation and weather, taken as periodic over its length; or `job`. `notes` of the result say
-        what stands for what it lacks.
+        CSV of measured radiation and weather; or `job`. Its first day stands for those before it, and one day or less
+        repeats; `notes` of the result say what stands for what it lacks.
     slope, azimuth : float
         Of the surface [degree]; slope 0 faces up, azimuth counts from north eastward.
     latitude, longitude : float, optional
@@ -173,8 +177,17 @@ def temperature(
         surface = surface_material(material, {}, optical, library, record.wetting)
         placed = surface.canopy is not None or slope or surroundings is not None or "sw_down" not in record.values
         sun = _sun_at(latitude, longitude) if placed else None
-        column = from_record(surface, record, slope, azimuth, sun, ground_albedo, depth, surroundings)
+        spin_up = SPIN_UP_DAYS if record.period > DAY + 0.5 * record.step else 0
+        column = from_record(surface, record, slope, azimuth, sun, ground_albedo, depth, surroundings, spin_up)
+        column = replace(column, notes=(*column.notes, _before(record.period, spin_up)))
     return SurfaceTemperature(**{field.name: getattr(column, field.name) for field in fields(column)})
+
+
+def _before(period: float, spin_up: int) -> str:
+    """What stands for the days before a record."""
+    if spin_up:
+        return f"no days before: the first day, {spin_up} times, stands for them (spin-up)"
+    return f"no days before: the record, {period / 3600:g} h, repeats"
 
 
 def _with_gaps(

@@ -126,7 +126,7 @@ def from_surface(result: dict[str, Any]) -> list[Ladder]:
         for rung in result["rungs"]
         if rung["rms_error"] is not None
     ]
-    why = "it begins with 96 steps, and takes 288 for surfaces that follow their forcing within a step"
+    why = "96 steps of the day, exact for each wave, err as 192 by BDF2 that take twice the time"
     return [Ladder("surface solver, steps a day", "a column and day", "K, rms", tuple(rungs), why)]
 
 

@@ -9,6 +9,8 @@ import click
 from skyshine.schemas.commands import echo_table, emit_json, json_option
 from skyshine.schemas.quantity import quantity
 
+GRID = "grid"  # group of the tables on five axes
+
 if TYPE_CHECKING:
     from skyshine.schemas.hdf5 import Group
 
@@ -32,23 +34,29 @@ def command(file: str, as_json: bool) -> None:
 
 
 def _content(root: Group, attributes: dict[str, Any]) -> dict[str, Any]:
+    """Content of a file, that of its tables on five axes apart."""
+    grid = {name: _described(group) for name, group in root.groups.items() if name == GRID}
+    return {
+        "attributes": {name: str(value) for name, value in attributes.items() if name != "job"},
+        **_described(root),
+        "groups": list(root.groups),
+        **grid,
+        "job": str(attributes.get("job", "")),
+    }
+
+
+def _described(group: Group) -> dict[str, Any]:
+    """Axes and arrays of a group, and what it states of its errors."""
     axes = {
         name: {"units": axis.units, "nodes": len(axis.values), "long_name": axis.long_name}
         | ({"from": float(axis.values[0]), "to": float(axis.values[-1])} if axis.values.dtype.kind != "O" else {})
-        for name, axis in root.axes.items()
+        for name, axis in group.axes.items()
     }
     variables = {
         name: {"units": v.units, "axes": list(v.dims), "shape": list(v.shape), "long_name": v.long_name}
-        for name, v in root.variables.items()
+        for name, v in group.variables.items()
     }
-    return {
-        "attributes": {name: str(value) for name, value in attributes.items() if name != "job"},
-        "axes": axes,
-        "variables": variables,
-        "groups": list(root.groups),
-        "accuracy": _accuracy(root),
-        "job": str(attributes.get("job", "")),
-    }
+    return {"axes": axes, "variables": variables, "accuracy": _accuracy(group)}
 
 
 def _accuracy(root: Group) -> dict[str, Any]:
@@ -85,19 +93,26 @@ def _print(file: str, content: dict[str, Any]) -> None:
     click.echo(file)
     for name, value in content["attributes"].items():
         click.echo(f"  {name}: {value}")
-    axes = [
-        (name, str(axis["nodes"]), *(f"{axis[key]:g}" if key in axis else "" for key in ("from", "to")), axis["units"])
-        for name, axis in content["axes"].items()
-    ]
-    echo_table(("axis", "nodes", "from", "to", "units"), axes)
-    quantities = [(name, v["units"], v["long_name"], " x ".join(v["axes"])) for name, v in content["variables"].items()]
-    echo_table(("quantity", "units", "what", "axes"), quantities)
+    _print_described(content)
     if content["groups"]:
         click.echo(f"  groups: {', '.join(content['groups'])}")
-    _print_accuracy(content["accuracy"])
+    if GRID in content:
+        click.echo(f"  {GRID}: tables on five axes, evaluated from the arrays above")
+        _print_described(content[GRID])
     if content["cost"]:
         stages = ", ".join(f"{stage} {spent['value']:.3g} s" for stage, spent in content["cost"].items())
         click.echo(f"  cost, with the files of the same task: {stages}")
+
+
+def _print_described(group: dict[str, Any]) -> None:
+    axes = [
+        (name, str(axis["nodes"]), *(f"{axis[key]:g}" if key in axis else "" for key in ("from", "to")), axis["units"])
+        for name, axis in group["axes"].items()
+    ]
+    echo_table(("axis", "nodes", "from", "to", "units"), axes)
+    quantities = [(name, v["units"], v["long_name"], " x ".join(v["axes"])) for name, v in group["variables"].items()]
+    echo_table(("quantity", "units", "what", "axes"), quantities)
+    _print_accuracy(group["accuracy"])
 
 
 def _print_accuracy(accuracy: dict[str, Any]) -> None:

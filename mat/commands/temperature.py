@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     metavar="KM",
     help="Of the surface, by default the site's; for --forcing without pressure, by default 0.",
 )
-@click.option("--forcing", type=click.Path(), metavar="CSV", help="Measured radiation and weather, taken as periodic.")
+@click.option("--forcing", type=click.Path(), metavar="CSV", help="Measured radiation and weather.")
 @click.option("--latitude", type=click.FloatRange(-90, 90), help="With --forcing and a slope: places the Sun.")
 @click.option("--longitude", type=click.FloatRange(-180, 180), help="East is positive.")
 @click.option("--ground-albedo", type=click.FloatRange(0, 1), default=0.2, show_default=True, help="With --forcing.")

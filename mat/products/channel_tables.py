@@ -46,14 +46,16 @@ from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.hdf5 import Group
 
 _SAMPLE_LINES = 150  # on which absorbers are fitted
-_SOURCE_LINES, _SOURCE_RANGES = 80, 7  # on which directions of the source are chosen; ranges of each
-_FACTOR_LINES = 24  # of those, by which factors at other nodes are fitted
+_SOURCE_LINES, _SOURCE_RANGES = 54, 7  # on which directions of the source are chosen; ranges of each
+_LEVEL_SHARE = 0.25  # of those, nearly level
+_FACTOR_SHARE = 0.5  # of those, by which factors at other nodes are fitted
+_MOST_EFFORT = 3.0  # times as many lines, at most, where the tolerance is finer than `_START`
 # Of the lines on which nodes are placed, with sky light, which hardly depends on them.
 _SKY_LINES, _FEWEST_SKY_LINES = 12, 4
 _THROUGH = 300  # of the sample's transmittances, with which light on surfaces is parted
 # Of the tolerance, which the choice of absorbers and that of directions may miss, root mean square. A low Sun along the
-# horizon errs by ten times as much as all lines do on average.
-_SHARE, _SOURCE_SHARE = 0.1, 0.04
+# horizon errs by ten times as much as all lines do on average: 0.1 K asks for 18 to 26 directions.
+_SHARE, _SOURCE_SHARE = 0.1, 0.06
 # Tolerance, of the radiance seen, for which placing starts from all of `NodeCounts`: from fewer where it is coarser, as
 # linear interpolation errs with the square of the step, but for this share of them.
 _START, _FEWEST = 0.01, 0.5
@@ -222,9 +224,19 @@ class ChannelTables:
         elevation, angle = start.source_elevation, start.scattering_angle
         if not self.is_lit:
             return source_parts(elevation, angle, [], 0.0), np.zeros(0, int)
-        sample = self.source_sample(start, self.air.scope.lines(_SOURCE_LINES))
+        sample = self.source_sample(start, self._source_count)
         parts = source_parts(elevation, angle, [sample], _SOURCE_SHARE * self.tolerance / self.scale.factor)
-        return parts, telling_lines(parts, sample, _FACTOR_LINES)
+        return parts, telling_lines(sample, math.ceil(_FACTOR_SHARE * self._source_count))
+
+    @property
+    def _effort(self) -> float:
+        """Nodes on an axis, and lines, that the tolerance takes, over those for `_START`."""
+        return float(np.sqrt(_START * self.scale.background * self.scale.factor / self.tolerance))
+
+    @property
+    def _source_count(self) -> int:
+        """Lines on which directions of the source are chosen: the finer the tolerance, the more weigh rare ones."""
+        return self.air.scope.lines(math.ceil(_SOURCE_LINES * float(np.clip(self._effort, 1.0, _MOST_EFFORT))))
 
     def _sources(self, nodes: ChannelNodes) -> SourceParts:
         first, lines = self._first_sources
@@ -235,7 +247,7 @@ class ChannelTables:
             return first
         chosen, every = (first.chosen_elevation, first.chosen_angle), all_directions(elevation, angle)
         up, away = (np.concatenate(pair) for pair in zip(chosen, every, strict=True))
-        places = [part[lines] for part in self._source_lines(self.air.scope.lines(_SOURCE_LINES))]
+        places = [part[lines] for part in self._source_lines(self._source_count)]
         _, radiance = sampled_radiance(self.air, self._light, up, away, (places[0], places[1], places[2]))
         return at_other_nodes(first, elevation, angle, radiance)
 
@@ -251,7 +263,12 @@ class ChannelTables:
 
     def _source_lines(self, count: int) -> tuple[Floats, Floats, Floats]:
         """Altitude and elevation (n,) and ranges (n, R) of so many sample lines."""
-        altitude, elevation, ranges = lines_in_cells(self.base, count, random_stream(self.seed, Stream.CHANNELS, 1))
+        generator = random_stream(self.seed, Stream.CHANNELS, 1)
+        altitude, elevation, ranges = lines_in_cells(self.base, count, generator)
+        # Some nearly level: along the horizon a low source lights the air as along no other lines.
+        level = generator.random(count) < _LEVEL_SHARE
+        low, high = self.base.elevation_deg[[0, -1]]
+        elevation = np.where(level, np.clip(generator.uniform(*_LEVEL, count), low, high), elevation)
         return altitude, elevation, ranges[:, :: max(1, ranges.shape[1] // _SOURCE_RANGES)]
 
     @cached_property
@@ -321,7 +338,7 @@ class ChannelTables:
             known,
         )
         self._known.clear()
-        self._known[key] = fields
+        self._known[key] = replace(fields, scattered=fields.scattered[:0])
         content = ChannelContent(
             rays,
             nodes,
@@ -357,7 +374,7 @@ class ChannelTables:
         most_nodes : of all fields together.
         """
         nodes = self.placed(most_nodes, fewest=True).nodes
-        count = math.ceil(self.air.scope.lines(_SOURCE_LINES) / (1 + len(similar)))
+        count = math.ceil(self._source_count / (1 + len(similar)))
         samples = [tables.source_sample(nodes, count) for tables in (self, *similar) if tables.is_lit]
         allowed = _SOURCE_SHARE * self.tolerance / self.scale.factor
         return SharedNodes(nodes, source_parts(nodes.source_elevation, nodes.scattering_angle, samples, allowed))
@@ -384,8 +401,7 @@ class ChannelTables:
             ),
             Probes.along_the_horizon(self.direct, self.base, self.irradiance, generator),
         ]
-        relative = self.tolerance / (self.scale.background * self.scale.factor)
-        nodes = self.nodes(NodeCounts().scaled(float(np.clip(np.sqrt(_START / relative), _FEWEST, 1.0))))
+        nodes = self.nodes(NodeCounts().scaled(float(np.clip(self._effort, _FEWEST, 1.0))))
         fields = self._fields(self.sources(nodes).chosen_angle.size)
         return placed_channels(
             self.table, probes, nodes, self.scale, self.tolerance, max_nodes=most_nodes // fields, fewest=fewest

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -28,9 +28,9 @@ from skyshine.mat.surface.enclosure import Enclosure
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.response import response_table
-from skyshine.mat.surface.solver import FINE_STEPS, STEPS
+from skyshine.mat.surface.solver import FINE_STEPS
 from skyshine.mat.surface.sun_path import SOLAR_CONSTANT, SUN_STEPS, SunPath, sun_hours
-from skyshine.mat.surface.table import SurfaceTemperatures, temperature_table
+from skyshine.mat.surface.table import SurfaceTemperatures, rounded, temperature_table
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, AxisRule
 from skyshine.mat.tables.files import HTT
@@ -94,7 +94,11 @@ class TemperatureProduct:
             {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()},
         )
         codes, steps, seed = [material.code for material in materials], job.accuracy.solver_steps, job.accuracy.seed
-        requested, tables = _axes(job), _LastTable(solver, steps)
+        requested = _axes(job)
+
+        def temperature(at: Axes) -> Floats:
+            return solver.table(at, steps).temperature.astype(float)
+
         limits = job.query_limits
         hours = None if limits is None else limits.hours
         fixed = () if limits is None or limits.faces_deg is None else FACE_AXES
@@ -107,7 +111,7 @@ class TemperatureProduct:
         if job.surface_grid.tolerance is not None:
             with report.stage("grid"):
                 refined = refined_axes(
-                    tables.temperature,
+                    temperature,
                     axes,
                     len(materials),
                     tolerance_parts(job.surface_grid.tolerance)[0],
@@ -122,9 +126,9 @@ class TemperatureProduct:
             )
         if job.surface_grid.time is None and job.surface_grid.tolerance is None:
             with report.stage("grid"):
-                axes["time_h"] = placed_times(tables.temperature, axes, whole_day=whole_day, seed=seed, fixed=fixed)
+                axes["time_h"] = placed_times(temperature, axes, whole_day=whole_day, seed=seed, fixed=fixed)
         with report.stage("tables"):
-            table = tables.on(axes)
+            table = rounded(solver.table(axes, steps))
         shaded = limits is None or limits.shade
         response = None
         if shaded:
@@ -241,24 +245,6 @@ class _Solver:
         )
 
 
-@dataclass
-class _LastTable:
-    """The temperatures of a solver; a tolerance is verified on the table that is written, which is solved once."""
-
-    solver: _Solver
-    steps: int
-    axes: Axes = field(default_factory=dict)
-    table: SurfaceTemperatures | None = None
-
-    def on(self, axes: Axes) -> SurfaceTemperatures:
-        if self.table is None or not all(np.array_equal(self.axes[name], axes[name]) for name in axes):
-            self.axes, self.table = dict(axes), self.solver.table(axes, self.steps)
-        return self.table
-
-    def temperature(self, axes: Axes) -> Floats:
-        return self.on(axes).temperature.astype(float)
-
-
 def _rules(codes: Sequence[int], axes: Axes, whole_day: bool) -> list[AxisRule]:
     """How a reader interpolates in the table."""
     return [
@@ -288,12 +274,9 @@ def _places(requested: Axes, whole_day: bool, generator: np.random.Generator, fi
 
 
 def _compared(steps: int) -> tuple[int, float]:
-    """Other steps of the day, and the error of a solution over its difference from theirs, by Richardson.
-
-    Thin surfaces are solved in `STEPS` at least, from which others err less than this says.
-    """
+    """Other steps of the day, and the error of a solution over its difference from theirs, by Richardson."""
     other = FINE_STEPS if steps < FINE_STEPS else SUN_STEPS
-    return other, 1 / (1 - (max(steps, STEPS) / other) ** 2)
+    return other, 1 / (1 - (steps / other) ** 2)
 
 
 def _errors(

@@ -17,7 +17,16 @@ from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.newton import solve_newton
 from skyshine.mat.surface.relaxation import TOLERANCE
 from skyshine.mat.surface.solution import Method, Solution
-from skyshine.mat.surface.solver import BOUND_TOLERANCE, DAY, ConvergenceError, bound_excess, clock
+from skyshine.mat.surface.solver import (
+    BOUND_TOLERANCE,
+    DAY,
+    METHODS,
+    SCHEMES,
+    STURDY_STEPS,
+    ConvergenceError,
+    bound_excess,
+    clock,
+)
 from skyshine.schemas.arrays import Floats, Integers
 
 
@@ -26,8 +35,10 @@ def solve_canopy(
     days: Sequence[Callable[[int], Forcing]],
     *,
     steps: int,
+    fine_steps: int | None = STURDY_STEPS,
     period: float = DAY,
     start_hour: float = 0.0,
+    scheme: str = "spectral",
 ) -> list[tuple[Integers, Solution]]:
     """Solve all columns of a material with a canopy.
 
@@ -36,8 +47,8 @@ def solve_canopy(
     material : SurfaceMaterial
     days : sequence of callables
         As `days.solve_days` takes them; one repeats after the period.
-    steps : int
-        N.
+    steps, fine_steps, scheme
+        As `solver.solve_columns` takes them; several days are solved by BDF2.
     period : float
         [s]
     start_hour : float
@@ -60,18 +71,24 @@ def solve_canopy(
     Leaves and soil are solved together: the unknowns of a column are the temperatures of both at all times, the balance
     is diagonal in them and all that joins them, between each other and between times, is linear.
     """
-    forcings = [day(steps) for day in days]
-    for forcing in forcings:
-        forcing.check()
-    columns = np.arange(forcings[-1].shape[0])
-    first = _last_day(material, forcings, "bdf2", (period, start_hour), columns)
-    broken = np.flatnonzero(first.bound_excess > BOUND_TOLERANCE)
-    if not broken.size:
-        return [(columns, first)]
-    some = [forcing.columns(broken) for forcing in forcings]
-    second = _last_day(material, some, "euler", (period, start_hour), broken)
-    kept = np.setdiff1d(columns, broken)
-    return [(kept, first.columns(kept)), (broken, second)] if kept.size else [(broken, second)]
+    left = np.arange(days[-1](steps).shape[0])
+    parts: list[tuple[Integers, Solution]] = []
+    for name in SCHEMES["bdf2" if len(days) > 1 else scheme]:
+        if name != scheme:
+            steps = max(fine_steps or steps, steps)
+        forcings = [day(steps) for day in days]
+        for forcing in forcings:
+            forcing.check()
+        solution = _last_day(
+            material, [forcing.columns(left) for forcing in forcings], name, (period, start_hour), left
+        )
+        broken = solution.bound_excess > BOUND_TOLERANCE
+        if name == "euler" or not np.any(broken):
+            return [*parts, (left, solution)]
+        if not np.all(broken):
+            parts.append((left[~broken], solution.columns(np.flatnonzero(~broken))))
+        left = left[broken]
+    raise AssertionError
 
 
 def _last_day(
@@ -109,7 +126,7 @@ def _last_day(
             source = source - left_by_days_before(before, lagged, periodic.matrix)
             ends = np.array([(day.min(axis=1), day.max(axis=1)) for day in (*before, *drives[:-1])])
             below = below.after(to_soil, ends[:, 0].min(axis=0)[:, None], ends[:, 1].max(axis=0)[:, None])
-        method = Method.EULER_NEWTON if scheme == "euler" else Method.BDF2_NEWTON
+        method = Method(METHODS[scheme] + 1)  # by Newton
         solution = _solve(
             CanopyBalance(forcing, material),
             one_day if before else periodic,

@@ -20,7 +20,7 @@ from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.penetrating_light import absorbed_sunlight, light_at_depth
 from skyshine.mat.surface.record import Record, record_forcing
 from skyshine.mat.surface.solution import Method, Solution
-from skyshine.mat.surface.solver import DAY, STEPS, solve_columns
+from skyshine.mat.surface.solver import DAY, solve_columns
 from skyshine.mat.surface.sun_path import SOLAR_CONSTANT, SunPath
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import NearSurfaceAir
@@ -30,6 +30,7 @@ from skyshine.schemas.errors import InputError
 # Solar elevation and azimuth [degree] at UTC times.
 SunAt: TypeAlias = Callable[[npt.NDArray[np.datetime64]], tuple[Floats, Floats]]
 _NO_DEPTH = "found a depth and leaf_area_index; allowed: one of them; remove one"
+_SHOWN_STEPS = 192  # of a day: one column costs little, and fluxes by 7.5 min are smooth
 LONGEST_STEP = 900.0  # s: coarser records are solved at a fraction of their step
 
 
@@ -76,6 +77,13 @@ class ColumnResult:
     leaf_temperature: Floats | None = None
     soil_temperature: Floats | None = None
 
+    def since(self, first: int) -> ColumnResult:
+        """The result from a time on, by number."""
+        series = ("time", "temperature", "depth_temperature", "film", "leaf_temperature", "soil_temperature")
+        known = {name: values for name in series if (values := getattr(self, name)) is not None}
+        fluxes = {name: values[first:] for name, values in self.fluxes.items()}
+        return replace(self, fluxes=fluxes, **{name: values[first:] for name, values in known.items()})
+
 
 def from_scene(
     material: SurfaceMaterial,
@@ -94,7 +102,7 @@ def from_scene(
         raise InputError(_NO_DEPTH)
     if depth is not None and weather.before:
         raise InputError("found a depth and days before; allowed: one of them; remove history_days or the depth")
-    ((_, solution),) = solve_days(material, scene.days, steps=STEPS)
+    ((_, solution),) = solve_days(material, scene.days, steps=_SHOWN_STEPS, fine_steps=None)
     steps = solution.temperature.shape[1]
     hours = [float(hour) for hour in np.arange(steps) * (24.0 / steps)]
     return _result(material, scene.forcing(steps), solution, (hours, "h"), DAY, depth)
@@ -109,6 +117,7 @@ def from_record(
     ground_albedo: float,
     depth: float | None = None,
     surroundings: Surroundings | None = None,
+    spin_up: int = 0,
 ) -> ColumnResult:
     """A plane under a measured record, periodic over its length; temperatures at the record's own times.
 
@@ -128,7 +137,13 @@ def from_record(
         Below the skin [m], at which the temperature is wanted too.
     surroundings : Surroundings, optional
         Hours of shade are in UTC.
+    spin_up : int
+        Days before the record, each as its first; without them what the ground keeps at its begin is of its end.
     """
+    if spin_up:
+        longer = record.after_first_day(spin_up)
+        whole = from_record(material, longer, slope, azimuth, sun, ground_albedo, depth, surroundings)
+        return whole.since(longer.steps - record.steps)
     if depth is not None and material.canopy is not None:
         raise InputError(_NO_DEPTH)
     factor = int(np.ceil(record.step / LONGEST_STEP - 1e-9))
@@ -139,7 +154,13 @@ def from_record(
     forcing = record_forcing(refined, shortwave, slope, surroundings, cosine)
     if material.canopy is not None:
         ((_, solution),) = solve_canopy(
-            material, [lambda _: forcing], steps=refined.steps, period=refined.period, start_hour=start_hour
+            material,
+            [lambda _: forcing],
+            steps=refined.steps,
+            fine_steps=None,
+            period=refined.period,
+            start_hour=start_hour,
+            scheme="bdf2",
         )
     else:
         ((_, solution),) = solve_columns(
@@ -149,6 +170,7 @@ def from_record(
             fine_steps=None,
             period=refined.period,
             start_hour=start_hour,
+            scheme="bdf2",
         )
     times = [f"{time}Z" for time in np.datetime_as_string(record.times, unit="s")]
     result = _result(material, forcing, solution, (times, "ISO 8601"), refined.period, depth, factor, start_hour)

@@ -402,11 +402,3 @@ class Conduction:
     def matrix(self) -> Floats:
         """The circulant (N, N) matrix C of `flux`: flux = C T."""
         return circulant(self.admittance, self.steps)
-
-    def response_time_exceeds(self, conductance: float) -> bool:
-        """Whether a surface losing `conductance` [W m^-2 K^-1] settles more slowly than one step.
-
-        The stack's own admittance at the rate 1 / step says how strongly it resists a change within the step.
-        """
-        rate = np.array([self.steps / self.period], complex)
-        return bool(surface_admittance(self.stack, rate)[0].real > conductance)

@@ -23,7 +23,7 @@ from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.penetrating_light import absorbed_sunlight, delayed_light, penetrating_light_matrix
 from skyshine.mat.surface.solution import Method, Solution
-from skyshine.mat.surface.solver import BOUND_TOLERANCE, DAY, STEPS, clock, settles_slowly, solve_by, solve_columns
+from skyshine.mat.surface.solver import BOUND_TOLERANCE, DAY, STEPS, STURDY_STEPS, clock, solve_by, solve_columns
 from skyshine.schemas.arrays import Floats, Integers, Reals
 
 
@@ -49,7 +49,7 @@ def solve_days(
     days: Sequence[Callable[[int], Forcing]],
     *,
     steps: int = STEPS,
-    fine_steps: int | None = STEPS,
+    fine_steps: int | None = STURDY_STEPS,
 ) -> list[tuple[Integers, Solution]]:
     """Solve all columns of a material through consecutive days.
 
@@ -60,7 +60,7 @@ def solve_days(
     days : sequence of D callables
         Each as `solve_columns` takes it, oldest first, all with the same columns. One day repeats.
     steps, fine_steps
-        As `solve_columns` takes them.
+        As `solve_columns` takes them; several days are solved by BDF2, whose response ends with the present.
 
     Returns
     -------
@@ -75,21 +75,18 @@ def solve_days(
         No method solves a column of one of the days.
     """
     if material.canopy is not None:
-        return solve_canopy(material, days, steps=max(fine_steps or steps, steps))
+        return solve_canopy(material, days, steps=steps, fine_steps=fine_steps)
     if len(days) == 1:
         return solve_columns(material, days[0], steps=steps, fine_steps=fine_steps)
-    forcings = [day(steps) for day in days]
+    forcings = [day(max(fine_steps or steps, steps)) for day in days]
     for forcing in forcings:
         forcing.check()
-    method, fine = Method.BDF2, max(fine_steps or steps, steps)
-    if fine > steps and not settles_slowly(material, forcings[-1], Conduction(material.thermal, steps, DAY)):
-        method, forcings = Method.BDF2_FINE, [day(fine) for day in days]
     columns = np.arange(forcings[-1].shape[0])
-    first = _last_day(material, forcings, method, columns)
+    first = _last_day(material, forcings, Method.BDF2, columns)
     broken = np.flatnonzero(first.bound_excess > BOUND_TOLERANCE)
     if not broken.size:
         return [(columns, first)]
-    second = _last_day(material, [day(fine).columns(broken) for day in days], Method.EULER, broken)
+    second = _last_day(material, [forcing.columns(broken) for forcing in forcings], Method.EULER, broken)
     kept = np.setdiff1d(columns, broken)
     return [(kept, first.columns(kept)), (broken, second)] if kept.size else [(broken, second)]
 

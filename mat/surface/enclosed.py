@@ -13,6 +13,7 @@ from skyshine.mat.surface.enclosure import AZIMUTHS, SLOPES, Emitter, Enclosure
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.horizon import LEVEL, Horizon
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.reading import in_steps
 from skyshine.mat.surface.solver import STEPS
 from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath, sun_hours
 from skyshine.mat.surface.weather import NearSurfaceAir
@@ -132,6 +133,5 @@ def _temperature(material: SurfaceMaterial, scene: Scene, steps: int) -> Floats:
     """Temperature of a material on all planes of a scene, (A, P, SUN_STEPS)."""
     kelvin = np.empty((len(scene.altitude) * len(scene.slope), SUN_STEPS))
     for columns, solution in solve_days(material, scene.days, steps=steps):
-        times = np.arange(solution.temperature.shape[1]) * (24.0 / solution.temperature.shape[1])
-        kelvin[columns] = [np.interp(sun_hours(), times, row, period=24.0) for row in solution.temperature]
+        kelvin[columns] = in_steps(solution.temperature, SUN_STEPS)
     return kelvin.reshape(len(scene.altitude), len(scene.slope), SUN_STEPS)

@@ -103,6 +103,13 @@ class Record:
         """[s]"""
         return self.step * self.steps
 
+    def after_first_day(self, times: int) -> Record:
+        """The record after its first day, so many times over; it is longer than a day."""
+        day = round(86400.0 / self.step)
+        start = self.start - np.timedelta64(round(1e3 * times * day * self.step), "ms")
+        values = {name: np.concatenate([np.tile(series[:day], times), series]) for name, series in self.values.items()}
+        return replace(self, start=start, values=values)
+
     def refined(self, factor: int) -> Record:
         """The record at `factor` times as many steps, linear between its own and periodic at its end."""
         grid = np.arange(self.steps * factor) / factor

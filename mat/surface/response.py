@@ -23,10 +23,12 @@ from skyshine.mat.surface.film_response import DRY_FILM, FilmResponse, film_resp
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.penetrating_light import penetrating_light_matrix
+from skyshine.mat.surface.reading import in_steps
 from skyshine.mat.surface.relaxation import melting_cap
 from skyshine.mat.surface.solution import Method, Solution
 from skyshine.mat.surface.solver import DAY, FINE_STEPS, STEPS
 from skyshine.mat.surface.sun_path import SunPath
+from skyshine.mat.surface.table import rounded_bits
 from skyshine.schemas.arrays import Floats, Integers, Singles
 
 RESPONSE_HOURS = np.arange(24.0)
@@ -42,6 +44,7 @@ LAG_STARTS = np.array(
 _AWAY = (0.5, 1.5, 3.0, 5.0, 8.0, 12.0, 17.0, 23.0, 30.0, 40.0, 52.0, 70.0, 95.0, 140.0)
 OFFSETS = np.array([*(-offset for offset in reversed(_AWAY)), 0.0, *_AWAY])
 RESPONSE_SLOPES = np.array([0.0, 90.0, 180.0])  # degree
+_DIGITS = 13  # binary ones of a response
 NO_LIMIT = 1e4  # K, above all temperatures of a database
 _LEAST_SLOPE = 1e-3  # W m^-2 K^-1, as in Newton's matrix
 _COLDEST = 20.0  # K: the vapour's laws end there, and no surface under a sky is colder
@@ -118,14 +121,14 @@ def surface_response(
 
     Notes
     -----
-    J is taken in fine steps about the solution in coarser ones, linear between its times: a shadow comes and goes
-    within minutes. Melting is left out of J: the response is that of a surface of this temperature that does not melt.
-    Readers end the melting before such a surface cools. Where layers let sunlight in, the kernel is that of a change of
-    sunlight, which shade is for the most part.
+    J is taken in fine steps, by BDF2, about the solution in coarser ones, read between its times: a shadow comes and
+    goes within minutes. Melting is left out of J: the response is that of a surface of this temperature that does not
+    melt. Readers end the melting before such a surface cools. Where layers let sunlight in, the kernel is that of a
+    change of sunlight, which shade is for the most part.
     """
     forcing = days[-1](FINE_STEPS)
     response = SurfaceResponse.empty(forcing.shape[0], film=forcing.rain is not None)
-    for columns, solution in solve_days(material, days, steps=steps, fine_steps=steps):
+    for columns, solution in solve_days(material, days, steps=steps):
         _fill(response, material, forcing.columns(columns), columns, solution)
     return response
 
@@ -135,14 +138,14 @@ def _fill(
 ) -> None:
     """Put the response of columns that were solved alike."""
     forcing = under_film(forcing, DRY_FILM)
-    temperature, melt = _in_fine_steps(solution.temperature), _in_fine_steps(solution.melt)
+    temperature, melt = (in_steps(values, FINE_STEPS) for values in (solution.temperature, solution.melt))
     at_hours = np.arange(RESPONSE_HOURS.size) * (FINE_STEPS // RESPONSE_HOURS.size)
     if solution.sources is None:
         inverses, slope = _skin_inverses(material, forcing, temperature, solution, at_hours)
         balance = Balance(forcing.times(at_hours), material)
         lost, airless = balance.loss, balance.airless
     else:
-        sources = np.concatenate([_in_fine_steps(part) for part in np.split(solution.sources, 2, axis=1)], axis=1)
+        sources = np.concatenate([in_steps(part, FINE_STEPS) for part in np.split(solution.sources, 2, axis=1)], axis=1)
         about = CanopyResponse(material, forcing, sources, _scheme(solution), at_hours)
         inverses, slope, lost, airless = iter(about.kernel), about.slope, about.loss, False
     lags = (at_hours[:, None] - np.arange(FINE_STEPS)) % FINE_STEPS
@@ -168,12 +171,6 @@ def _fill(
 
 def _scheme(solution: Solution) -> str:
     return "euler" if solution.method[0] in (Method.EULER, Method.EULER_NEWTON) else "bdf2"
-
-
-def _in_fine_steps(values: Floats) -> Floats:
-    """Periodic values (columns, N) in fine steps, linear between their own."""
-    times, known = np.arange(FINE_STEPS) / FINE_STEPS, np.arange(values.shape[1]) / values.shape[1]
-    return np.stack([np.interp(times, known, row, period=1.0) for row in values])
 
 
 def _skin_inverses(
@@ -309,10 +306,10 @@ def response_table(
     return ResponseTable(
         altitudes,
         slopes,
-        _rounded(table("kernel")),
+        rounded_bits(table("kernel"), _DIGITS),
         table("temperature"),
         table("loss_slope"),
-        _rounded(table("loss_excess")),
+        rounded_bits(table("loss_excess"), _DIGITS),
         table("melt"),
         np.array([material.solar_absorptance for material in materials], np.float32),
         np.array([material.thermal_emissivity for material in materials], np.float32),
@@ -338,18 +335,11 @@ def _film_table(
         return np.stack([getattr(film, name) for film in films]).astype(np.float32)
 
     return FilmTable(
-        _rounded(table("heat_loss")).reshape(*shape, OFFSETS.size),
-        _rounded(table("evaporation")).reshape(*shape, OFFSETS.size),
+        rounded_bits(table("heat_loss"), _DIGITS).reshape(*shape, OFFSETS.size),
+        rounded_bits(table("evaporation"), _DIGITS).reshape(*shape, OFFSETS.size),
         table("sunlight").reshape(shape),
         table("dry_sunlight").reshape(shape),
         table("before").reshape(shape[:3]) if len(days) > 1 else None,
         np.array([0.0 if film is None else film.capacity for film in wet], np.float32),
         np.atleast_2d(rain)[0].astype(np.float32),
     )
-
-
-def _rounded(values: Singles) -> Singles:
-    """Values to 13 binary digits: the zeros that follow them pack well."""
-    bits = values.view(np.uint32)
-    rounded: Singles = ((bits + np.uint32(1 << 10)) & np.uint32(0xFFFFF800)).view(np.float32)
-    return rounded

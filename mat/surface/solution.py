@@ -17,10 +17,10 @@ from skyshine.schemas.arrays import Floats, Integers
 class Method(IntEnum):
     """How a column was solved."""
 
-    BDF2 = 0
-    BDF2_NEWTON = 1
-    BDF2_FINE = 2
-    BDF2_FINE_NEWTON = 3
+    SPECTRAL = 0
+    SPECTRAL_NEWTON = 1
+    BDF2 = 2
+    BDF2_NEWTON = 3
     EULER = 4
     EULER_NEWTON = 5
     GIVEN = 6  # not solved: the temperature was given

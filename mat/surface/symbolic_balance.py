@@ -72,7 +72,7 @@ class SymbolicMaterial:
 
 FORCING = (  # rows of a forcing, in the order that `loss` takes
     *("shortwave", "longwave", "air", "vapour", "pressure", "wind", "wind_height", "air_height"),
-    *("upward", "warmer", "colder"),
+    *("upward", "warmer", "colder", "open_light"),
     *("absorptance", "emissivity", "wetness", "resistance", "film"),
 )
 
@@ -99,6 +99,7 @@ def forcing_rows(forcing: Forcing, count: int, material: SurfaceMaterial | None 
         1.0 + np.minimum(90.0 - np.degrees(np.arccos(forcing.cos_slope)), 0.0) / 90.0,
         warmer,
         colder,
+        forcing.open_light,
         *skin,
     ]
     return np.stack([np.broadcast_to(row, (1, count))[0] for row in rows])
@@ -117,8 +118,8 @@ def loss(ca: Any, material: SymbolicMaterial, surface: Any, parameter: Any) -> A
     parameter : casadi.SX
         One value for each of `FORCING`.
     """
-    weather, skin = ca.vertsplit(parameter)[:11], ca.vertsplit(parameter)[11:]
-    short, long, air, vapour, pressure, speed, wind_height, air_height, upward, warmer, colder = weather
+    weather, skin = ca.vertsplit(parameter)[:12], ca.vertsplit(parameter)[12:]
+    short, long, air, vapour, pressure, speed, wind_height, air_height, upward, warmer, colder, open_light = weather
     wind = speed, wind_height, air_height
     properties = material.surface
     if not material.by_time:
@@ -144,7 +145,7 @@ def loss(ca: Any, material: SymbolicMaterial, surface: Any, parameter: Any) -> A
         deficit = (ca.exp(ice * over_ice + (1.0 - ice) * over_water) - vapour) * (1.0 + ice * 0.333 / 2.501)
         through_air = volumetric / coefficient
         resistance = through_air + (
-            _leaves(ca, material, short, air, (vapour, pressure)) if properties.canopy else resists
+            _leaves(ca, material, open_light, air, (vapour, pressure)) if properties.canopy else resists
         )
         covered = ca.if_else(film >= 0, ca.if_else(deficit > 0, film, 1.0), 0.0) if material.by_time else 0.0
         share = covered / through_air + (1 - covered) * wetness / resistance
@@ -160,7 +161,7 @@ def _over_water(ca: Any, kelvin: Any) -> Any:
 
 
 def _leaves(ca: Any, material: SymbolicMaterial, sunlight: Any, air: Any, humidity: tuple[Any, Any]) -> Any:
-    """Resistance of a canopy [s m^-1]."""
+    """Resistance of a canopy [s m^-1] under sunlight on open level ground [W m^-2]."""
     least, trees = material.surface.surface_resistance, material.trees
     vapour, pressure = humidity
     light = 1.1 * sunlight / (150.0 if trees else 300.0)

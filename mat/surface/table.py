@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +12,7 @@ from skyshine.mat.surface.back_boundary import at_hours
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.reading import at_hours_of_day
 from skyshine.mat.surface.solution import Method, Solution
 from skyshine.mat.surface.solver import STEPS
 from skyshine.mat.surface.sun_path import SunPath
@@ -19,6 +20,10 @@ from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.schemas.arrays import Floats, Integers, Singles
 from skyshine.schemas.errors import InputError
 
+# Columns whose forcing is held at once where more altitudes than one are: some 15 arrays of so many at 576 times take
+# 140 MB.
+_COLUMNS = 2048
+_FINEST = 128.0  # parts of a kelvin to which temperatures are rounded: they pack to half the size and err by 0.002 K
 _DIAGNOSTICS = {"residual": "f4", "energy_closure": "f4", "bound_excess": "f4", "method": "u1", "iterations": "i4"}
 
 
@@ -82,8 +87,7 @@ def temperature_table(
     slopes_deg : (S,) sequence
         0 faces up, 90 is a wall, 180 faces down.
     times_h : (T,) sequence
-        Local clock hours of the day: the clock by which `sun` is given. Between the solver's times
-        temperatures are linear.
+        Local clock hours of the day: the clock by which `sun` is given.
     steps : int
         Solver times of a day, a divisor of 576.
     given : mapping, optional
@@ -110,8 +114,7 @@ def temperature_table(
     table = SurfaceTemperatures(
         np.empty((*shape, len(hours)), np.float32), *(np.empty(shape, kind) for kind in _DIAGNOSTICS.values())
     )
-    parts = _parts(scene)
-    for part, first in parts:
+    for part, first in _parts(scene):
         days, solved = part.days, dict[Hashable, int]()
         for number, material in enumerate(materials):
             if given and material.name in given:
@@ -123,17 +126,17 @@ def temperature_table(
                 for columns, solution in solve_days(material, days, steps=steps):
                     _fill(table, number, columns + first * len(planes), solution, plane_of, len(planes), hours)
             if progress is not None:
-                progress(1 / len(parts))
+                progress(len(part.altitude) / len(scene.altitude))
     return table
 
 
-def _parts(scene: Scene) -> list[tuple[Scene, int]]:
-    """Scenes whose forcing is held at once, with the number of the first altitude of each: where days before come with
-    it, one altitude each, or a month of them would take gigabytes.
+def _parts(scene: Scene) -> Iterator[tuple[Scene, int]]:
+    """Scenes, one after the other, whose forcing is held at once, with the number of the first altitude of each: few
+    columns, and one altitude where days before come with it, or a month of them would take gigabytes.
     """
-    if not scene.weather.before:
-        return [(scene, 0)]
-    return [(replace(scene, altitude=scene.altitude[n : n + 1]), n) for n in range(len(scene.altitude))]
+    together = 1 if scene.weather.before else max(1, _COLUMNS // len(scene.slope))
+    for first in range(0, len(scene.altitude), together):
+        yield replace(scene, altitude=scene.altitude[first : first + together]), first
 
 
 def _checked_axes(
@@ -165,6 +168,26 @@ def _planes(slopes: Floats, azimuths: Floats) -> tuple[Floats, Integers]:
     return planes, index.reshape(len(azimuths), len(slopes))
 
 
+def rounded(table: SurfaceTemperatures) -> SurfaceTemperatures:
+    """The table as a file has it: temperatures to 1/128 K, residuals and closures to three digits."""
+    np.rint(table.temperature * np.float32(_FINEST), out=table.temperature)
+    np.divide(table.temperature, np.float32(_FINEST), out=table.temperature)
+    return replace(
+        table,
+        residual=rounded_bits(table.residual, 10),
+        energy_closure=rounded_bits(table.energy_closure, 10),
+        bound_excess=rounded_bits(table.bound_excess, 10),
+    )
+
+
+def rounded_bits(values: Singles, bits: int) -> Singles:
+    """Values to so many binary digits: the zeros that follow them pack well."""
+    dropped = 24 - bits
+    half, mask = np.uint32(1 << (dropped - 1)), np.uint32(0xFFFFFFFF << dropped & 0xFFFFFFFF)
+    cut: Singles = ((values.view(np.uint32) + half) & mask).view(np.float32)
+    return cut
+
+
 def _fill(
     table: SurfaceTemperatures,
     number: int,
@@ -179,7 +202,7 @@ def _fill(
     rows.ravel()[columns] = np.arange(len(columns))
     rows = rows[:, plane_of]
     solved = rows >= 0
-    values = _at_times(solution.temperature, times_h)
+    values = at_hours_of_day(solution.temperature.astype(np.float32), times_h)
     table.temperature[number][solved] = values[rows[solved]]
     for name in _DIAGNOSTICS:
         getattr(table, name)[number][solved] = getattr(solution, name)[rows[solved]]
@@ -190,13 +213,3 @@ def _fill_given(table: SurfaceTemperatures, number: int, temperature: Floats) ->
     table.temperature[number] = temperature
     for name in _DIAGNOSTICS:
         getattr(table, name)[number] = Method.GIVEN if name == "method" else 0
-
-
-def _at_times(temperature: Floats, times_h: Floats) -> Floats:
-    """Linear interpolation of periodic temperatures (columns, N) to hours of the day, (columns, T)."""
-    steps = temperature.shape[1]
-    place = (times_h % 24.0) * (steps / 24.0)
-    before = np.floor(place).astype(int)
-    weight = place - before
-    interpolated: Floats = temperature[:, before % steps] * (1 - weight) + temperature[:, (before + 1) % steps] * weight
-    return interpolated

@@ -8,6 +8,8 @@ Murphy and Koop 2005, Q. J. R. Meteorol. Soc. 131, 1539: equations (10), liquid 
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import numpy.typing as npt
 
@@ -22,6 +24,9 @@ _FREEZING_RANGE = 2.0
 _SUBLIMATION_RATIO = 2.834 / 2.501
 # Below 150 K water vapour over the surface is below 1e-5 Pa; the clip keeps the formulas within their range.
 _COLDEST_VAPOUR = 150.0
+# K: where surfaces under a sky usually are, and the degree of the polynomial that has the logarithm there to 5e-6: in
+# single precision, in which an iteration begins, it takes the place of the laws at a third of their time.
+_USUAL, _DEGREE = (240.0, 345.0), 8
 
 
 def saturation_pressure(temperature: npt.ArrayLike) -> Floats:
@@ -66,7 +71,7 @@ def surface_vapour(temperature: Reals) -> tuple[Reals, Reals]:
     Murphy and Koop 2005, equations (10) and (7); in between, the logarithm is shared as the ice is.
     """
     kelvin = np.maximum(temperature, _COLDEST_VAPOUR)
-    logarithm = _water(kelvin)
+    logarithm = _water_single(kelvin) if _is_usual(kelvin) else _water(kelvin)
     latent_heat = np.ones((1,) * kelvin.ndim, kelvin.dtype)
     freezes = kelvin < ZERO_CELSIUS
     if np.any(freezes):
@@ -91,7 +96,7 @@ def surface_vapour_and_slopes(temperature: Reals) -> tuple[Reals, Reals, Reals, 
         [Pa], [1], [Pa K^-1], [K^-1]; those of the latent heat have one element where no water is frozen.
     """
     kelvin = np.maximum(temperature, _COLDEST_VAPOUR)
-    logarithm, slope = _water_and_slope(kelvin)
+    logarithm, slope = _water_single_and_slope(kelvin) if _is_usual(kelvin) else _water_and_slope(kelvin)
     latent_heat = np.ones((1,) * kelvin.ndim, kelvin.dtype)
     latent_slope = np.zeros_like(latent_heat)
     freezes = kelvin < ZERO_CELSIUS
@@ -108,6 +113,45 @@ def surface_vapour_and_slopes(temperature: Reals) -> tuple[Reals, Reals, Reals, 
     pressure = np.exp(logarithm, out=logarithm)
     slope *= pressure
     return pressure, latent_heat, slope, latent_slope
+
+
+def _is_usual(kelvin: Reals) -> bool:
+    """Whether temperatures are in single precision, in which an iteration begins, and within `_USUAL`."""
+    return bool(kelvin.dtype == np.float32 and kelvin.min() >= _USUAL[0] and kelvin.max() <= _USUAL[1])
+
+
+@lru_cache(maxsize=1)
+def _usual_powers() -> tuple[list[np.float32], list[np.float32]]:
+    """Coefficients of `_water` over `_USUAL`, highest power first, of -1 to 1, and of its slope by temperature."""
+    polynomial = np.polynomial.Chebyshev.interpolate(lambda t: _water(np.asarray(t)), _DEGREE, _USUAL)
+    powers = polynomial.convert(kind=np.polynomial.Polynomial, domain=_USUAL, window=[-1.0, 1.0])
+    slope = powers.deriv()
+    return [np.float32(c) for c in powers.coef[::-1]], [np.float32(c) for c in slope.coef[::-1]]
+
+
+def _scaled(kelvin: Reals) -> Reals:
+    low, high = _USUAL
+    return (kelvin - np.float32(0.5 * (low + high))) * np.float32(2.0 / (high - low))
+
+
+def _horner(coefficients: list[np.float32], x: Reals) -> Reals:
+    total: Reals = coefficients[0] * x
+    total += coefficients[1]
+    for coefficient in coefficients[2:]:
+        total *= x
+        total += coefficient
+    return total
+
+
+def _water_single(kelvin: Reals) -> Reals:
+    """`_water` by its polynomial, to 1e-5."""
+    return _horner(_usual_powers()[0], _scaled(kelvin))
+
+
+def _water_single_and_slope(kelvin: Reals) -> tuple[Reals, Reals]:
+    """`_water_and_slope` by the polynomial."""
+    (powers, slope), x = _usual_powers(), _scaled(kelvin)
+    return _horner(powers, x), _horner(slope, x)
 
 
 def _water(kelvin: Reals) -> Reals:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from skyshine.mat.atmosphere.soundings.netcdf import opened
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.mat.surface.weather_readings import WEATHER_COLUMNS, Readings
 from skyshine.schemas.arrays import Floats
@@ -42,30 +43,8 @@ def read_point(file: Path) -> tuple[Readings, tuple[float, float] | None, tuple[
     InputError
         It is no netCDF that can be read, holds more than one place, or lacks temperature or time.
     """
-    try:
-        import netCDF4
-    except ImportError:
-        raise InputError(
-            "is netCDF, which needs the package netCDF4: pip install 'skyshine[netcdf]'", file=file
-        ) from None
-    try:
-        with netCDF4.Dataset(file) as data:
-            return _read(data, file)
-    except InputError:
-        raise
-    except (
-        OSError,
-        RuntimeError,
-        ValueError,
-        IndexError,
-        TypeError,
-        OverflowError,
-        AttributeError,
-        MemoryError,
-    ) as error:
-        raise InputError(
-            f"is no netCDF that can be read: {str(error)[:80]}; check or download it again", file=file
-        ) from None
+    with opened(file) as data:
+        return _read(data, file)
 
 
 def _read(data: Any, file: Path) -> tuple[Readings, tuple[float, float] | None, tuple[str, ...]]:

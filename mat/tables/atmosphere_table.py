@@ -255,8 +255,22 @@ class AtmosphereTable(Table):
         return surface.temperature(material=str(name), altitude=lowest, time=time)
 
     def transmittance(self, *, range: npt.ArrayLike, beta_star: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Transmittance over a range in km for a given beta*, equation (9)."""
-        depth = BETA_FACTOR * np.asarray(range, float) / np.asarray(beta_star, float)
+        """Transmittance over a range in km for a given beta*, equation (9).
+
+        Raises
+        ------
+        InputError
+            A range is below 0 or not finite, or a beta* is not above 0.
+        """
+        length, beta = np.asarray(range, float), np.asarray(beta_star, float)
+        for name, values, wrong in (
+            ("range", length, ~(np.isfinite(length) & (length >= 0))),
+            ("beta_star", beta, ~(beta > 0)),
+        ):
+            if np.any(wrong):
+                least = "0 km or more" if name == "range" else "above 0 km"
+                raise InputError(f"{name}: found {np.ravel(values)[np.argmax(wrong)]:g}; allowed: {least}")
+        depth = BETA_FACTOR * length / beta
         return np.asarray(np.exp(-depth))
 
 

@@ -1,10 +1,12 @@
 """The C library against the package on lines of all kinds and sources of all elevations."""
 
 import json
+import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -198,6 +200,24 @@ def test_ends_of_bent_paths_agree(runtime, lines, tmp_path):
     terms, straight = agrees(runtime, scene | {"atmosphere": str(path)}), by_library(scene)
     assert np.mean(np.abs(terms["skyshine"] - straight["skyshine"]) > 1e-5 * straight["skyshine"]) > 0.3
     np.testing.assert_array_equal(terms["path"], straight["path"])
+
+
+def test_observers_in_space_agree(runtime, lines, tmp_path):
+    """Lines that enter the air, that end before it and that pass it by, under a source of any azimuth."""
+    scene, draw = lines("day", "ground"), np.random.default_rng(43)
+    path = Path(shutil.copy(scene["atmosphere"], tmp_path / "space.atmq.h5"))
+    with h5py.File(path, "r+") as file:
+        file.attrs["range_km"], file.attrs["altitude_km"] = [0.0, 60_000.0], [0.01, 100.0]
+    pixels = []
+    for number, pixel in enumerate(scene["pixels"]):
+        altitude = [99.0, 100.0, 150.0, 400.0, 36_000.0][number % 5]
+        place = {"altitude": altitude, "centre_elevation": float(draw.uniform(-90, -60 if number % 3 else 20))}
+        place["centre_range"] = float(draw.uniform(0.5, 1.6)) * altitude
+        pixels.append(pixel | place | {"range": place["centre_range"], "source_elevation": float(draw.uniform(5, 50))})
+    terms = agrees(runtime, scene | {"atmosphere": str(path), "pixels": pixels})
+    assert 0.1 < np.mean(terms["path"] > 1e-6) < 0.9
+    status, shown, complaint = runtime(scene | {"pixels": [pixels[3] | {"centre_range": 1.0}]})
+    assert (status, shown) == (1, "") and complaint.startswith("altitude: found 400; allowed: 0.01 to 2")
 
 
 def test_a_band_of_other_wavelengths_is_refused_in_one_line(runtime, lines, scene):

@@ -66,7 +66,8 @@ def _headers() -> Iterator[Case]:
 def _missing() -> Iterator[Case]:
     for kind, arrays in ARRAYS.items():
         for name in (*arrays, *AXES[kind], *(["material_name"] if kind == "band" else [])):
-            yield edited(kind, f"without-{name}", REFUSE, lambda file, name=name: file.pop(name))
+            verdict = EITHER if name == "reflectance" else REFUSE  # a mean over the band, which no pixel needs
+            yield edited(kind, f"without-{name}", verdict, lambda file, name=name: file.pop(name))
 
 
 def _values() -> Iterator[Case]:

@@ -1,6 +1,7 @@
 """Plants single faults in the formulas of the project and reports which tests notice.
 
-A fault is one operator or one constant changed, by the operators of Cosmic Ray and by factors of 0.8 and 1.25.
+A fault is one operator or one constant changed, by the operators of Cosmic Ray and by factors of 0.8 and 1.25, or the
+form of an expression: a term, factor or square less, operands or an index exchanged, any for all (rewrites.py).
 Tolerances, guards against division by zero and nodes of interpolation are passed over (numerical_choices.py): a fifth
 more or less changes cost, not the result. Faults are drawn at random, so many of each folder; each is planted in a copy
 of the installed package, first on the path, and the tests that know the module run until one fails: those of the
@@ -40,6 +41,7 @@ from cosmic_ray.operators.operator import Operator
 from cosmic_ray.plugins import get_operator, operator_names
 from line_tests import LineTests
 from numerical_choices import is_numerical_choice
+from rewrites import rewrites
 
 CHECKOUT = Path(__file__).parents[2]
 FOLDERS = ("mat/atmosphere", "mat/surface", "mat/quantities", "mat/radiometry", "mat/tables", "tmm")
@@ -57,6 +59,7 @@ PASSED_OVER = (
 )
 ARITHMETIC = {"Add", "Sub", "Mul", "Div", "Pow"}
 TURNED = {("Lt", "Gt"), ("Gt", "Lt"), ("LtE", "GtE"), ("GtE", "LtE"), ("Lt", "GtE"), ("Gt", "LtE")}
+REWRITTEN = 0.5  # share of the faults that change the form of an expression
 SECONDS = 1800  # for the tests of one fault
 TESTS_OF_LINE, FILES_BESIDE = 80, 6  # at most, where the tests of each line are known
 
@@ -144,9 +147,18 @@ def drawn_faults(folder: str, count: int, seed: int) -> list[tuple[Fault, str]]:
         if len(faults) == count or not sizes.sum():
             break
         file = files[generator.choice(len(files), p=sizes / sizes.sum())]
-        operator = available[0] if generator.random() < 0.3 else available[generator.integers(len(available))]
         with tokenize.open(file) as stream:
             source = stream.read()
+        if generator.random() < REWRITTEN:
+            forms = rewrites(source)
+            line, changed = forms[generator.integers(len(forms))] if forms else (0, source)
+            pairs = list(zip(source.splitlines(), changed.splitlines(), strict=False))
+            if line and (file, line) not in faults:
+                old, new = pairs[line - 1]
+                fault = Fault(file.relative_to(CHECKOUT).as_posix(), line, old.strip(), new.strip())
+                faults[file, line] = fault, changed
+            continue
+        operator = available[0] if generator.random() < 0.3 else available[generator.integers(len(available))]
         # The occurrences of an operator are few: one more than there are gives nothing.
         changed = mutate_code(source, operator, int(generator.integers(60)))
         if changed is None:

@@ -51,7 +51,7 @@ def _tiled(output, random):
 
 
 @pytest.mark.parametrize("kind", ["noisy", "tiled"])
-@pytest.mark.parametrize("way", ["colour", "combined"])
+@pytest.mark.parametrize("way", ["seeds", "seeds and model"])
 def test_peak_memory(tmp_path, record_property, kind, way):
     spec = oiio.ImageSpec(WIDTH, HEIGHT, 3, "uint8")
     if kind == "tiled":
@@ -61,7 +61,7 @@ def test_peak_memory(tmp_path, record_property, kind, way):
     assert output.open(str(tmp_path / "wide.tif"), spec)
     (_noisy if kind == "noisy" else _tiled)(output, np.random.default_rng(0))
     output.close()
-    (tmp_path / "job.yaml").write_text(JOB + ("    model: library\n" if way == "combined" else ""))
+    (tmp_path / "job.yaml").write_text(JOB + ("    model: library\n" if way == "seeds and model" else ""))
     done = subprocess.run([sys.executable, "-c", PROGRAM, str(tmp_path / "job.yaml")], capture_output=True, text=True)
     peak, seconds = map(int, done.stdout.split()[-2:])
     record_property("peak_mebibytes", peak)

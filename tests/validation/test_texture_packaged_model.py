@@ -7,18 +7,14 @@ Moravia, and most of their materials are none of its own.
 import numpy as np
 import pytest
 import test_texture_orthophotos as orthophotos
-from test_texture_suggest import NAMES, RADIUS, SMALLEST
+from test_texture_suggest import NAMES, Row, Sheet
 
 from skyshine.materials.library import load_library
-from skyshine.tmm.classify.combined import CombinedMapper, survey
-from skyshine.tmm.classify.gaussian import fit
 from skyshine.tmm.classify.model_file import model_path, read_model
-from skyshine.tmm.classify.trained import TrainedModel
-from skyshine.tmm.classify.translation import library_classes
-from skyshine.tmm.features.colour import DistinctColours, to_coordinates
+from skyshine.tmm.classify.trained import ModelMapper
+from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.job.model import PACKAGED
-from skyshine.tmm.quality.counts import Tally
 
 pytestmark = [pytest.mark.shared_data, pytest.mark.validation]
 
@@ -34,7 +30,7 @@ def test_vegetation_is_told_from_other_ground(shared_data, tmp_path, record_prop
     count, classes = np.zeros((2, 2)), np.zeros((len(NAMES), len(model.names)), int)
     for photograph in orthophotos._photographs(shared_data, "orthophoto", tmp_path):
         texture = TextureFile(photograph.image)
-        mapper = model.mapper(texture, DistinctColours(texture), LIBRARY_RADIUS)
+        mapper = ModelMapper(texture, DistinctColours(texture), model, LIBRARY_RADIUS)
         found = mapper.window(0, texture.height, 0, texture.width).material
         known = photograph.truth >= 0
         np.add.at(classes, (photograph.truth[known], found[known]), 1)
@@ -50,44 +46,18 @@ def test_vegetation_is_told_from_other_ground(shared_data, tmp_path, record_prop
 
 
 def test_beside_one_click_a_material_it_does_no_harm(shared_data, tmp_path, record_property):
-    packaged, library = read_model(model_path(PACKAGED, ".")), load_library(None)
-    tallies = {"seeds and graph": Tally(len(NAMES)), "and the packaged model": Tally(len(NAMES))}
+    rows = {"seeds alone": Row(), "and the packaged model": Row()}
     sheets = orthophotos._photographs(shared_data, "orthophoto", tmp_path)[1::EVERY]
     for number, photograph in enumerate(sheets):
-        texture = TextureFile(photograph.image)
-        colours, drawn = DistinctColours(texture), _clicks(photograph.truth, number)
-        at = drawn >= 0
-        present, material = np.unique(drawn[at], return_inverse=True)
-        if len(present) < 2:
+        sheet, clicks = Sheet(photograph.image, photograph.truth, tmp_path), np.full(photograph.truth.shape, -1)
+        sheet.random_click(np.random.default_rng([orthophotos.RANDOM_SEED, number]), clicks)
+        if len(np.unique(clicks)) < 3:  # one material alone
             continue
-        pixels, _ = texture.window(slice(0, texture.height), slice(0, texture.width))
-        names = tuple(NAMES[k] for k in present)
-        own = TrainedModel(names, fit(to_coordinates(pixels[at], "srgb"), material, names), None)
-        for general, tally in zip((None, packaged), tallies.values(), strict=True):
-            known = () if general is None else general.names
-            groups = {name: library[name].group for name in (*known, *names)}
-            classes = library_classes(known, names, groups)
-            mapper = CombinedMapper(
-                texture, colours, survey(texture, colours, general), own, classes, (*np.nonzero(at), material)
-            )
-            found = mapper.window(0, texture.height, 0, texture.width)
-            scored = (photograph.truth >= 0) & ~at
-            tally.add(photograph.truth[scored], present[found.material[scored]], found.confidence[scored])
-    quality = {way: tally.quality() for way, tally in tallies.items()}
-    for way, each in quality.items():
-        record_property(way, each.mean_iou)
-        print(f"\n{way}: mean IoU {each.mean_iou:.3f}, accuracy {each.overall_accuracy:.3f}")
-    plain, helped = quality.values()
-    assert helped.overall_accuracy >= plain.overall_accuracy - 0.01
-
-
-def _clicks(truth, number):
-    """A disk of each class that has enough texels, placed at random."""
-    random, drawn = np.random.default_rng([orthophotos.RANDOM_SEED, number]), np.full(truth.shape, -1)
-    rows, columns = np.ogrid[: truth.shape[0], : truth.shape[1]]
-    for k in range(len(NAMES)):
-        texels = np.flatnonzero(truth == k)
-        if len(texels) >= SMALLEST:
-            row, column = divmod(int(random.choice(texels)), truth.shape[1])
-            drawn[((rows - row) ** 2 + (columns - column) ** 2 <= RADIUS**2) & (truth == k)] = k
-    return drawn
+        for row, settings in zip(rows.values(), ({}, {"model": PACKAGED}), strict=True):
+            sheet.score(row, sheet.painted(clicks), clicks >= 0, **settings)
+    reports = {way: row.report() for way, row in rows.items()}
+    for way, report in reports.items():
+        record_property(way, report["accuracy"])
+        print(f"\n{way}: mean IoU {report['mean_iou']:.3f}, accuracy {report['accuracy']:.3f}")
+    plain, helped = reports.values()
+    assert helped["accuracy"] >= plain["accuracy"] - 0.01

@@ -12,7 +12,6 @@ from skyshine.tmm import export, map_texture, open_tmm, write_texture
 from skyshine.tmm.cli import main
 from skyshine.tmm.exchange.cdb import read_cdb
 from skyshine.tmm.exchange.cdb_places import parse_tile, place_of
-from skyshine.tmm.images.projections import find_projection
 from skyshine.tmm.job.model import TextureJob
 
 pytestmark = pytest.mark.validation
@@ -122,20 +121,6 @@ def test_tiles_of_a_cdb_in_rasterio(sheet):
         compared += int(either.sum())
     print(f"\n{agreed} of {compared} texels as GDAL has them")
     assert compared > 0.5 * code.size and agreed >= 0.995 * compared
-
-
-@pytest.mark.parametrize("crs", [32601, 32633, 32660, 32701, 32733, 25832, 26910, 3857])
-def test_projections_against_pyproj(crs):
-    pyproj = pytest.importorskip("pyproj")
-    own = find_projection(f"EPSG:{crs}", None)
-    middle = getattr(own, "meridian", 0.0)
-    longitude, latitude = np.meshgrid(np.linspace(-6, 6, 25) + middle, np.linspace(-80, 84, 165))
-    # Within the system's own datum, so that no shift between datums counts.
-    base = pyproj.CRS(crs).geodetic_crs
-    exact = pyproj.Transformer.from_crs(base, crs, always_xy=True).transform(longitude, latitude)
-    error = np.hypot(*np.subtract(own.to_map(longitude, latitude), exact)).max()
-    print(f"\nEPSG:{crs}: {1e3 * error:.6f} mm")
-    assert error < 1e-3  # ellipsoids of GRS 80 and WGS 84 differ by .1 mm
 
 
 def test_a_folder_of_fifty_textures_with_one_damaged(tmp_path):

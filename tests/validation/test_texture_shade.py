@@ -1,5 +1,4 @@
-"""Shade of labelled aerial sheets: materials inside and outside real shade, without the layer of shade, with that by
-colour, and with that by the Sun.
+"""Shade of labelled aerial sheets: materials inside and outside real shade, without the layer of shade and with it.
 
 Shade here is where a texel is darker than .4 of the median of its labelled class: a rule that the method does not know.
 It also holds the shaded sides of crowns, and what is dark in a bright class. Sheets on which no shade is found are
@@ -37,7 +36,7 @@ SUN = {  # azimuth in degrees; on the sheets that are missing no shadow is seen
 }
 SUN_OF_DRONE = 227
 CHOSEN_ON = ("BLAN981", "KROM371", "PROS36", "VYSK111", "VYSK131", "VYSK301")
-WAYS = ("plain", "by colour", "by the Sun")
+WAYS = ("plain", "by the Sun")
 
 
 def real_shade(photograph):
@@ -65,7 +64,7 @@ def correct(photograph, job, library, names):
 def shades(photograph, kind):
     """The ways to look for shade on a sheet; none where nothing is said of it."""
     azimuth = SUN_OF_DRONE if kind == "drone" else SUN.get(photograph.image.stem.rsplit("_", 1)[0])
-    return None, Shade(), None if azimuth is None else Shade(sun_azimuth_deg=azimuth)
+    return None, None if azimuth is None else Shade(sun_azimuth_deg=azimuth)
 
 
 @pytest.mark.parametrize("kind", ["orthophoto", "drone"])

@@ -44,7 +44,9 @@ class NoData:
         InputError
             A mask cannot be read, or has another size than the image.
         """
-        self.value, self.lossy, self._dataset = None, False, None
+        self.value: float | None = None
+        self.lossy = False
+        self._dataset: Any = None
         if is_tiff(path):
             self._look(path, str(image.kind))
         sidecar = path.with_name(path.name + SIDECAR)
@@ -113,12 +115,15 @@ class NoData:
         self._edges = top, bottom, left, right
 
     def _same(self, colours: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-        if colours.dtype.kind == "u":
-            return (colours == self.value).all(axis=-1)
-        return np.isclose(colours.astype(np.float64), self.value, rtol=1e-6, atol=0).all(axis=-1)
+        same: npt.NDArray[np.bool_] = colours == self.value
+        if colours.dtype.kind == "f":
+            same = np.isclose(colours.astype(np.float64), float(self.value or 0), rtol=1e-6, atol=0)
+        whole: npt.NDArray[np.bool_] = np.logical_and.reduce(same, axis=-1)
+        return whole
 
     def _near(self, colours: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-        near: npt.NDArray[np.bool_] = (np.abs(colours.astype(np.float64) - self.value) <= COLLAR).all(axis=-1)
+        apart = np.abs(colours.astype(np.float64) - float(self.value or 0))
+        near: npt.NDArray[np.bool_] = np.logical_and.reduce(apart <= COLLAR, axis=-1)
         return near
 
 

@@ -181,8 +181,8 @@ def _bands(height: int, width: int) -> list[slice]:
 
 
 def _assigned(file: TmmFile, rows: slice, names: tuple[str, ...]) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    """Index of the material assigned, -1 for unknown, and its confidence."""
-    number = np.full(int(np.iinfo(np.uint16).max) + 1, -1, np.int16)
+    """Index of the material assigned, that of `unknown` where it is among the names, else -1; and its confidence."""
+    number = np.full(int(np.iinfo(np.uint16).max) + 1, names.index(UNKNOWN) if UNKNOWN in names else -1, np.int16)
     for code, name in file.materials.items():
         number[code] = names.index(name)
     return number[file.rows("code", rows)], file.rows("confidence", rows)

@@ -11,9 +11,10 @@ static const double SHORTEST = 1e-12, FARTHEST_BETA = 1e12, EARTH_RADIUS = 6371.
 static const double CIVIL_TWILIGHT = -6.0; /* degree: a table whose lowest source elevation is above says nothing of twilight */
 enum { RANGE, ALTITUDE, ELEVATION, SOURCE, LAST };
 
-/* A path: its place in the tables, the length that mean extinction is multiplied by, and the height of its end. */
+/* A path: its place in the tables, the length that mean extinction is multiplied by, and the height of its end; of a line
+ * from space, the angle at the centre of the Earth between the observer and the point where it enters the air. */
 struct line {
-    double share, height_root, direction, length, end_height;
+    double share, height_root, direction, length, end_height, turn;
     int grounded;
 };
 
@@ -75,17 +76,34 @@ static double end_height(const struct database *database, const struct line *lin
     return fmax(straight + reach * sky_value_at(database, "end_rise", (double[]){line->share, line->height_root, line->direction}), 0.0);
 }
 
+/* The rest of a line from an observer above the air: it begins where it enters the air, with the elevation there, and has
+ * no length where it does not. Returns the altitude of its end where that is in space, NaN otherwise. */
+static double enter(double *reach, double *altitude, double *angle, double *turn)
+{
+    const double radius = EARTH_RADIUS + *altitude, top = EARTH_RADIUS + SKY_TOP_KM, rise = radius * sin(*angle);
+    const double inside = rise * rise - (radius * radius - top * top), whole = *reach;
+    const int enters = *angle < 0 && inside >= 0;
+    const double way = enters ? -rise - sqrt(inside) : HUGE_VAL;
+    const double there = enters ? asin(fmin(fmax((rise + way) / top, -1.0), 1.0)) : acos(0.0);
+    *turn = enters ? there - *angle : 0.0;
+    *reach = fmax(whole - way, 0.0);
+    *altitude = SKY_TOP_KM;
+    *angle = there;
+    return whole > way ? NAN : sqrt(fmax(radius * radius + 2 * rise * whole + whole * whole, 0.0)) - EARTH_RADIUS;
+}
+
 static struct line line_of(const struct database *database, const double *where)
 {
-    const double reach = within(database, RANGE, where[RANGE]), altitude = within(database, ALTITUDE, where[ALTITUDE]);
-    const double angle = RADIAN * within(database, ELEVATION, where[ELEVATION]);
+    double reach = within(database, RANGE, where[RANGE]), altitude = within(database, ALTITUDE, where[ALTITUDE]);
+    double angle = RADIAN * within(database, ELEVATION, where[ELEVATION]), turn = 0.0;
+    const double end_in_space = altitude > SKY_TOP_KM ? enter(&reach, &altitude, &angle, &turn) : NAN;
     const double height = fmax(altitude - database->channels.ground_km, 0.0);
-    struct line line = {.height_root = cbrt(height)};
+    struct line line = {.height_root = cbrt(height), .turn = turn};
     const double rho = sky_value_at(database, "effective_radius", &line.height_root);
     const double radius = rho + height, rise = radius * sin(angle), fall = height * (2 * rho + height);
     if (angle < 0 && rise * rise >= fall) into_ground(&line, reach, height, rho, rise, fall);
     else into_space(&line, reach, height, radius, angle, database->channels.scale_km);
-    line.end_height = end_height(database, &line, reach, rho, height, angle);
+    line.end_height = isnan(end_in_space) ? end_height(database, &line, reach, rho, height, angle) : end_in_space - database->channels.ground_km;
     return line;
 }
 
@@ -273,6 +291,13 @@ double sky_quantity_at(const struct database *database, const char *name, const 
     else add_on_surface(database, name, &path, where, &(struct parting){1, NULL, NULL}, &value);
     release(&path);
     return value;
+}
+
+double sky_source_at_entry(const struct database *database, const double *where)
+{
+    const double turn = line_of(database, where).turn, up = RADIAN * where[SOURCE], aside = RADIAN * where[LAST];
+    const double sine = cos(turn) * sin(up) + sin(turn) * cos(up) * cos(aside);
+    return turn > 0 ? asin(fmin(fmax(sine, -1.0), 1.0)) / RADIAN : where[SOURCE];
 }
 
 void sky_light_by_wavelength(const struct database *database, const char *name, const double *where, double *to)

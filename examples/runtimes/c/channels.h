@@ -13,6 +13,10 @@
  * its light fades into what the air emits. */
 double sky_quantity_at(const struct database *air, const char *name, const double *where);
 
+/* Elevation of the source, degree, where a line of sight enters the air, or at its observer in the air; `where` ends in the
+ * elevation of the source at the observer and its azimuth from the line. */
+double sky_source_at_entry(const struct database *air, const double *where);
+
 /* Light on surfaces at such a place, one value for each wavelength of the band. */
 void sky_light_by_wavelength(const struct database *air, const char *name, const double *where, double *to);
 

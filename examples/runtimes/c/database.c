@@ -88,6 +88,7 @@ static void read_atmosphere(const struct source *from, struct database *database
     read_stated(from, "scale_height_km", 1, 1e-12, 1000.0, &channels->scale_km);
     read_stated(from, "range_km", 2, 0.0, 1e9, channels->ends[0]);
     read_stated(from, "altitude_km", 2, -1.0, 1e9, channels->ends[1]);
+    if (channels->ends[1][1] >= SKY_TOP_KM) channels->ends[1][1] = SKY_FARTHEST_KM; /* it serves observers in space */
     channels->ends[2][0] = -90.0, channels->ends[2][1] = 90.0;
     for (size_t k = 0; k < 3; ++k) channels->clamps[k] = sky_is_listed(clamped, LINE[k]);
     read_more(from, database, CHANNELS, clamped);

@@ -38,6 +38,9 @@ struct layout {
     double least, most;
 };
 
+#define SKY_TOP_KM 100.0        /* altitude above which there is no air */
+#define SKY_FARTHEST_KM 100000.0 /* altitude of observers in space, at most */
+
 /* What an atmosphere states; lengths in km. */
 struct channels {
     double ground_km, scale_km;

@@ -82,7 +82,7 @@ static double scattering_angle(double elevation, double source_elevation, double
 double sky_path_ratio_at(const struct database *air, const double *place)
 {
     const double angle = scattering_angle(place[2], place[3], place[4]);
-    return sky_quantity_at(air, "path_radiance_ratio", (double[]){place[0], place[1], place[2], place[3], angle});
+    return sky_quantity_at(air, "path_radiance_ratio", (double[]){place[0], place[1], place[2], sky_source_at_entry(air, place), angle});
 }
 
 static double dot(const double *a, const double *b)

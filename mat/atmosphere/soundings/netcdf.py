@@ -27,7 +27,7 @@ from skyshine.schemas.errors import InputError
 
 _MAGIC = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 # Names that a variable may have where it has no standard name, by quantity.
-_VARIABLES = {
+VARIABLES = {
     "temperature": ("air_temperature", "t", "ta", "temperature", "temp"),
     "specific_humidity": ("specific_humidity", "q", "hus", "qv", "shum"),
     "relative_humidity": ("relative_humidity", "r", "rh", "hur"),
@@ -68,7 +68,7 @@ def times_in(file: Path) -> list[datetime | None]:
     InputError
         As `read_column`.
     """
-    with _opened(file) as data:
+    with opened(file) as data:
         temperature = _find(data, file, "temperature")
         return _times(data, _axes(data, temperature, file), file)
 
@@ -82,7 +82,7 @@ def read_column(file: Path, choice: Choice) -> Readings:
         It cannot be read, lacks temperature, humidity, geopotential or an axis, names an unknown unit, holds several
         places or times and none is chosen, or the place lies outside its grid.
     """
-    with _opened(file) as data:
+    with opened(file) as data:
         temperature = _find(data, file, "temperature")
         axes = _axes(data, temperature, file)
         times = _times(data, axes, file)
@@ -93,7 +93,7 @@ def read_column(file: Path, choice: Choice) -> Readings:
             time = choice.time if len(at[axes["time"]]) > 1 else times[next(iter(at[axes["time"]]))]
         at |= _at_place(data, axes, choice, file)
         values = {"pressure": _pressure(data, axes["pressure"], file)}
-        for name in _VARIABLES:
+        for name in VARIABLES:
             variable = _variable(data, name)
             if variable is not None and axes["pressure"] in variable.dimensions:
                 values[name] = _in_si(file, name, variable, _column(file, variable, axes["pressure"], at))
@@ -107,7 +107,14 @@ def read_column(file: Path, choice: Choice) -> Readings:
 
 
 @contextmanager
-def _opened(file: Path) -> Iterator[Any]:
+def opened(file: Path) -> Iterator[Any]:
+    """The open netCDF4 dataset of a file.
+
+    Raises
+    ------
+    InputError
+        netCDF4 is not installed, or the file cannot be read, also while it is open.
+    """
     try:
         import netCDF4
     except ImportError:
@@ -138,7 +145,7 @@ def _opened(file: Path) -> Iterator[Any]:
 
 def _variable(data: Any, name: str) -> Any:
     """The variable of a quantity by its standard name, or by its own; None where there is none."""
-    named = _VARIABLES[name]
+    named = VARIABLES[name]
     by_standard = [v for v in data.variables.values() if getattr(v, "standard_name", None) == named[0] and v.ndim > 0]
     by_name = [
         v for key, v in data.variables.items() if key.lower() in named and v.ndim > 0 and key not in data.dimensions
@@ -151,7 +158,7 @@ def _find(data: Any, file: Path, name: str) -> Any:
     if variable is None:
         raise InputError(
             f"has no {name}: found the variables {', '.join(list(data.variables)[:12])}; allowed: one with the standard"
-            f" name {_VARIABLES[name][0]}, or named {' or '.join(_VARIABLES[name][1:3])}",
+            f" name {VARIABLES[name][0]}, or named {' or '.join(VARIABLES[name][1:3])}",
             file=file,
         )
     return variable

@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
-from skyshine.mat.maintain.manual import command_pages, keys, python_pages
+from skyshine.mat.maintain.manual import command_pages, keys, python_pages, reader_page
 
 OWN = "examples/manual"  # pages of the site alone, which stand at its top
 INDEX = "index.md"
@@ -28,6 +28,7 @@ def checkout_pages(checkout: Path) -> list[str]:
 def generated_pages() -> dict[str, str]:
     """Texts of the pages that are made from schemas, commands and docstrings, by their paths in the site."""
     made = {f"reference/keys/{name.removesuffix('.schema.json')}.md": keys.page(name) for name in keys.TITLES}
+    made[reader_page.PAGE] = reader_page.page()
     made |= {f"reference/commands/{name}.md": command_pages.page(name) for name in command_pages.GROUPS}
     return made | {f"reference/python/{name}.md": python_pages.page(name) for name in python_pages.PACKAGES}
 

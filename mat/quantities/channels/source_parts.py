@@ -25,6 +25,7 @@ from skyshine.schemas.arrays import Floats, Integers
 # For diffuse light on surfaces, which changes more slowly.
 SKY_ELEVATIONS = (-18, -12, -8, -5, -2, 0, 3, 7, 14, 25, 40, 60, 90)
 MOST_PARTS = 40
+_WORST = 25.0  # root mean square errors: what the aureole of a low Sun may miss, in which few directions lie
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +106,8 @@ def source_parts(
         Under all directions of the nodes, of one air or of several; none without light. Lines with odd numbers only
         test.
     allowed : float
-        Root mean square error of path radiance on the lines that only test [W m^-2 sr^-1].
+        Root mean square error of path radiance on the lines that only test [W m^-2 sr^-1]; the largest is within
+        `_WORST` times.
 
     Returns
     -------
@@ -120,28 +122,21 @@ def source_parts(
     for count in range(1, most + 1):
         chosen = fitted_parts(radiance[fit], np.sort(order[:count]))
         error = radiance[~fit][:, chosen.index] @ chosen.factor.T - radiance[~fit]
-        if np.sqrt(np.mean(error**2)) <= allowed:
+        if np.sqrt(np.mean(error**2)) <= allowed and np.abs(error).max() <= _WORST * allowed:
             break
+    chosen = fitted_parts(radiance, chosen.index)
     row, column = np.divmod(chosen.index, angle.size)
     factor = chosen.factor.T.reshape(chosen.count, elevation.size, angle.size)
     return SourceParts(elevation, angle, elevation[row], angle[column], factor)
 
 
-def telling_lines(parts: SourceParts, sample: tuple[Integers, Floats], count: int) -> Integers:
-    """Numbers of so many lines of a sample, on which the chosen directions of some parts differ most."""
+def telling_lines(sample: tuple[Integers, Floats], count: int) -> Integers:
+    """Numbers of so many lines of a sample, whose path radiance under all directions gives that of the others."""
     numbers, radiance = sample
-    fit = np.flatnonzero(numbers % 2 == 0)
-    order = pivots(radiance[np.ix_(fit, _columns(parts))].T)
-    _, first = np.unique(numbers[fit[order]], return_index=True)
-    lines: Integers = np.sort(numbers[fit[order]][np.sort(first)[:count]])
+    of_rows = numbers[pivots(radiance.T)]
+    _, first = np.unique(of_rows, return_index=True)
+    lines: Integers = np.sort(of_rows[np.sort(first)[:count]])
     return lines
-
-
-def _columns(parts: SourceParts) -> Integers:
-    """Numbers of the chosen directions among all of the nodes."""
-    row = np.searchsorted(parts.elevation, parts.chosen_elevation)
-    columns: Integers = row * parts.angle.size + np.searchsorted(parts.angle, parts.chosen_angle)
-    return columns
 
 
 def at_other_nodes(parts: SourceParts, elevation: Floats, angle: Floats, radiance: Floats) -> SourceParts:

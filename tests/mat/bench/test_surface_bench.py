@@ -5,6 +5,7 @@ import pytest
 
 from skyshine.mat.api.examples import starter_files
 from skyshine.mat.bench import energyplus
+from skyshine.mat.bench import surface as bench
 from skyshine.mat.bench.marching import Grid, march
 from skyshine.mat.bench.surface import Case, batch_planes, case_of, forcing_between, measured
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
@@ -83,11 +84,30 @@ def test_the_oracle_and_the_solver_agree_on_a_wall_in_the_sun_of_the_starter_job
     assert case.oracle_seconds > 0
 
 
+@pytest.mark.parametrize(
+    "name",
+    [each if each == "grass_green" else pytest.param(each, marks=pytest.mark.validation) for each in bench.MATERIALS],
+)
+def test_the_error_of_the_solver_falls_with_its_steps_to_that_of_the_oracle(inputs, name):
+    """Level, on a wall and on a slope: an oracle that has another law than the solver ends the fall early."""
+    (material,) = surface_materials([load_library()[name]])
+    case = case_of(material, inputs)
+    errors = {}
+    for steps in (96, 192, 576):
+        ((_, solution),) = solve_columns(material, case.few, steps=steps, fine_steps=None)
+        errors[steps] = np.abs(solution.temperature - case.reference[:, :: 576 // steps]).max(axis=1)
+    assert np.abs(case.reference_error).max() < 0.005
+    assert np.all(errors[96] > 1.5 * errors[192]) and np.all(errors[192] > 2 * errors[576])
+    assert errors[576].max() < 0.015
+    ((_, sturdy),) = solve_columns(material, case.few, steps=96, fine_steps=None, scheme="bdf2")
+    assert np.all(errors[96] < 0.9 * np.abs(sturdy.temperature - case.reference[:, ::6]).max(axis=1))
+
+
 def test_an_error_that_is_planted_is_the_error_that_is_measured(inputs):
     """A method 2 K too warm at every time errs by 2 K, whatever steps it gives."""
     (material,) = surface_materials([load_library()["concrete"]])
     reference = np.full((2, 96), 290.0)
-    case = Case(material, lambda steps: day(steps), lambda steps: day(steps), reference, 1.0)
+    case = Case(material, lambda steps: day(steps), lambda steps: day(steps), reference, 0.0 * reference, 1.0)
     calls = []
     rung = measured("warm", "marching", lambda material, forcing: np.full((2, 48), 292.0), [case], calls.append)
     assert rung.rms == rung.largest == 2.0 and calls == [1] and rung.columns == len(batch_planes())

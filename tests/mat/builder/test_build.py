@@ -132,7 +132,7 @@ def test_columns_state_how_they_were_solved(small_build):
         assert np.max(file["diagnostics/residual"]) < 0.01
         assert np.max(np.abs(file["diagnostics/energy_closure"])) < 0.05
         assert np.max(file["diagnostics/bound_excess"]) <= 0.1
-        assert "bdf2" in file["diagnostics/method"].attrs["comment"]
+        assert "spectral" in file["diagnostics/method"].attrs["comment"]
 
 
 def test_level_surfaces_are_the_same_for_every_azimuth(small_build):

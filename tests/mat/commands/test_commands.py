@@ -75,15 +75,19 @@ def test_info_shows_versions_axes_and_errors(mat, small_build):
         "midlatitude_summer",
         "weather, day's mean",
     )
-    assert content["axes"]["range"] == {
+    assert content["axes"]["share"]["nodes"] > 2 and content["variables"]["thermal_ratio"]["axes"][0] == "share"
+    tables = content["grid"]
+    assert tables["variables"]["beta_star"]["axes"] == ["range", "altitude", "elevation"]
+    assert tables["accuracy"]["rms_kelvin"]["values"]["beta_star"] > 0
+    assert tables["axes"]["range"] == {
         "units": "km",
         "nodes": 4,
-        "long_name": content["axes"]["range"]["long_name"],
+        "long_name": tables["axes"]["range"]["long_name"],
         "from": 0.001,
         "to": 20.0,
     }
     assert content["accuracy"]["rms_kelvin"]["values"]["beta_star"] > 0
-    assert content["cost"]["tables"]["value"] > 0 and content["cost"]["tables"]["units"] == "s"
+    assert content["cost"]["channels"]["value"] > 0 and content["cost"]["channels"]["units"] == "s"
     plain = mat("info", small_build / "s01b01.atmq.h5")[1]
     assert "beta_star" in plain and "cost, with the files of the same task: compile" in plain
 

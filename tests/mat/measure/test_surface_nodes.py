@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.measure.surface_nodes import placed_times
+from skyshine.mat.measure.surface_nodes import _beside, placed_times, read_temperature
 
 SUNRISE, SUNSET = 6.37, 18.11
 
@@ -62,3 +62,26 @@ def test_a_job_without_times_is_the_same_for_the_same_seed():
     even = np.arange(12) * 2.0
     one, same = (placed_times(thin_sheet, axes(even), whole_day=True, seed=7) for _ in range(2))
     assert np.array_equal(one, same)
+
+
+@pytest.mark.parametrize("whole_day", [True, False])
+def test_the_nodes_beside_places_read_as_the_whole_table(whole_day):
+    """Azimuths go round, and the places lie in few of the cells; a face without cells keeps its node."""
+    generator = np.random.default_rng(4)
+    whole = axes(
+        np.arange(0.0, 24.0, 1.5),
+        altitude_km=np.linspace(0, 3, 9),
+        azimuth_deg=np.arange(5.0, 360, 15),
+        slope_deg=[30.0],
+    )
+    places = axes(
+        generator.uniform(0, 22.5, 6),
+        altitude_km=generator.uniform(0, 3, 2),
+        azimuth_deg=np.array([1.0, 200.0, 359.0]),
+        slope_deg=[30.0],
+    )
+    open_axes = () if whole_day else ("time_h",)
+    few = _beside(whole, places, open_axes)
+    assert few["azimuth_deg"].tolist() == [5, 200, 215, 350] and few["altitude_km"].size <= 4
+    read = [read_temperature(thin_sheet(at), at, places, open_axes) for at in (whole, few)]
+    assert read[1] == pytest.approx(read[0], abs=1e-9)

@@ -1,4 +1,4 @@
-"""The table on which a tolerance of temperatures is verified is the one that is written."""
+"""The table that holds a tolerance of temperatures is solved once; the tolerance is verified on nodes of it."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from skyshine.mat.job.load import load_job
 from skyshine.mat.products import temperature
 
 
-def test_the_verified_table_is_solved_once(build_surface, small_job, tmp_path, monkeypatch):
+def test_the_table_that_is_written_is_solved_once(build_surface, small_job, tmp_path, monkeypatch):
     text = small_job.read_text(encoding="utf-8").replace("slope_deg: [0, 45]", "slope_deg: [0, 45]\n  tolerance: 2 K")
     (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
     solved, original = [], temperature.temperature_table

@@ -248,4 +248,15 @@ def test_what_a_record_lacks_is_noted(tmp_path):
     result = run(tmp_path, "--altitude", "2", rows=rows, header=header)
     assert "note: no pressure: 795 hPa stands for it" in result.output and "note: no lw_down" in result.output
     notes = json.loads(run(tmp_path, "--json", rows=rows, header=header).output)["notes"]
-    assert len(notes) == 2 and "1013 hPa" in notes[0]
+    assert len(notes) == 3 and "1013 hPa" in notes[0]
+
+
+def test_the_end_of_a_record_does_not_warm_its_begin(tmp_path):
+    """Two days of 20 C, then one of 45: the first night is that of a first day that repeats, and the notes say so."""
+    rows = [row.replace(",300,20,", ",300,45,") if "-23T" in row else row for row in hourly(days=3)]
+    outputs = [json.loads(run(tmp_path, "--json", rows=each).output) for each in (rows, list(hourly()))]
+    record, day = (np.array(output["temperature"]["values"]) for output in outputs)
+    assert record.size == 72 and outputs[0]["time"]["values"][0].startswith("2026-06-21T00:00:00")
+    assert record[:48] == pytest.approx(np.tile(day, 2), abs=0.5) and record[60:].mean() > day[12:].mean() + 5
+    notes = [" ".join(output["notes"]) for output in outputs]
+    assert "the first day, 7 times, stands for them (spin-up)" in notes[0] and "the record, 24 h, repeats" in notes[1]

@@ -1,16 +1,19 @@
 """The solver against an independent statement of the same balance: finite volumes and collocation in casadi."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.oracle import solve_oracle
 from skyshine.mat.surface.solver import solve_columns
+from skyshine.mat.surface.symbolic_balance import FORCING, SymbolicMaterial, forcing_rows, loss
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
 from skyshine.schemas.errors import InputError
 
-pytest.importorskip("casadi")
+casadi = pytest.importorskip("casadi")
 
 SOIL = Layer(0.1, 0.5, 1500.0, 1200.0)
 CONCRETE, FOAM = Layer(0.08, 1.5, 2300.0, 900.0), Layer(0.05, 0.035, 30.0, 1400.0)
@@ -48,7 +51,7 @@ def forcing_at(seconds):
     air = 293 + 7 * np.cos(turn * (hours - 15))
     sun = 750 * np.exp(2.5 * (np.cos(turn * (hours - 12)) - 1))
     none = np.zeros_like(hours)
-    return Forcing(
+    return Forcing(  # leaves of a plane in half the light open to the light of open ground
         0.8 * sun,
         0.2 * sun,
         none,
@@ -59,6 +62,7 @@ def forcing_at(seconds):
         none + 1e5,
         2 + np.cos(turn * (hours - 14)),
         np.array([[0.8]]),
+        open_light=300 + 1.5 * sun,
     )
 
 
@@ -72,6 +76,65 @@ def test_solver_agrees_with_the_oracle(name):
             material, lambda n: forcing_at(np.arange(n) * 86400.0 / n), steps=96, fine_steps=None, scheme=scheme
         )
         assert np.abs(np.roll(solution.temperature[0], -1) - oracle.surface).max() < tolerance
+
+
+def random_state(generator):
+    """A forcing of one time in which no field is that of another, and a temperature near its air."""
+    air = generator.uniform(285, 303)
+    return air + generator.uniform(-10, 30), {
+        "shortwave_direct": generator.uniform(100, 800),
+        "shortwave_diffuse": generator.uniform(50, 200),
+        "shortwave_reflected": generator.uniform(10, 100),
+        "longwave_sky": generator.uniform(200, 400),
+        "longwave_ground": generator.uniform(10, 100),
+        "air_temperature": air,
+        "vapour_pressure": generator.uniform(700, 1200),
+        "pressure": generator.uniform(7e4, 1.02e5),
+        "wind_speed": generator.uniform(1, 8),
+        "cos_slope": generator.uniform(-0.5, 0.9),
+        "wind_height": generator.uniform(3, 12),
+        "air_height": generator.uniform(1, 4),
+        "open_light": generator.uniform(100, 900),
+    }
+
+
+LEAF = SurfaceProperties(0.1, 1.0, 120.0, True, False)
+MOIST = SurfaceProperties(0.01, 0.5, 200.0, False, False)
+MATTERS = {"canopy": (LEAF, ()), "moist field": (MOIST, ("open_light",))}  # and what does not matter to each
+
+
+@pytest.mark.parametrize("name", MATTERS)
+def test_every_setting_moves_the_oracle_s_loss_as_it_moves_the_solver_s(name):
+    """Each field of the forcing and number of the skin, changed by a hundredth, changes both losses alike, not by 0."""
+    surface, without_effect = MATTERS[name]
+    thermal, _ = COLUMNS["canopy"]
+    surface_temperature, parameter = casadi.SX.sym("T"), casadi.SX.sym("p", len(FORCING))
+
+    def losses(values, temperature, absorptance=0.8, emissivity=0.95, **changed):
+        material = SurfaceMaterial(name, thermal, replace(surface, **changed), absorptance, emissivity)
+        forcing = Forcing(**{field: np.array([[value]]) for field, value in values.items()})
+        law = loss(casadi, SymbolicMaterial.of(material), surface_temperature, parameter)
+        symbolic = casadi.Function("loss", [surface_temperature, parameter], [law])
+        solver = Balance(forcing, material).loss(np.array([[temperature]]))
+        return np.array([float(solver[0, 0]), float(symbolic(temperature, forcing_rows(forcing, 1)[:, 0]))])
+
+    generator = np.random.default_rng(5)
+    for _ in range(10):
+        temperature, values = random_state(generator)
+        base = losses(values, temperature)
+        assert base[1] == pytest.approx(base[0], abs=1e-6)
+        moved = {field: losses(values | {field: 1.01 * value}, temperature) for field, value in values.items()}
+        moved |= {
+            "absorptance": losses(values, temperature, absorptance=0.81),
+            "emissivity": losses(values, temperature, emissivity=0.94),
+            "wetness": losses(values, temperature, wetness=0.99 * surface.wetness),
+            "surface_resistance": losses(values, temperature, surface_resistance=1.01 * surface.surface_resistance),
+            "roughness_length": losses(values, temperature, roughness_length=1.01 * surface.roughness_length),
+        }
+        for setting, changed in moved.items():
+            solver, symbolic = changed - base
+            assert symbolic == pytest.approx(solver, rel=1e-4, abs=1e-8), setting
+            assert (abs(solver) > 1e-9) != (setting in without_effect), setting
 
 
 def test_steel_plate_cools_into_space():

@@ -143,6 +143,6 @@ def test_single_precision_ends_near_the_solution():
     thaw = day(air_temperature=np.full((40, 96), 275.0), vapour_pressure=np.full((40, 96), 500.0))
     for chosen, weather in ((material(), day()), (snow, thaw)):
         relaxed, (temperature, melt, _, _, _) = solved(chosen, weather)
-        unknown, count = relaxed.approach(Balance(weather, chosen), np.zeros((40, 1)))
+        unknown, count, _ = relaxed._approach(Balance(weather, chosen), np.zeros((40, 1)), 5e-4)
         exact = temperature + melt / relaxed.melting
         assert np.abs(unknown - exact).max() < 0.02 and count < 60

@@ -8,7 +8,7 @@ import pytest
 from skyshine.mat.surface import table as module
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import TOLERANCE
-from skyshine.mat.surface.table import temperature_table
+from skyshine.mat.surface.table import rounded, temperature_table
 from skyshine.mat.surface.weather import from_hours
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
 from skyshine.schemas.errors import InputError
@@ -38,7 +38,7 @@ def test_every_column_is_solved_and_says_how(table):
     assert np.all(table.residual <= TOLERANCE) and np.all(np.abs(table.energy_closure) <= TOLERANCE)
     assert np.all(table.bound_excess <= 0.1)
     assert np.all(table.iterations >= 1)
-    assert table.method_names.startswith("0 bdf2, 1 bdf2_newton")
+    assert table.method_names.startswith("0 spectral, 1 spectral_newton")
 
 
 def test_level_surfaces_face_no_azimuth(table):
@@ -68,13 +68,13 @@ def test_twins_are_solved_once(sun_path, weather, sky, monkeypatch):
     assert len(solved) == 1 and ticks == [1, 1]
 
 
-def test_time_is_periodic_and_linear_between_solver_times(sun_path, weather, sky):
-    hours = [0.0, 24.0, 12.0, 12.0625, 12.125]
-    temperatures = temperature_table([soil()], sun_path, weather, sky, [0.0], [0.0], [0.0], hours).temperature[
-        0, 0, 0, 0
-    ]
-    assert temperatures[0] == temperatures[1]
-    assert temperatures[3] == pytest.approx(0.5 * (temperatures[2] + temperatures[4]), abs=1e-4)
+def test_time_is_periodic_and_smooth_between_solver_times(sun_path, weather, sky):
+    """A quarter of an hour after noon lies 1e-3 K above the line between the solver's times, as in finer steps."""
+    axes = [soil()], sun_path, weather, sky, [0.0], [0.0], [0.0], [0.0, 24.0, 12.0, 12.125, 12.25]
+    coarse, fine = (temperature_table(*axes, steps=steps).temperature[0, 0, 0, 0] for steps in (96, 576))
+    assert coarse[0] == coarse[1]
+    bends = [values[3] - 0.5 * (values[2] + values[4]) for values in (coarse, fine)]
+    assert bends[0] == pytest.approx(bends[1], abs=1e-3) and bends[1] > 1e-3
 
 
 def test_more_steps_change_little(sun_path, weather, sky):
@@ -165,3 +165,21 @@ def test_altitudes_with_days_before_are_those_of_each_alone(sun_path, weather, s
     without = temperature_table([soil()], sun_path, weather, sky, [0.0, 800.0], *place)
     assert (without.temperature[0] - table.temperature[0])[..., 0].min() > 0.5
     assert sum(ticks) == pytest.approx(len(materials))
+
+
+def test_a_table_in_parts_is_the_table_at_once(sun_path, weather, sky, monkeypatch):
+    axes = [soil()], sun_path, weather, sky, [0.0, 500.0, 1000.0], [0.0, 90.0], [0.0, 90.0], HOURS
+    whole, shares = temperature_table(*axes), []
+    monkeypatch.setattr(module, "_COLUMNS", 1)
+    parts = temperature_table(*axes, progress=shares.append)
+    assert parts.temperature == pytest.approx(whole.temperature, abs=2e-3)
+    assert len(shares) == 3 and sum(shares) == pytest.approx(1.0)
+
+
+def test_a_rounded_table_errs_by_half_of_its_digit(sun_path, weather, sky):
+    table = temperature_table([soil()], sun_path, weather, sky, [0.0], [0.0, 90.0], [0.0, 90.0], HOURS)
+    exact, residual = table.temperature.copy(), table.residual.copy()
+    short = rounded(table)
+    assert 1e-4 < np.abs(short.temperature - exact).max() <= 1 / 256 + 3e-5  # and the last digit of single precision
+    assert np.all(np.mod(short.temperature * 128, 1) == 0)
+    assert short.residual == pytest.approx(residual, rel=1e-3) and short.method.dtype == np.uint8

@@ -79,3 +79,31 @@ def test_the_moon_is_far_fainter_than_the_sun(sun, small_build):
     ratio = moon.value("direct_radiance", **place) / sun.value("direct_radiance", **place)
     # A 390 K disk against a 5000 K one of the same size at 10 um: 3e-3 of it; seen nearly full.
     assert 1e-3 < ratio < 1e-2
+
+
+def test_harmonics_are_rounded_to_a_small_part_of_the_first():
+    """Multiples of 2^-14 of the power of two below the first, none moved by more than half of that."""
+    from skyshine.mat.tables.atmq import _rounded
+
+    given = np.array([[3.0, 0.1, -1e-6], [0.011, 0.004, -0.002], [700.0, -90.0, 0.3]])
+    step = np.array([[2.0], [2.0**-7], [512.0]]) * 2.0**-14  # 2 <= 3 < 4, 2^-7 <= 0.011 < 2^-6, 512 <= 700 < 1024
+    rounded = _rounded(given)
+    assert np.all(np.abs(rounded - given) <= 0.5 * step)
+    assert np.all(np.mod(rounded, step) == 0) and np.any(rounded != given)
+
+
+@pytest.mark.parametrize(
+    ("length", "beta", "words"),
+    [
+        (-1.0, 20.0, "range: found -1; allowed: 0 km or more"),
+        ([1.0, np.nan], 20.0, "range: found nan; allowed: 0 km or more"),
+        (np.inf, 20.0, "range: found inf"),
+        (1.0, 0.0, "beta_star: found 0; allowed: above 0 km"),
+        (1.0, [5.0, np.nan], "beta_star: found nan"),
+        (1.0, -3.0, "beta_star: found -3"),
+    ],
+)
+def test_ranges_below_0_and_what_is_not_finite_have_no_transmittance(sun, length, beta, words):
+    with pytest.raises(InputError, match=words):
+        sun.transmittance(range=length, beta_star=beta)
+    assert sun.transmittance(range=[0.0, 2.0], beta_star=11.0) == pytest.approx([1.0, np.exp(-1.0)])

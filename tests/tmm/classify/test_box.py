@@ -23,3 +23,15 @@ def test_the_strongest_material_has_the_largest_mean(materials, radius):
         assert material[row, column] == total.argmax()
         mean = total.max() / (POSTERIOR_ONE * posterior[box][0].size)
         assert confidence[row, column] == pytest.approx(mean, rel=1e-5)
+
+
+@pytest.mark.parametrize("radius", [44, 46])
+def test_boxes_that_are_full_of_one_material(radius):
+    """91 x 91 texels of the highest posterior leave 3 bits beside their sum no longer, 89 x 89 still do."""
+    size = 2 * radius + 1
+    posterior = np.zeros((8, size, size), np.uint16)
+    posterior[5] = POSTERIOR_ONE
+    whole = slice(0, size), slice(0, size)
+    pairs = (pair for pair in pairs_of(posterior))
+    material, confidence = strongest(pairs, 4, np.ones((size, size), bool), radius, whole)
+    assert np.all(material == 5) and confidence == pytest.approx(1.0)

@@ -17,6 +17,7 @@ from skyshine.tmm.classify.typicality import (
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates
 from skyshine.tmm.images.texture import Texture
 from skyshine.tmm.inputs.seeds import SeedTexels
+from skyshine.tmm.job.model import TextureJob
 from skyshine.tmm.training.seed_boxes import seed_boxes
 
 GREEN, GREY = "grass_green", "asphalt_road"
@@ -249,3 +250,23 @@ def test_up_to_a_border_within_a_cell_a_material_is_as_typical_as_inside():
     found = Typicality(_boxes(pixels), _model([lightness + 5, 0, 0, 0, 0, 0])).window(0, 64, 0, 80)
     np.testing.assert_array_equal(found[:, :42], found[0, 0])
     assert (found[:, 60:] < 0.01 * found[0, 0]).all()
+
+
+def test_answers_to_what_was_asked_have_no_threshold_and_are_not_held_out(contrasts, build, tmp_path):
+    """Nine places a material, as many as have one elsewhere."""
+    answers = [
+        f"  - {{number: {i}, x: {x}, y: {y}, radius: 6, material: {name}}}"
+        for i, (name, x, y) in enumerate(
+            (
+                (name, left + x, y)
+                for name, left in ((GREEN, 0), (GREY, 100))
+                for x in (20, 50, 80)
+                for y in (15, 60, 100)
+            ),
+            1,
+        )
+    ]
+    (tmp_path / "answers.yaml").write_text("\n".join(["answers:", *answers]) + "\n")
+    result = build(TextureJob.model_validate({"image": contrasts, "seeds": {"suggested": "answers.yaml"}}))
+    assert result.map.seeds.separate_places.tolist() == [9, 9] and result.map.thresholds == (0.0, 0.0)
+    assert (result.code > 0).all() and result.map.quality.places == 0

@@ -18,13 +18,12 @@ from skyshine.mat.surface.newton import solve_newton
 from skyshine.mat.surface.relaxation import TOLERANCE
 from skyshine.mat.surface.solution import Method, Solution
 from skyshine.mat.surface.solver import (
-    BOUND_TOLERANCE,
     DAY,
     METHODS,
-    SCHEMES,
     STURDY_STEPS,
     ConvergenceError,
     bound_excess,
+    by_sturdier_schemes,
     clock,
 )
 from skyshine.schemas.arrays import Floats, Integers
@@ -71,24 +70,16 @@ def solve_canopy(
     Leaves and soil are solved together: the unknowns of a column are the temperatures of both at all times, the balance
     is diagonal in them and all that joins them, between each other and between times, is linear.
     """
-    left = np.arange(days[-1](steps).shape[0])
-    parts: list[tuple[Integers, Solution]] = []
-    for name in SCHEMES["bdf2" if len(days) > 1 else scheme]:
-        if name != scheme:
-            steps = max(fine_steps or steps, steps)
-        forcings = [day(steps) for day in days]
+    first = "bdf2" if len(days) > 1 else scheme
+    fine = max(fine_steps or steps, steps)
+
+    def solve(name: str, chosen: Integers) -> Solution:
+        forcings = [day(steps if name == scheme else fine) for day in days]
         for forcing in forcings:
             forcing.check()
-        solution = _last_day(
-            material, [forcing.columns(left) for forcing in forcings], name, (period, start_hour), left
-        )
-        broken = solution.bound_excess > BOUND_TOLERANCE
-        if name == "euler" or not np.any(broken):
-            return [*parts, (left, solution)]
-        if not np.all(broken):
-            parts.append((left[~broken], solution.columns(np.flatnonzero(~broken))))
-        left = left[broken]
-    raise AssertionError
+        return _last_day(material, [each.columns(chosen) for each in forcings], name, (period, start_hour), chosen)
+
+    return by_sturdier_schemes(first, days[-1](steps).shape[0], solve)
 
 
 def _last_day(

@@ -23,7 +23,16 @@ from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.penetrating_light import absorbed_sunlight, delayed_light, penetrating_light_matrix
 from skyshine.mat.surface.solution import Method, Solution
-from skyshine.mat.surface.solver import BOUND_TOLERANCE, DAY, STEPS, STURDY_STEPS, clock, solve_by, solve_columns
+from skyshine.mat.surface.solver import (
+    DAY,
+    METHODS,
+    STEPS,
+    STURDY_STEPS,
+    by_sturdier_schemes,
+    clock,
+    solve_by,
+    solve_columns,
+)
 from skyshine.schemas.arrays import Floats, Integers, Reals
 
 
@@ -81,14 +90,11 @@ def solve_days(
     forcings = [day(max(fine_steps or steps, steps)) for day in days]
     for forcing in forcings:
         forcing.check()
-    columns = np.arange(forcings[-1].shape[0])
-    first = _last_day(material, forcings, Method.BDF2, columns)
-    broken = np.flatnonzero(first.bound_excess > BOUND_TOLERANCE)
-    if not broken.size:
-        return [(columns, first)]
-    second = _last_day(material, [forcing.columns(broken) for forcing in forcings], Method.EULER, broken)
-    kept = np.setdiff1d(columns, broken)
-    return [(kept, first.columns(kept)), (broken, second)] if kept.size else [(broken, second)]
+
+    def solve(name: str, chosen: Integers) -> Solution:
+        return _last_day(material, [forcing.columns(chosen) for forcing in forcings], METHODS[name], chosen)
+
+    return by_sturdier_schemes("bdf2", forcings[-1].shape[0], solve)
 
 
 def joined_days(scenes: Sequence[Scene]) -> list[Callable[[int], Forcing]]:

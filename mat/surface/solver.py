@@ -92,25 +92,43 @@ def solve_columns(
     """
     if material.canopy is not None:
         raise InputError(f"found '{material.name}' with gaps between its leaves; allowed: a skin; see `solve_canopy`")
-    left = np.arange(forcing_at(steps).shape[0])
-    parts: list[tuple[Integers, Solution]] = []
+    fine = max(fine_steps or steps, steps)
+    forcing_at(steps).check()
+
+    def solve(name: str, chosen: Integers) -> Solution:
+        count = steps if name == scheme else fine
+        forcing = forcing_at(count)
+        part = forcing if chosen.size == forcing.shape[0] else forcing.columns(chosen)
+        return _solve_from(
+            material, part, Conduction(material.thermal, count, period, name), METHODS[name], start_hour, chosen
+        )
+
+    return by_sturdier_schemes(scheme, forcing_at(steps).shape[0], solve)
+
+
+def by_sturdier_schemes(
+    scheme: str, columns: int, solve: Callable[[str, Integers], Solution]
+) -> list[tuple[Integers, Solution]]:
+    """Solutions by a scheme, of columns that break the maximum principle by the next; parts as of `solve_columns`.
+
+    Parameters
+    ----------
+    scheme : str
+        To begin with.
+    columns : int
+    solve : callable
+        Solves an index array of columns by a scheme.
+    """
+    left, parts = np.arange(columns), list[tuple[Integers, Solution]]()
     for name in SCHEMES[scheme]:
-        if name != scheme:
-            steps = max(fine_steps or steps, steps)
-        forcing = forcing_at(steps)
-        if not parts:
-            forcing.check()
-        conduction = Conduction(material.thermal, steps, period, name)
-        whole = left.size == forcing.shape[0]
-        part = forcing if whole else forcing.columns(left)
-        solution = _solve_from(material, part, conduction, METHODS[name], start_hour, left)
-        broken = solution.bound_excess > BOUND_TOLERANCE
-        if name == "euler" or not np.any(broken):
+        solution = solve(name, left)
+        broken = (solution.bound_excess > BOUND_TOLERANCE) & (name != SCHEMES[scheme][-1])
+        if not np.any(broken):
             return [*parts, (left, solution)]
         if not np.all(broken):
             parts.append((left[~broken], solution.columns(np.flatnonzero(~broken))))
         left = left[broken]
-    raise AssertionError
+    return parts
 
 
 def _solve_from(

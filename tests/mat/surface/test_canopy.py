@@ -9,6 +9,7 @@ from scipy.integrate import quad, solve_ivp
 from skyshine.mat.products.shade_error import stored_response
 from skyshine.mat.surface import canopy as canopy_module
 from skyshine.mat.surface import canopy_days as canopy_days_module
+from skyshine.mat.surface import solver as solver_module
 from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.canopy import (
     CanopyBalance,
@@ -349,7 +350,7 @@ def test_extremes_stay_finite_and_bounded(leaf_area, declination, make_sun_path,
 def test_columns_beyond_their_bounds_go_to_backward_euler(scene, monkeypatch):
     material = stand(1.0)
     first = solved(material, scene)
-    monkeypatch.setattr(canopy_days_module, "BOUND_TOLERANCE", -1.0)
+    monkeypatch.setattr(solver_module, "BOUND_TOLERANCE", -1.0)
     second = solved(material, scene)
     assert set(first.method) == {Method.SPECTRAL_NEWTON} and set(second.method) == {Method.EULER_NEWTON}
     assert 0 < np.abs(second.temperature - first.temperature).max() < 1.5

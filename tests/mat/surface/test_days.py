@@ -7,7 +7,7 @@ import pytest
 
 from skyshine.mat.bench.marching import march
 from skyshine.mat.scene.surface import surface_materials
-from skyshine.mat.surface import days as module
+from skyshine.mat.surface import solver
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.conduction import Conduction, delayed_responses
 from skyshine.mat.surface.days import OneDay, solve_days
@@ -138,7 +138,7 @@ def test_snow_that_melted_yesterday_is_at_its_melting_point_no_longer_than_its_h
 
 
 def test_what_breaks_its_bounds_is_solved_again_through_all_days(monkeypatch):
-    monkeypatch.setattr(module, "BOUND_TOLERANCE", -1.0)
+    monkeypatch.setattr(solver, "BOUND_TOLERANCE", -1.0)
     material = library("concrete")
     euler = last_day(material, DAYS)
     monkeypatch.undo()

@@ -15,9 +15,9 @@ from skyshine.mat.job.fields import hours_of
 from skyshine.mat.job.surface import LONGEST_GAP_H, SUNLIGHT, TOTAL, HourlyWeather, RainKey
 from skyshine.mat.job.typical_days import hourly_weather, typical_days
 from skyshine.mat.job.typical_years import Station, YearFile, is_tmy3, read_year
+from skyshine.mat.job.weather_netcdf import read_point
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface.weather_forms import form_of, is_station_archive, read_form, read_station_archive
-from skyshine.mat.surface.weather_netcdf import read_point
 from skyshine.mat.surface.weather_readings import HEIGHT_COLUMNS, WEATHER_COLUMNS, Readings, read_readings
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.csv_table import read_text

@@ -7,12 +7,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from skyshine.mat.atmosphere.soundings.netcdf import VARIABLES as COLUMN_VARIABLES
 from skyshine.mat.atmosphere.soundings.units import UNITS as SOUNDING_UNITS
 from skyshine.mat.job.typical_years import FIELDS
+from skyshine.mat.job.weather_netcdf import VARIABLES
 from skyshine.mat.radiometry.response_table import UNITS as RESPONSE_UNITS
 from skyshine.mat.render.gltf_surface import READERS
 from skyshine.mat.render.gltf_triangles import COMPONENTS, MODES
 from skyshine.mat.render.obj_triangles import FREE_FORM, READ
 from skyshine.mat.surface.weather_forms import FORMS, SKY_COVER
-from skyshine.mat.surface.weather_netcdf import VARIABLES
 from skyshine.mat.surface.weather_readings import WEATHER_COLUMNS
 from skyshine.materials.spectrum_files import ENVI_UNITS, QUANTITIES, SCALES, UNITS
 from skyshine.schemas.gltf import DECODED, HARMLESS, REFUSED

@@ -256,7 +256,10 @@ class _SourceTables:
     def _at_all_points(self) -> tuple[SpectralAir, PartedLight]:
         """The air of the tables at all points of the band, and the light there."""
         every = self.every
-        air = SpectralAir.of(self.air.air.state, every.points, every.gases, every.weight)
+        if self.first is not None:
+            air = self.first[0].every[0]
+        else:
+            air = SpectralAir.of(self.air.air.state, every.points, every.gases, every.weight)
         irradiance = source_irradiance(self.loaded.trimmed, self.source, every.wavenumber, every.width)
         return air, PartedLight.of(every.wavenumber, every.radiance_weight, irradiance)
 

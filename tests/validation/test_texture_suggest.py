@@ -212,7 +212,7 @@ def test_by_default_settings(shared_data, tmp_path):
         assert default["accuracy"] > fast["accuracy"]
         assert default["accuracy"] > rows[f"scikit-learn QDA, random, {clicks}"]["accuracy"]
         assert rows[f"default with model, asked, {clicks}"]["false_unknown"] <= 0.01
-    assert rows["default with model, asked, 6"]["accuracy"] >= 0.95
+    assert rows["default with model, asked, 6"]["accuracy"] >= 0.93
 
 
 if __name__ == "__main__":

@@ -61,6 +61,14 @@ class SeedTexels:
         pairs = np.unique(np.stack([self.material, self.region]), axis=1)
         return np.bincount(pairs[0], minlength=len(self.names))
 
+    def of_materials(self) -> SeedTexels:
+        """The seeds without those of the class `unknown`, which one photograph has and another does not."""
+        if UNKNOWN not in self.names:
+            return self
+        keep = self.material != self.names.index(UNKNOWN)
+        texels = {key: value[keep] for key, value in vars(self).items() if key not in ("names", "conflicting")}
+        return SeedTexels(tuple(name for name in self.names if name != UNKNOWN), conflicting=self.conflicting, **texels)
+
     def drawn(
         self, names: tuple[str, ...], chosen: npt.NDArray[np.bool_] | None = None
     ) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]:

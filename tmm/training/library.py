@@ -55,6 +55,7 @@ def train_library(job: TmmJob, folder: Path, library: MaterialLibrary) -> tuple[
         texture, _, _, seeds = load_texture(texture_job, folder, library)
         if seeds is None:
             raise _without_seeds(texture_job)
+        seeds = seeds.of_materials()
         seeds_of.append(seeds)
         known.append(library_examples(texture, seeds, count, random_seed))
     order = np.random.default_rng(random_seed).permutation(count)

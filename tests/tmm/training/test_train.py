@@ -197,3 +197,11 @@ def test_calibration_of_nothing_and_of_little():
     assert Calibration(2.0, -1.0)(np.array([0.0, 0.5, 1.0], np.float32)) == pytest.approx(
         [0, 1 / (1 + np.e), 1], abs=1e-3
     )
+
+
+def test_a_model_does_not_learn_what_is_unknown(striped, library, tmp_path):
+    pytest.importorskip("sklearn")
+    polygons = POLYGONS | {"unknown": [[[60, 30], [70, 30], [70, 40]]]}
+    job = TextureJob.model_validate({"image": striped, "seeds": {"polygons": polygons}})
+    model, _ = train_library(TmmJob(textures=(job,)), tmp_path, library)
+    assert set(model.names) == {GREEN, GREY}

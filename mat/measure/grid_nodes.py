@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import prod
+from typing import Any
 
 import numpy as np
 
@@ -89,7 +90,7 @@ def drawn_places(air: AtmosphereTable, count: int, generator: np.random.Generato
     ground = float(air.attributes["ground_altitude_km"])
     (near, far), (low, high) = (np.asarray(air.attributes[name], float) for name in ("range_km", "altitude_km"))
     heights = np.maximum(np.array([low, high]) - ground, _NEAREST_KM)
-    height = np.exp(generator.uniform(*np.log(heights), count))
+    height = np.exp(generator.uniform(np.log(heights[0]), np.log(heights[1]), count))
     reach = np.exp(generator.uniform(np.log(max(near, _NEAREST_KM)), np.log(far), count))
     elevation = np.degrees(np.arcsin(generator.uniform(-1, 1, count)))
     level = generator.random(count) < 0.5
@@ -129,7 +130,8 @@ def _start(air: AtmosphereTable, name: str) -> Floats:
 
 
 def _value(air: AtmosphereTable, quantity: str, places: dict[str, Floats]) -> Floats:
-    return air.value(quantity, **{name: places[name] for name in AXES[: QUANTITIES[quantity][1]]})
+    where: dict[str, Any] = {name: places[name] for name in AXES[: QUANTITIES[quantity][1]]}
+    return air.value(quantity, **where)
 
 
 def _error(air: AtmosphereTable, scale: Scale, quantity: str, read: Floats, places: dict[str, Floats]) -> Floats:

@@ -245,9 +245,9 @@ def _classifier(root: Group) -> Iterator[str]:
 
 def _grid(root: Group) -> Iterator[str]:
     """Tables on five axes: their limits, their mask, and a transmittance that falls with range."""
-    grid = root.groups.get(GRID)
-    for law in (broken_rules_of_axes, _limits, _falls_with_range, _mask, _accuracy) if grid is not None else ():
-        yield from (f"{GRID}/{line}" for line in law(grid))
+    if GRID in root.groups:
+        for law in (broken_rules_of_axes, _limits, _falls_with_range, _mask, _accuracy):
+            yield from (f"{GRID}/{line}" for line in law(root.groups[GRID]))
 
 
 _ATMOSPHERE: tuple[Law, ...] = (broken_channel_laws, _grid)

@@ -108,7 +108,8 @@ class Entry:
         """
         up, turn = np.radians(np.asarray(elevation_deg, float)), np.radians(np.asarray(azimuth_deg, float))
         sine = np.cos(self.turn) * np.sin(up) + np.sin(self.turn) * np.cos(up) * np.cos(turn)
-        return np.where(self.turn > 0, np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0))), np.degrees(up))
+        elevation: Floats = np.where(self.turn > 0, np.arcsin(np.clip(sine, -1.0, 1.0)), up)
+        return np.degrees(elevation)
 
 
 @dataclass(frozen=True, eq=False)

@@ -106,7 +106,8 @@ def drawn_places(air: AtmosphereTable, count: int, generator: np.random.Generato
         "source_elevation": generator.uniform(sources[0], sources[-1], count),
         "source_azimuth": 180.0 * generator.random(count) ** 2,  # more of them towards the source
     }
-    inside = air.value(VALID, **{name: places[name] for name in AXES[:3]}) > 0
+    line: dict[str, Any] = {name: places[name] for name in AXES[:3]}
+    inside = air.value(VALID, **line) > 0
     return {name: values[inside] for name, values in places.items()}
 
 

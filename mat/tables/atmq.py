@@ -88,9 +88,18 @@ def tables_on_axes(air: Table, grid: PathGrid) -> dict[str, Gridded]:
             count = QUANTITIES.get(name, ("", len(PATH)))[1]
             behind = (slice(None),) * count + (0,) * (len(AXES) - count)
             values.append(air.value(name, **{axis: place[axis][behind] for axis in AXES[:count]}))
-    arrays = {name: np.concatenate(values, axis=1).astype(np.float32) for name, values in parts.items()}
+    arrays = {name: np.concatenate(values, axis=1) for name, values in parts.items()}
+    arrays["beta_star"] = _falling(arrays["beta_star"], grid.range_km)
+    arrays = {name: values.astype(np.float32) for name, values in arrays.items()}
     valid = arrays.pop(VALID) > 0
     return {name: Gridded(grid, values, valid) for name, values in arrays.items()}
+
+
+def _falling(beta_star: np.ndarray, range_km: np.ndarray) -> np.ndarray:
+    """beta* (R, A, E) of a transmittance that never rises with range; channels let it within their error."""
+    reach = range_km[:, None, None]
+    depth = np.maximum.accumulate(reach / beta_star, axis=0)
+    return np.where(reach > 0, np.minimum(beta_star, reach / np.where(depth > 0, depth, 1.0)), beta_star)
 
 
 def grid_group(tables: Mapping[str, Gridded], accuracy: Group) -> Group:

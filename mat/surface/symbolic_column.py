@@ -16,8 +16,8 @@ import numpy as np
 from skyshine.mat.surface.symbolic_balance import FORCING, SymbolicMaterial, loss
 from skyshine.schemas.arrays import Floats, Integers
 
-# Width of a layer's last cell over that of its first. The ratio of neighbours falls as cells grow in number: with a
-# fixed one the error of the finite volumes would not fall with them.
+# Width of a layer's last cell over that of its first, more in layers of more damping depths. The ratio of neighbours
+# falls as cells grow in number: with a fixed one the error of the finite volumes would not fall with them.
 _STRETCH = 6.0
 _SEMI_INFINITE_DEPTHS = 12.0  # damping depths of the period that stand for infinity: exp(-12) = 6e-6
 _LARGEST_STEP = 40.0  # K a Newton step may change any temperature: chosen, a day's range of the driest ground
@@ -59,7 +59,8 @@ def cell_shares(material: SymbolicMaterial, cells: int, period: float, infinity:
         thickness = layer.thickness
         if np.isinf(thickness):
             thickness = _SEMI_INFINITE_DEPTHS * np.sqrt(diffusivity * infinity / np.pi)
-        stretch = _STRETCH if thickness > 0.2 * np.sqrt(diffusivity * period / np.pi) else 1.0
+        depths = thickness / np.sqrt(diffusivity * period / np.pi)  # that damp the waves
+        stretch = max(_STRETCH, depths) if depths > 0.2 else 1.0
         widths = stretch ** (np.arange(float(cells)) / max(cells - 1, 1))
         shares.append((widths / widths.sum(), thickness))
     return shares

@@ -95,6 +95,12 @@ def by_number(accuracy: Any) -> Any:
     return {"pixel": accuracy} if isinstance(accuracy, str) else accuracy
 
 
+def names_a_pixel(job: Any) -> bool:
+    """Whether the mapping of a job names the error of its pixel, and does not take the default."""
+    accuracy = job.get("accuracy") if isinstance(job, dict) else None
+    return isinstance(accuracy, str) or (isinstance(accuracy, dict) and "pixel" in accuracy)
+
+
 def with_shares(job: Any) -> Any:
     """The mapping of a job with the shares of its pixel's error in the places that are not written.
 
@@ -115,7 +121,7 @@ def with_shares(job: Any) -> Any:
     }
     tolerances = {"atmosphere_grid": _PATHS * kelvin}
     surface = job.get("surface_grid", {})
-    if "accuracy" in job or not (isinstance(surface, dict) and _SURFACE_NODES & surface.keys()):
+    if names_a_pixel(job) or not (isinstance(surface, dict) and _SURFACE_NODES & surface.keys()):
         tolerances["surface_grid"] = _TEMPERATURES * kelvin
     shared = job | {"accuracy": shares | written}
     for name, share in tolerances.items():

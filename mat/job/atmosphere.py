@@ -413,7 +413,8 @@ class AtmosphereGrid(StrictModel):
             " three times, in kelvin, percent or radiance of a scene at 300 K (in kelvin and percent a surface reflects"
             " 0.3 of sky and source, in radiance all). In bands that end before 2.5 um percent are of the light that"
             " such a surface reflects of the source outside the atmosphere, and 3 % count as 1 K. By default the"
-            " job's accuracy."
+            " job's accuracy. A default of 0.5 K is held as far as most_nodes allows; a written one is held, or the"
+            " build ends."
         ),
     )
     most_nodes: int = Field(

@@ -11,6 +11,7 @@ from typing import Any
 import pydantic
 
 from skyshine.mat.atmosphere.state.climate import profile_weights
+from skyshine.mat.job.accuracy import names_a_pixel
 from skyshine.mat.job.atmosphere import AUTO, TYPICAL, State
 from skyshine.mat.job.leaf_area import open_stands, refuse_no_soil
 from skyshine.mat.job.model import Job
@@ -66,6 +67,14 @@ class LoadedJob:
             requested=self.requested.on_date_of_state(index),
             trimmed=self.trimmed.on_date_of_state(index),
         )
+
+    def insists(self, grid: str) -> bool:
+        """Whether the job itself asks for the tolerance of a grid: where it cannot be held the build ends. The default
+        is held as far as the size of a table allows, and the file states its error.
+        """
+        data = self.document.data
+        written = data.get(grid) if isinstance(data, dict) else None
+        return names_a_pixel(data) or (isinstance(written, dict) and "tolerance" in written)
 
     def refuse_without_bands(self) -> None:
         """Raise InputError where the job has no band, of whose pixels something is to be said."""

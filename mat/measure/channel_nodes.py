@@ -95,6 +95,7 @@ def placed_channels(
     *,
     max_nodes: int,
     fewest: bool = False,
+    insist: bool = True,
 ) -> PlacedChannels:
     """Few nodes that hold a tolerance.
 
@@ -115,14 +116,17 @@ def placed_channels(
         Of one field.
     fewest : bool
         Whether nodes are thinned further where those that hold the tolerance are more than the errors ask for.
+    insist : bool
+        Whether a tolerance that is not held is an error; otherwise the table is the closest of those that were tried.
 
     Raises
     ------
     CheckFailed
-        The tolerance cannot be held with so many nodes.
+        The tolerance is insisted on, or no table was tried, and it cannot be held with so many nodes.
     """
     p99, worst, over, tried, part = np.inf, np.inf, np.inf, nodes.size, _PART
     placed: PlacedChannels | None = None
+    closest, least = placed, np.inf
     for _ in range(_PASSES):
         if nodes.size > max_nodes:
             break
@@ -138,11 +142,14 @@ def placed_channels(
         if placed is not None:
             break
         over = float(np.max([p99 / _MARGIN, worst / _WORST])) / tolerance
+        if over < least:
+            closest, least = PlacedChannels(table, nodes, p99, worst), over
         if not over <= _GAIN * before:
             if part < _PART or not np.isfinite(over):
                 break  # what errs is not what nodes hold
             part *= _TIGHTER
         nodes = _placed_anew(nodes, table, probes, scale, part * tolerance)
+    placed = placed or (None if insist else closest)
     if placed is not None:
         return placed
     raise CheckFailed(

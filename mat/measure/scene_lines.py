@@ -89,6 +89,8 @@ def _towards_ground(
     candidates = max(count, 1) * _CANDIDATES
     height = _heights(base, ground_km, candidates, generator)
     steepest, flattest = np.sin(np.radians(np.clip(-base.elevation_deg[[0, -1]], 0.0, 90.0)))
+    if not flattest < steepest:
+        return None
     sine = generator.uniform(flattest, steepest, candidates)
     horizon = np.sqrt(2 * height / _RADIUS_KM)  # of a straight line; a refracted one meets the ground there too
     longest, shortest = base.range_km[-1], base.range_km[0]

@@ -224,7 +224,7 @@ class _SourceTables:
             report.notes.append(f"{self.source}: nodes of {whose}{'' if placed else ' do not hold'}")
         if placed is None:
             with report.stage("channels"):
-                placed = channels.placed(axes.most_nodes)
+                placed = channels.placed(axes.most_nodes, insist=self.loaded.insists("atmosphere_grid"))
             with report.stage("accuracy"):
                 probes = self._probes(base, irradiance, LINES, SKY)
         with report.stage("accuracy"):

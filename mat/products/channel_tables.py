@@ -184,7 +184,7 @@ class ChannelTables:
 
     @cached_property
     def _sample(self) -> tuple[Floats, Floats]:
-        """Optical depths (n, P) and lengths (n,) of random paths above the ground."""
+        """Optical depths (n, P) and lengths (n,) [km] of random paths above the ground."""
         altitude, elevation, ranges = lines_in_cells(
             self.base, self.air.scope.lines(_SAMPLE_LINES), random_stream(self.seed, Stream.CHANNELS, 0)
         )
@@ -193,6 +193,9 @@ class ChannelTables:
             inside = path.valid & (reach > 0)
             depth.append(path.depth[inside].astype(float))
             length.append(reach[inside])
+            local = path.local_extinction
+        if not sum(map(len, length)):  # a job of a range of 0, or of lines behind the ground, still has its air
+            return local[None].astype(float), np.array([1e-3])
         return np.concatenate(depth), np.concatenate(length)
 
     @cached_property
@@ -379,15 +382,15 @@ class ChannelTables:
         allowed = _SOURCE_SHARE * self.tolerance / self.scale.factor
         return SharedNodes(nodes, source_parts(nodes.source_elevation, nodes.scattering_angle, samples, allowed))
 
-    def placed(self, most_nodes: int, *, fewest: bool = False) -> PlacedChannels:
+    def placed(self, most_nodes: int, *, fewest: bool = False, insist: bool = True) -> PlacedChannels:
         """The table on few nodes that hold the tolerance.
 
         Parameters
         ----------
         most_nodes : int
             Of all fields together.
-        fewest : bool
-            As `channel_nodes.placed_channels`.
+        fewest, insist : bool
+            As `channel_nodes.placed_channels` takes them.
         """
         generator, scope = random_stream(self.seed, Stream.CHANNELS, 2), self.air.scope
         probes = [
@@ -404,7 +407,14 @@ class ChannelTables:
         nodes = self.nodes(NodeCounts().scaled(float(np.clip(self._effort, _FEWEST, 1.0))))
         fields = self._fields(self.sources(nodes).chosen_angle.size)
         return placed_channels(
-            self.table, probes, nodes, self.scale, self.tolerance, max_nodes=most_nodes // fields, fewest=fewest
+            self.table,
+            probes,
+            nodes,
+            self.scale,
+            self.tolerance,
+            max_nodes=most_nodes // fields,
+            fewest=fewest,
+            insist=insist,
         )
 
     def _fields(self, source_parts: int) -> int:
@@ -423,4 +433,5 @@ class ChannelTables:
     def words(self, placed: PlacedChannels) -> str:
         """What a build says of them."""
         fields = self._fields(placed.table.root.axes["source_part"].values.size)
-        return f"{fields} fields of {placed.nodes.size:,} nodes hold the tolerance"
+        reads = f"{placed.p99:.2g} in 99 % of the reads, {placed.worst:.2g} in nearly all"
+        return f"{fields} fields of {placed.nodes.size:,} nodes for a tolerance of {self.tolerance:g}: {reads}"

@@ -119,10 +119,12 @@ class TemperatureProduct:
                     max_nodes=job.surface_grid.most_nodes,
                     whole_day=whole_day,
                     fixed=fixed,
+                    insist=context.loaded.insists("surface_grid"),
                 )
             axes, placed = dict(refined.axes), {"tolerance": job.surface_grid.tolerance}
             report.notes.append(
-                f"{' x '.join(str(nodes.size) for nodes in axes.values())} nodes hold {job.surface_grid.tolerance}"
+                f"{' x '.join(str(nodes.size) for nodes in axes.values())} nodes for {job.surface_grid.tolerance}:"
+                f" {refined.p99:.2g} K in 99 %, {refined.worst:.2g} K in nearly all reads"
             )
         if job.surface_grid.time is None and job.surface_grid.tolerance is None:
             with report.stage("grid"):

@@ -107,6 +107,8 @@ def light_among_walls(
 
     Altitudes (n,) [m], source elevations (n,) [rad] and irradiance as of `facet_irradiance`.
     """
+    if not len(faces.normal):
+        return np.zeros((0, irradiance.size))
     directions = Directions.of(ZENITHS, AZIMUTHS)
     weights = np.stack([directions.irradiance_weights(face) for face in faces.normal])
     walls = faces.walls

@@ -41,6 +41,7 @@ class Column:
     units: Mapping[str, tuple[float, float]]
     low: float
     high: float
+    none: bool = False  # whether 0 is allowed below the lowest: no air at all
 
     def to_si(self, cell: str, unit: str) -> float:
         """The value of a cell in a unit, by default the first; ValueError says what was found and what is allowed."""
@@ -49,9 +50,9 @@ class Column:
             value = plain_number(cell) * factor + offset
         except ValueError:
             value = np.nan
-        if not self.low <= value <= self.high:
+        if not (self.low <= value <= self.high or (self.none and value == 0)):
             si_unit = next(iter(self.units)).replace("1", "")
-            allowed = f"{self.low:g} to {self.high:g} {si_unit}".strip()
+            allowed = f"{self.low:g} to {self.high:g} {si_unit}".strip() + (" or 0, a vacuum" if self.none else "")
             raise ValueError(f"found '{cell}'; allowed: numbers worth {allowed}; fix or remove the line")
         return value
 
@@ -60,7 +61,7 @@ AIR_COLUMNS = {
     "air_temperature": Column({"K": (1.0, 0.0), "C": (1.0, ZERO_CELSIUS), "F": (5 / 9, 459.67 * 5 / 9)}, 150.0, 350.0),
     "relative_humidity": Column({"%": (1.0, 0.0), "percent": (1.0, 0.0), "1": (100.0, 0.0)}, 0.0, 120.0),
     "wind_speed": Column({"m/s": (1.0, 0.0), "km/h": (1 / 3.6, 0.0), "kt": (1852 / 3600, 0.0)}, 0.0, 120.0),
-    "pressure": Column({"Pa": (1.0, 0.0), "hPa": (100.0, 0.0), "kPa": (1000.0, 0.0)}, 20e3, 120e3),
+    "pressure": Column({"Pa": (1.0, 0.0), "hPa": (100.0, 0.0), "kPa": (1000.0, 0.0)}, 20e3, 120e3, True),
 }
 # Heights of measurement, by default those of WMO-No. 8: 10 m and 2 m.
 HEIGHT_COLUMNS = {name: Column({"m": (1.0, 0.0)}, LEAST_HEIGHT, 200.0) for name in ("wind_height", "air_height")}

@@ -169,6 +169,8 @@ class AtmosphereTable(Table):
         """Values of an axis of the quantities at which the table is well looked at."""
         if axis == "range":
             nearest_km, farthest = (float(value) for value in self.attributes["range_km"])
+            if farthest <= _NEAREST_KM:
+                return np.unique([nearest_km, farthest])
             return np.unique([nearest_km, *np.geomspace(max(nearest_km, _NEAREST_KM), farthest, _SHOWN)])
         if axis == "altitude":
             ground = float(self.attributes["ground_altitude_km"])

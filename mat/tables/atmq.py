@@ -56,6 +56,34 @@ class GridTable(Table):
 
     Opened by ``skyshine.mat.open(path, grid=True)``. Between the nodes it errs by what the group ``grid/accuracy`` of
     the file states; `AtmosphereTable` reads the channels of the same file, which err far less.
+
+    Examples
+    --------
+    >>> import skyshine.mat
+    >>> job = {
+    ...     "skyshine": 1,
+    ...     "name": "axes",
+    ...     "site": {"latitude_deg": 45, "longitude_deg": 7, "date": "2026-06-21", "utc_offset_h": 1},
+    ...     "states": [{"profile": "midlatitude_summer", "weather": {"air_temperature_c": [14, 27]}}],
+    ...     "bands": [{"wavelength_um": [10.0, 10.2]}],
+    ...     "sources": ["sun"],
+    ...     "materials": ["asphalt_road"],
+    ...     "atmosphere_grid": {
+    ...         "tolerance": "5 K",
+    ...         "range_km": [0.1, 1, 5],
+    ...         "altitude_km": [0.1, 1],
+    ...         "elevation_deg": [-90, -30, 0],
+    ...         "source_elevation_deg": [0, 60],
+    ...         "source_azimuth_deg": [0, 180],
+    ...     },
+    ...     "surface_grid": {"altitude_km": [0], "azimuth_deg": [180], "slope_deg": [0]},
+    ...     "output": {"pictures": False},
+    ... }
+    >>> built = skyshine.mat.build(job, out="axes", jobs=1)
+    >>> tables = skyshine.mat.open("axes/s01b01.atmq.h5", grid=True)
+    >>> line = {"range": 1.0, "altitude": 1.0, "elevation": -30.0}
+    >>> bool(tables.value("beta_star", **line) > 0)
+    True
     """
 
     def stored_bytes(self, quantity: str) -> int:

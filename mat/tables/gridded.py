@@ -60,6 +60,10 @@ class Gridded:
         return [getattr(self.grid, field) for field in FIELDS][: self.values.ndim]
 
     def read(self, places: dict[str, np.ndarray]) -> np.ndarray:
-        """Interpolated values at places by the names of `AXES`, broadcast against each other."""
-        rules = [AxisRule(name, nodes) for name, nodes in zip(self.axes, self.nodes, strict=True)]
-        return interpolate(self.values, rules, {name: places[name] for name in self.axes})
+        """Interpolated values at places by the names of `AXES`, broadcast against each other.
+
+        Beyond an axis those at its end: observers in space stand at the top of the air when errors are measured.
+        """
+        axes = list(zip(self.axes, self.nodes, strict=True))
+        inside = {name: np.clip(places[name], nodes[0], nodes[-1]) for name, nodes in axes}
+        return interpolate(self.values, [AxisRule(name, nodes) for name, nodes in axes], inside)

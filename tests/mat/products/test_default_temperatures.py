@@ -5,7 +5,6 @@ import pytest
 
 import skyshine.mat
 from skyshine.mat.job.load import load_job
-from skyshine.mat.plan.left_out import temperature_times
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
 from skyshine.mat.surface.table import temperature_table
 from skyshine.materials.library import load_library
@@ -38,23 +37,15 @@ SCENES = {
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_default_axes_hold_a_kelvin(build_surface, tmp_path, scene):
+def test_a_job_that_says_nothing_keeps_half_a_kelvin(build_surface, tmp_path, scene):
     site, profile, weather, materials = SCENES[scene]
     text = JOB.format(site=site, profile=profile, weather=weather, materials=materials)
     (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
     loaded = load_job(tmp_path / "job.yaml")
     table = skyshine.mat.open(build_surface(loaded, tmp_path))
     stated = table.error("temperature")
-    assert 0 < stated["p99_kelvin"] < 1 and stated["maximum_kelvin"] < 3
+    assert 0 < stated["p99_kelvin"] <= 0.5 and stated["maximum_kelvin"] < 3
     job, library = loaded.trimmed, load_library()
-    shape = table.root.variables["temperature"].data.shape
-    assert shape == (
-        len(materials),
-        len(job.surface_altitudes_km),
-        len(job.surface_grid.azimuth_deg),
-        len(job.surface_grid.slope_deg),
-        len(temperature_times(job)),
-    )
     draw = np.random.default_rng(20)
     height, azimuth, slope, time = (
         np.sort(draw.uniform(low, high, count))
@@ -77,4 +68,4 @@ def test_default_axes_hold_a_kelvin(build_surface, tmp_path, scene):
     mesh = np.meshgrid(np.array(codes), height, azimuth, slope, time, indexing="ij")
     read = table.temperature(**dict(zip(("material", "altitude", "azimuth", "slope", "time"), mesh, strict=True)))
     error = np.abs(read - exact)
-    assert np.percentile(error, 99) < 1 and error.max() < 3
+    assert np.percentile(error, 99) < 0.6 and error.max() < 3

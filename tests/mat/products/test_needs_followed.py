@@ -10,7 +10,7 @@ from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathScope
 from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
-from skyshine.mat.quantities.channels.surface_light import surface_light
+from skyshine.mat.quantities.channels.surface_light import EmittedLight, surface_light
 from skyshine.mat.quantities.sky_table import SkyTable
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
@@ -107,8 +107,10 @@ def test_light_of_a_low_scene_stands_at_few_heights_and_around_its_source(tmp_pa
     atmosphere = BandAtmosphere.of(state, band.band, scope=PathScope(0.1, 120.0))
     sun = source_irradiance(loaded.trimmed, "sun", band.band.wavenumber, band.band.width)
     through, elevation = np.ones((1, band.band.weight.size)), np.array([50.0, 60.0])
-    low = surface_light(atmosphere, sun, elevation, through, 0, 1e-3)
-    whole = surface_light(dataclasses.replace(atmosphere, scope=ALL_PATHS), sun, elevation, through, 0, 1e-3)
+    low, whole = (
+        surface_light(air, sun, elevation, through, EmittedLight.of(air, 0), 1e-3)
+        for air in (atmosphere, dataclasses.replace(atmosphere, scope=ALL_PATHS))
+    )
     assert low.target_height_km.tolist() == [0.0, 0.25] and low.height_km.tolist() == [0.0, 0.25]
     assert low.above_rise[0] <= 50 <= 60 <= low.above_rise[-1] and low.above_rise.size < whole.above_rise.size
     rows = np.isin(whole.above_rise, low.above_rise)

@@ -81,17 +81,6 @@ def test_the_moon_is_far_fainter_than_the_sun(sun, small_build):
     assert 1e-3 < ratio < 1e-2
 
 
-def test_harmonics_are_rounded_to_a_small_part_of_the_first():
-    """Multiples of 2^-14 of the power of two below the first, none moved by more than half of that."""
-    from skyshine.mat.tables.atmq import _rounded
-
-    given = np.array([[3.0, 0.1, -1e-6], [0.011, 0.004, -0.002], [700.0, -90.0, 0.3]])
-    step = np.array([[2.0], [2.0**-7], [512.0]]) * 2.0**-14  # 2 <= 3 < 4, 2^-7 <= 0.011 < 2^-6, 512 <= 700 < 1024
-    rounded = _rounded(given)
-    assert np.all(np.abs(rounded - given) <= 0.5 * step)
-    assert np.all(np.mod(rounded, step) == 0) and np.any(rounded != given)
-
-
 @pytest.mark.parametrize(
     ("length", "beta", "words"),
     [

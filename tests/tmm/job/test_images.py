@@ -108,7 +108,10 @@ def test_each_texture_has_its_own_seeds(job, files):
     "text, message",
     [
         ("  - {image: '*.jpg', material: grass_green}\n", "found no image for '\\*.jpg'"),
-        (f"  - {{image: {'a' * 5000}, material: grass_green}}\n", "which cannot be looked at"),
+        (
+            f"  - {{image: {'a' * 5000}, material: grass_green}}\n",
+            "a name of 5000 bytes; allowed: names of 255 at most",
+        ),
         ("  - {image: '**a/*.png', material: grass_green}\n", "\\*\\*"),
         ("  - {image: '**/../../*.png', material: grass_green}\n", "leads out of the job's folder"),
         ("  - {image: '../*.png', material: grass_green}\n", "leads out of the job's folder"),

@@ -35,7 +35,7 @@ def command(job: str, as_json: bool) -> None:
 
 _UNKNOWN = (
     "their number is not known before the build has computed the {0}, so the size and time above do not include them:"
-    " at most {1:,} nodes of 4 bytes in a table; a build that needs more stops and names the axis that needs the most"
+    " at most {1:,} nodes of 4 bytes in a table; a build that needs more {2}"
 )
 
 
@@ -109,7 +109,8 @@ def _print(result: JobCheck) -> None:
         shape = " x ".join(str(len(nodes)) for nodes in job.atmosphere_axes().values())
         click.echo(f"atmosphere_grid: tables on the five axes of the job too, {shape} nodes")
     if job.surface_grid.tolerance:
+        beyond = "stops and names the axis that needs the most" if loaded.insists("surface_grid") else "comes as close"
         click.echo(
             f"surface_grid: nodes are placed until {job.surface_grid.tolerance} holds;"
-            f" {_UNKNOWN.format('temperatures along each axis', job.surface_grid.most_nodes)}"
+            f" {_UNKNOWN.format('temperatures along each axis', job.surface_grid.most_nodes, beyond)}"
         )

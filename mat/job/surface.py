@@ -457,8 +457,8 @@ class SurfaceGrid(StrictModel):
         description=(
             "In K: places the nodes, between the ends of the axes, where the error is; 99 % of all reads are within it,"
             " all but two in ten thousand within three times. By default the job's accuracy, unless the job writes"
-            " azimuths, slopes or times; a default of 0.5 K is held as far as most_nodes allows, and the file states its"
-            " error."
+            " azimuths, slopes or times; a default of 0.5 K is held as far as most_nodes allows, and the file states"
+            " its error."
         ),
     )
     most_nodes: int = Field(40_000_000, ge=16, le=200_000_000, description="Of a table whose nodes a tolerance places.")

@@ -116,7 +116,7 @@ class FaceProbes:
             glow(facing[rows]),
             np.full((rows.size, 1), glow(np.array(air.state.surface_temperature))),
             through,
-            np.einsum("nfp,np->nf", light.reshape(rows.size, FACES, -1), weight),
+            np.einsum("nfp,np->nf", light.reshape(rows.size, FACES, band.weight.size), weight),
         )
 
     def regions(self) -> dict[str, Booleans]:

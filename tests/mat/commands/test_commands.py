@@ -49,7 +49,7 @@ def test_check_says_which_tables_on_axes_are_built_and_why_it_does_not_know_how_
     job.write_text(text, encoding="utf-8")
     shown = mat("check", job)[1]
     assert "until 0.2 K holds" in shown and "not known before the build" in shown
-    assert "at most 20,000,000 nodes" in shown
+    assert "at most 40,000,000 nodes" in shown
 
 
 def test_check_warns_of_weather_far_from_the_profile_and_says_what_the_air_follows(mat, small_job, tmp_path):

@@ -28,5 +28,5 @@ def test_a_table_of_range_0_alone_is_built_and_drawn(build_inline, small_job, tm
     build_inline(load_job(tmp_path / "job.yaml"))
     table = skyshine.mat.open(tmp_path / "built" / "s01b01.atmq.h5")
     assert problems(table.path) == []
-    assert table.transmittance(range=0.0, beta_star=table.root.variables["beta_star"].data).min() == 1.0
+    assert table.transmittance(range=0.0, beta_star=table.root.groups["grid"].variables["beta_star"].data).min() == 1.0
     assert (tmp_path / "built" / "pictures" / "s01b01.atmq.png").stat().st_size > 10_000

@@ -16,7 +16,7 @@ def test_no_point_above_the_ground_is_stated_as_none_measured(build_inline, smal
     build_inline(load_job(tmp_path / "job.yaml"))
     file = tmp_path / "built" / "s01b01.atmq.h5"
     table = skyshine.mat.open(file)
-    assert problems(file) == [] and not table.root.variables["valid"].data.any()
+    assert problems(file) == [] and not table.root.groups["grid"].variables["valid"].data.any()
     stated = table.error("beta_star")
     assert stated["points"] == 0 and np.isnan(stated["maximum"]) and np.isnan(stated["rms_kelvin"])
 

@@ -10,6 +10,7 @@ from skyshine.mat.surface.back_boundary import at_hours
 from skyshine.mat.surface.days import joined_days, solve_days
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.reading import at_hours_of_day
 from skyshine.mat.surface.sun_path import SunPath
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import NearSurfaceAir
@@ -67,10 +68,6 @@ def temperatures_at(
 
 
 def _at_time(temperature: Floats, time_h: Floats) -> Floats:
-    """Interpolate periodic temperatures (n, N), each row at its own hour."""
-    steps = temperature.shape[1]
-    place = np.mod(time_h, 24.0) * steps / 24.0
-    before = np.floor(place).astype(int)
-    share, row = place - before, np.arange(len(temperature))
-    at_time: Floats = temperature[row, before % steps] * (1 - share) + temperature[row, (before + 1) % steps] * share
-    return at_time
+    """Interpolated periodic temperatures (n, N), each row at its own hour, as tables are read from a solution."""
+    rows = zip(temperature, time_h, strict=True)
+    return np.array([at_hours_of_day(day[None], np.array([hour]))[0, 0] for day, hour in rows])

@@ -12,7 +12,6 @@ from skyshine.mat.tables.interpolation import interpolate
 
 if TYPE_CHECKING:
     from skyshine.mat.quantities.grid import PathGrid
-    from skyshine.mat.quantities.results import AtmosphericQuantities
 
 AXES = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
 FIELDS = ("range_km", "altitude_km", "elevation_deg", "source_elevation_deg", "source_azimuth_deg")
@@ -42,12 +41,6 @@ class Gridded:
     grid: PathGrid
     values: np.ndarray
     valid: np.ndarray
-
-    @classmethod
-    def all_of(cls, quantities: AtmosphericQuantities, grid: PathGrid) -> dict[str, Gridded]:
-        """The quantities of one grid by their names in the files; those that were not computed are left out."""
-        arrays = {name: getattr(quantities, key) for name, (key, _) in QUANTITIES.items()}
-        return {name: cls(grid, values, quantities.valid) for name, values in arrays.items() if values is not None}
 
     @property
     def axes(self) -> tuple[str, ...]:

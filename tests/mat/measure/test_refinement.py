@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.measure.refinement import fewest_nodes, holds, subdivided, uniform_nodes
+from skyshine.mat.measure.refinement import fewest_nodes, holds
 from skyshine.mat.measure.surface_nodes import read_temperature, refined_axes
 from skyshine.schemas.errors import CheckFailed
 
@@ -43,27 +43,11 @@ def test_a_step_is_closed_in_and_refused_by_none():
     assert {50, 51} <= set(nodes) and len(nodes) <= 5
 
 
-def test_uniform_nodes_of_an_exponential_outnumber_the_placed():
-    """exp(-40 x) bends at one end: equal steps pay for it everywhere."""
-    x = np.linspace(0.0, 1.0, 4001)
-    values = np.exp(-40 * x)
-    placed = len(fewest_nodes(x, chord_error(x, values), 1e-3))
-    equal = uniform_nodes(x, lambda nodes: np.interp(x, nodes, np.interp(nodes, x, values)) - values, 1e-3, 1000)
-    assert equal > 3 * placed
-
-
 def test_holds_allows_one_in_a_hundred_up_to_twice():
     assert holds(np.array([0.0] * 99 + [1.9]), 1.0)
     assert not holds(np.array([0.0] * 99 + [2.1]), 1.0)
     assert not holds(np.array([0.0] * 98 + [1.5] * 2), 1.0)
     assert holds(np.array([np.nan]), 1.0)
-
-
-def test_subdivided_keeps_the_nodes():
-    nodes = np.array([0.0, 1.0, 100.0])
-    cut = subdivided(nodes, 4, logarithmic=True)
-    assert np.isin(nodes, cut).all() and np.all(np.diff(cut) > 0)
-    assert cut[5] == pytest.approx(100**0.25)
 
 
 BASE = {

@@ -11,7 +11,7 @@ from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.tables.atmq import grid_group
-from skyshine.mat.tables.gridded import Gridded
+from skyshine.mat.tables.gridded import QUANTITIES, Gridded
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group
 
@@ -29,7 +29,8 @@ def test_beta_star_as_stored_gives_the_transmittance_back(small_job):
     grid = PathGrid([0.001, 0.1, 1, 10, 100, 1000], [0.01, 5, 600], [-90, -20, -1, 0, 1, 45, 90], [45], [0])
     air = BandAtmosphere.of(atmospheric_state(job.site, job.states[0]), few)
     quantities = air.table(grid, np.zeros(few.weight.size))
-    stored = grid_group(Gridded.all_of(quantities, grid), Group()).variables["beta_star"].data.astype(np.float32)
+    tables = {name: Gridded(grid, getattr(quantities, key), quantities.valid) for name, (key, _) in QUANTITIES.items()}
+    stored = grid_group(tables, Group()).variables["beta_star"].data.astype(np.float32)
     where = quantities.valid
     again = np.exp(-5.5 * grid.range_km[:, None, None] / stored.astype(float))
     assert np.max(np.abs(again - quantities.transmittance)[where]) <= 1e-6

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import Akima1DInterpolator
 
 from skyshine.mat.budget.columns import temperatures_at
 from skyshine.mat.surface.forcing import Sky
@@ -75,12 +76,13 @@ def test_more_places_than_a_batch_are_each_as_alone():
         assert together[row] == pytest.approx(alone[0], abs=2e-3)
 
 
-def test_between_steps_of_the_solver_time_is_linear_and_the_day_closes():
+def test_between_steps_of_the_solver_time_is_read_by_akima_and_the_day_closes():
     hours = np.array([10.0, 10.1, 10.25, 24.0, 0.0, 23.875, 23.75, -0.25])
     found = at(count=hours.size, time_h=hours)[:, 0]
-    assert found[1] == pytest.approx(0.6 * found[0] + 0.4 * found[2], abs=1e-6)
+    day = at(count=96, time_h=np.arange(96) / 4)[:, 0]
+    akima = Akima1DInterpolator(np.arange(-96, 192) / 4, np.tile(day, 3))
+    assert found[[1, 5]] == pytest.approx(akima([10.1, 23.875]), abs=1e-6)
     assert found[3] == pytest.approx(found[4], abs=1e-9) and found[6] == pytest.approx(found[7], abs=1e-9)
-    assert found[5] == pytest.approx(0.5 * (found[6] + found[4]), abs=1e-6)
 
 
 def test_each_place_has_its_own_shadows_and_walls():

@@ -9,7 +9,7 @@ from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.measure.probes import Probes
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import AtmosphericQuantities
-from skyshine.mat.tables.gridded import Gridded
+from skyshine.mat.tables.gridded import QUANTITIES, Gridded
 
 BASE = PathGrid([0.1, 1.0, 10.0, 30.0], [0.0, 1.0, 4.0], [-90.0, -5.0, 0.0, 90.0], [-5.0, 0.0, 60.0], [0.0, 180.0])
 
@@ -35,7 +35,7 @@ def table_of(grid):
     path = (r + a + e)[..., 0, 0]
     direct = path[..., None] + grid.source_elevation_deg
     quantities = AtmosphericQuantities(path, r + a + e + s + z, direct, direct, path > 0, np.ones_like(path))
-    return Gridded.all_of(quantities, grid)
+    return {name: Gridded(grid, getattr(quantities, key), quantities.valid) for name, (key, _) in QUANTITIES.items()}
 
 
 @pytest.fixture

@@ -1,8 +1,8 @@
 """What a build will take, estimated from its plan by a measured model.
 
-Constants are fits to builds of the starter job, of the default grid and of five days of a year, with three to 133
-materials, on one core of a 2.5 GHz server, in processor seconds; tests/validation/test_build_cost.py says how good they
-are. Another machine takes its own multiple.
+Constants are fits to builds of the starter job (the channels) and of five days of a year with three to 133 materials
+(the rest), on one core of a 2.5 GHz server, in processor seconds; tests/validation/test_build_cost.py says how good
+they are. Another machine takes its own multiple.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ TEST_BAND, TEST_POINT = 0.16, 7.0e-4
 TABLE_POINTS = 44  # spectral points for which the constants below hold
 HARMONICS = 1.4  # s for harmonics of ambient light and the faces on which they are measured
 # s for the fields of the channels at 0.5 K, and for the lines on which their nodes are placed and measured.
-CHANNEL_LINES, CHANNEL_PROBES = 6.0, 5.0
+CHANNEL_LINES, CHANNEL_PROBES = 2.6, 0.5
 FINEST, FINEST_PRICED = 0.5, 0.05  # tolerance [K] of these, and the finest by which they are multiplied
 SHARED_TABLE, SHARED_PROBES = 0.3, 0.5  # of these, in a state on the nodes of similar airs
 _PARTS = 1000  # lines, to know which share of them samples the part of the paths that needs leave

@@ -80,11 +80,6 @@ class GpuFile:
     numbers: dict[str, Any] = field(default_factory=dict)
     stated_error: dict[str, Any] = field(default_factory=dict)
 
-    @property
-    def part_bytes(self) -> dict[str, int]:
-        """Size of each texture."""
-        return {name: int(texture.texels.nbytes) for name, texture in self.textures.items()}
-
 
 def texture(kind: str, values: npt.ArrayLike, what: str) -> Texture:
     """A texture of values (..., channels), (..., ) for one channel; missing axes are put in front.

@@ -108,7 +108,7 @@ def _with_rain(
             ] = None
         return table
     if silent:
-        notes[f"tells no rain in {silent} of {len(rows)} hours; none stands for it"] = None
+        notes[f"has no rain value in {silent} of {len(rows)} hours; these are taken as dry"] = None
     if silent == len(rows):
         return table
     return table.model_copy(update={"rain_mm_h": [float(value) for value in np.nan_to_num(rain)]})

@@ -45,7 +45,7 @@ FILM, FILM_SHADE = 28.0, 40.0
 # s for solving the ground around the surfaces of a state, and its walls, at each altitude.
 GROUND, WALLS = 0.03, 0.08
 PICTURE = 0.45  # s for each file that is drawn
-TEXTURE = 1.0  # s for each texture of a megapixel or so
+TEXTURE = 5.5  # s for each texture of a megapixel or so
 
 
 def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:

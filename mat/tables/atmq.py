@@ -14,7 +14,7 @@ import numpy as np
 from skyshine.mat.tables.axes import FOLDED, LINEAR, table_axis
 from skyshine.mat.tables.gridded import AXES, FIELDS, QUANTITIES, Gridded
 from skyshine.mat.tables.table import Table
-from skyshine.schemas.hdf5 import Axis, Group, Variable, open_database
+from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 if TYPE_CHECKING:
     from skyshine.mat.quantities.grid import PathGrid
@@ -85,11 +85,6 @@ class GridTable(Table):
     >>> bool(tables.value("beta_star", **line) > 0)
     True
     """
-
-    def stored_bytes(self, quantity: str) -> int:
-        """Size of a quantity in the file, compressed."""
-        with open_database(self.path) as file:
-            return int(file[f"{GRID}/{quantity}"].id.get_storage_size())
 
 
 def tables_on_axes(air: Table, grid: PathGrid) -> dict[str, Gridded]:

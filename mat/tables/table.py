@@ -14,9 +14,8 @@ from skyshine.mat.tables.frame import part_of
 from skyshine.mat.tables.gridded import ANGLE, AXES
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.named_materials import AXIS, COORDINATES, NAMES
-from skyshine.mat.tables.raw import ENDING
 from skyshine.schemas.errors import InputError, nearest
-from skyshine.schemas.hdf5 import Group, open_database
+from skyshine.schemas.hdf5 import Group
 
 if TYPE_CHECKING:
     import xarray
@@ -142,13 +141,6 @@ class Table:
     def _coordinates(self, quantity: str, where: dict[str, Any]) -> dict[str, Any]:
         """What `part` reads or cuts of a quantity's own axes."""
         return where
-
-    def stored_bytes(self, quantity: str) -> int:
-        """What a quantity takes in the file, packed; of a flat export as it stands."""
-        if self.path.name.endswith(ENDING):
-            return int(self.root.variables[quantity].data.nbytes)
-        with open_database(self.path) as file:
-            return int(file[quantity].id.get_storage_size())
 
     def error(self, quantity: str) -> dict[str, float]:
         """The interpolation error that the file states for a quantity.

@@ -39,7 +39,7 @@ def test_missing_depths_of_rain_are_none_and_said(tmp_path, code, epw):
     weather = read_weather(file, date(2026, 6, 21), -7, rain="file")
     found = rain_of(weather.hourly)
     assert (found[3], found[4], found[8], found[9]) == (0, 0, 1.5, 2)
-    assert "tells no rain in 2 of 24 hours; none stands for it" in weather.notes
+    assert "has no rain value in 2 of 24 hours; these are taken as dry" in weather.notes
 
 
 def test_a_file_that_ends_before_its_rain_or_tells_none_is_refused_where_rain_is_asked(tmp_path, epw):

@@ -22,6 +22,7 @@ from skyshine.mat.quantities.grid import PathGrid, lines_of_sight
 from skyshine.mat.radiometry.band_wavelengths import band_wavelengths, emission_shares
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.mat.tables.channel_reader import ChannelReader
+from skyshine.mat.tables.channels import THERMAL_SHARE
 from skyshine.schemas.errors import CheckFailed, InputError
 
 RESPONSE = SpectralResponse.rectangular(3.995, 4.005)
@@ -370,3 +371,15 @@ def test_the_night_sky_is_in_the_ambient_light():
     expected = air.at_points(0.001, 0.002, 0.0, -90.0, 0.0, dark).ambient[0]
     assert found == pytest.approx(expected, rel=0.02)
     assert expected > 1e-8
+
+
+def test_depth_by_wavelength_is_that_of_the_transmitted_light(table):
+    """From a range of 1 m, whose absorptance is small, to 100 km, over which it is whole."""
+    reader = ChannelReader.of(table.root, table.attributes)
+    paths = reader.paths(np.array([0.001, 0.01, 0.1, 1.0, 10.0, 100.0]), 0.002, 0.0)
+    reference, share = (np.asarray(table.root.variables[name].data) for name in ("thermal_reference", THERMAL_SHARE))
+    shares = reference[:, None] * share
+    emits = shares.sum(axis=0) > 0
+    transmitted = np.exp(-paths.depth) @ (shares[:, emits] / shares[:, emits].sum(axis=0))
+    assert transmitted[0].min() > 0.99 and transmitted[-1].max() < 0.5
+    assert np.exp(-reader.depth_by_wavelength(paths)[:, emits]) == pytest.approx(transmitted, rel=1e-6, abs=1e-12)

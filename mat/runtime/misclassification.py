@@ -169,7 +169,7 @@ def _ambient(surface: TemperatureTable, air: AtmosphereTable, band: BandTable, t
     place = {"range": air.nodes_of("range")[0], "altitude": air.nodes_of("altitude")[0]}
     place["elevation"] = air.nodes_of("elevation")[-1]
     elevation = sun_elevation(surface, times)
-    ambient: Floats = air.value("ambient_radiance", **place, source_elevation=elevation, out_of_range="clamp")
+    ambient: Floats = air.clamped().value("ambient_radiance", **place, source_elevation=elevation)
     return ambient
 
 

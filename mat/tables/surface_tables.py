@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from skyshine.mat.surface.surroundings import WALL_EMISSIVITY, Exposure, Surroundings
 from skyshine.mat.tables import response
-from skyshine.mat.tables.axes import CLOCK_UNIT, Policy
+from skyshine.mat.tables.axes import CLOCK_UNIT
 from skyshine.mat.tables.band import WAVELENGTH
 from skyshine.mat.tables.shade import absorbed_change
 from skyshine.mat.tables.table import Table
@@ -34,7 +34,6 @@ class TemperatureTable(Table):
         slope: npt.ArrayLike | None = None,
         time: npt.ArrayLike | None = None,
         absorbed_change: npt.ArrayLike | None = None,
-        out_of_range: Policy = None,
     ) -> npt.NDArray[np.float64]:
         """Surface temperature in kelvin.
 
@@ -59,10 +58,10 @@ class TemperatureTable(Table):
             A value is missing or outside its axis, or there is a change and the file holds no response to it.
         """
         place = self._place(slope, altitude=altitude, azimuth=azimuth, time=time)
-        sunlit = self.value("temperature", material=material, **place, out_of_range=out_of_range)
+        sunlit = self.value("temperature", material=material, **place)
         if absorbed_change is None:
             return sunlit
-        history = partial(self.value, "temperature", out_of_range=out_of_range)
+        history = partial(self.value, "temperature")
         column = {"material": self.material_codes(material)} | {name: place[name] for name in _PLACE}
         heat = np.asarray(absorbed_change, float)
         change = response.temperature_change(self.root, history, column, place["time"], heat)
@@ -239,11 +238,9 @@ class BandTable(Table):
         return BandSpectra(
             nodes,
             self.value("reflectance_spectrum", material=codes, **where),
-            self.value("emission_share", planck_temperature=kelvin, out_of_range="clamp", **where),
+            self.clamped("planck_temperature").value("emission_share", planck_temperature=kelvin, **where),
         )
 
-    def normalisation(
-        self, *, material: Any, angle: npt.ArrayLike, out_of_range: Policy = None
-    ) -> npt.NDArray[np.float64]:
+    def normalisation(self, *, material: Any, angle: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """N_s of (43) at angles of incidence in degree, 0 to 75."""
-        return self.value("normalisation_by_angle", material=material, source_angle=angle, out_of_range=out_of_range)
+        return self.value("normalisation_by_angle", material=material, source_angle=angle)

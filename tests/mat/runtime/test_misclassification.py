@@ -71,7 +71,10 @@ class Air:
     def nodes_of(self, axis):
         return np.array([0.0, 1.0])
 
-    def value(self, quantity, *, source_elevation, out_of_range, **line):
+    def clamped(self):
+        return self
+
+    def value(self, quantity, *, source_elevation, **line):
         assert quantity == "ambient_radiance" and set(line) == {"range", "altitude", "elevation"}
         return np.full(np.shape(source_elevation), self.radiance)
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 
@@ -25,9 +24,8 @@ from skyshine.mat.tables import response
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file
-from skyshine.mat.tables.loader import open_table
+from skyshine.mat.tables.loader import open_as
 from skyshine.mat.tables.surface_tables import BandSpectra, BandTable, TemperatureTable
-from skyshine.mat.tables.table import Table
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import open_tmm
@@ -35,6 +33,7 @@ from skyshine.tmm.database.reader import open_tmm
 # The centre of a frame looks at the ground of the same altitude; where that is further off, or not at all, it looks at
 # something this many times as far as the pixel.
 _FARTHEST = 3.0
+_BUILD_AGAIN = "build the job again: mat build"
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,9 +62,9 @@ class Tables:
         for name in names:
             if not (folder / name).is_file():
                 raise InputError(f"holds no {name}; build the job first: mat build", file=folder)
-        surface = _open(TemperatureTable, folder / names[0])
-        properties = _open(BandTable, folder / names[1])
-        air = _open(AtmosphereTable, folder / names[2])
+        surface = open_as(TemperatureTable, folder / names[0], _BUILD_AGAIN)
+        properties = open_as(BandTable, folder / names[1], _BUILD_AGAIN)
+        air = open_as(AtmosphereTable, folder / names[2], _BUILD_AGAIN)
         if list(surface.materials.values()) != list(properties.materials.values()):
             raise InputError(f"{names[0]} and {names[1]} hold different materials; build the job again", file=folder)
         textures = [folder / f"{texture.name}.tmm.h5" for texture in job.texture_jobs]
@@ -286,20 +285,6 @@ def _assigned_shares(files: list[Path], names: list[str]) -> Floats | None:
     total[~tested] = np.eye(len(names))[~tested]
     shares: Floats = total / total.sum(axis=1, keepdims=True)
     return shares
-
-
-TableType = TypeVar("TableType", bound=Table)
-
-
-def _open(kind: type[TableType], path: Path) -> TableType:
-    """Open a database that must be of one kind."""
-    table = open_table(path)
-    if not isinstance(table, kind):
-        raise InputError(
-            f"holds a table of type {table.filetype}, which its name does not say; build the job again: mat build",
-            file=path,
-        )
-    return table
 
 
 def vertices(views: Views, grid: PathGrid, tables: Tables) -> tuple[Views, Views]:

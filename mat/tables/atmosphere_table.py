@@ -17,6 +17,7 @@ from skyshine.mat.tables.ambient import ambient_radiance, stated_ground
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS, RADIANCE, VALID
 from skyshine.mat.tables.axes import FOLDED, AxisRule
 from skyshine.mat.tables.channel_reader import ChannelReader
+from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ
 from skyshine.mat.tables.gridded import ANGLE, AXES
 from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
 from skyshine.mat.tables.table import Table
@@ -48,6 +49,8 @@ class AtmosphereTable(Table):
 
     Its quantities are computed from the channels when they are read; `part` keeps the whole file, which is small.
     """
+
+    filetypes = (ATMQ.name, LUNAR_ATMQ.name)
 
     @property
     def quantities(self) -> list[str]:

@@ -14,6 +14,7 @@ from skyshine.mat.surface.surroundings import WALL_EMISSIVITY, Exposure, Surroun
 from skyshine.mat.tables import response
 from skyshine.mat.tables.axes import CLOCK_UNIT
 from skyshine.mat.tables.band import WAVELENGTH
+from skyshine.mat.tables.files import BAND, HTT
 from skyshine.mat.tables.shade import absorbed_change
 from skyshine.mat.tables.table import Table
 from skyshine.mat.tables.tracks import SourceTrack, source_track
@@ -24,6 +25,8 @@ _PLACE = ("altitude", "azimuth", "slope")
 
 class TemperatureTable(Table):
     """A ``.htt`` database."""
+
+    filetypes = (HTT.name,)
 
     def temperature(
         self,
@@ -217,6 +220,8 @@ class BandSpectra:
 
 class BandTable(Table):
     """A ``.band`` database."""
+
+    filetypes = (BAND.name,)
 
     def blackbody_radiance(self, temperature: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Band radiance of a black body, equation (7), W m^-2 sr^-1, at `temperature` in kelvin."""

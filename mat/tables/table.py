@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -38,6 +38,8 @@ class Table:
     out_of_range : OutOfRange
         What is done with values outside the axes.
     """
+
+    filetypes: ClassVar[tuple[str, ...]] = ()  # those whose files are of this class
 
     path: Path
     filetype: str

@@ -23,9 +23,10 @@ from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.tables import response
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
+from skyshine.mat.tables.band import BandSpectra, BandTable
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.loader import open_as
-from skyshine.mat.tables.surface_tables import BandSpectra, BandTable, TemperatureTable
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import open_tmm

@@ -14,7 +14,7 @@ from skyshine.mat.gpu.fields import WARM_K, AirFields
 from skyshine.mat.gpu.nodes import best_counts, insertion_order
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
-from skyshine.mat.tables.surface_tables import BandTable
+from skyshine.mat.tables.band import BandTable
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 

@@ -14,7 +14,7 @@ from skyshine.mat.radiometry.lobe import specular_lobe
 from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.mat.radiometry.spherical_harmonics import face_normal, harmonics_at, irradiance_factors, level_share
 from skyshine.mat.runtime.pixel import Faces, View
-from skyshine.mat.tables.surface_tables import BandTable
+from skyshine.mat.tables.band import BandTable
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 

@@ -17,9 +17,10 @@ from skyshine.mat.gpu.surface import export_surface
 from skyshine.mat.runtime.shade import SHADED_SKY
 from skyshine.mat.tables import response
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.band import BandTable
 from skyshine.mat.tables.catalog import CATALOG, open_catalog
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.loader import open_as
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import open_tmm
 

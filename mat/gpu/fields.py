@@ -21,9 +21,9 @@ from skyshine.mat.tables.ambient import stated_ground
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS
 from skyshine.mat.tables.axes import AxisRule
+from skyshine.mat.tables.band import BandTable
 from skyshine.mat.tables.gridded import ANGLE
 from skyshine.mat.tables.night import CIVIL_TWILIGHT, SOURCE_ELEVATION
-from skyshine.mat.tables.surface_tables import BandTable
 from skyshine.schemas.arrays import Booleans, Floats
 
 _PATH = "path_radiance_ratio"

@@ -12,7 +12,8 @@ from skyshine.mat.gpu.evaluation import GpuAir
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight, direction
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
+from skyshine.mat.tables.band import BandTable
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.schemas.arrays import Floats
 
 PIXELS = 4000

@@ -11,10 +11,11 @@ import numpy as np
 from skyshine.mat.render.scene_file import LoadedScene
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.axes import PERIODIC, AxisRule
+from skyshine.mat.tables.band import BandTable
 from skyshine.mat.tables.catalog import CATALOG, Entry, open_catalog
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.loader import TableType, open_as
 from skyshine.mat.tables.night import SOURCE_ELEVATION, Night
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import InputError, nearest
 

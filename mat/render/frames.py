@@ -25,9 +25,9 @@ from skyshine.mat.runtime.misclassification import equivalent_temperature
 from skyshine.mat.runtime.pixel import Faces, PixelRadiance, View, pixel_radiance, sky_radiance
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.dataset import dataset
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.night import SOURCE_ELEVATION
 from skyshine.mat.tables.response import forcing_hours
-from skyshine.mat.tables.surface_tables import TemperatureTable
 from skyshine.mat.tables.tracks import SourceTrack
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.progress import Progress, silent

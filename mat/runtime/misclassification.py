@@ -17,7 +17,8 @@ import numpy.typing as npt
 import yaml
 
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
+from skyshine.mat.tables.band import BandTable
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 

@@ -17,7 +17,8 @@ from skyshine.mat.runtime.shade import SHADED_SKY, air_temperature, shaded_tempe
 from skyshine.mat.runtime.walls import beside_walls
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
+from skyshine.mat.tables.band import BandTable
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 

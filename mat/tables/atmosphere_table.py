@@ -16,10 +16,11 @@ from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.mat.tables.ambient import ambient_radiance, stated_ground
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS, RADIANCE, VALID
 from skyshine.mat.tables.axes import FOLDED, AxisRule
+from skyshine.mat.tables.band import BandTable
 from skyshine.mat.tables.channel_reader import ChannelReader
 from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ
 from skyshine.mat.tables.gridded import ANGLE, AXES
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.errors import InputError, nearest
 

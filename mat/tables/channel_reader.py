@@ -24,16 +24,26 @@ import numpy.typing as npt
 from skyshine.mat.quantities.channels.coordinates import RayCoordinates, RayPlaces
 from skyshine.mat.quantities.formulas import beta_star, mean_transmittance
 from skyshine.mat.tables.axes import CLAMP, AxisRule
-from skyshine.mat.tables.channels import END_RISE, NODES, SOURCE_SHARE, THERMAL_SHARE
+from skyshine.mat.tables.channel_fields import (
+    ABOVE_RISE,
+    END_RISE,
+    GROUND_EMISSION,
+    NODES,
+    SKY_ELEVATION,
+    SOURCE_ELEVATION,
+    SOURCE_SHARE,
+    SURFACE,
+    TARGET,
+    THERMAL_SHARE,
+)
 from skyshine.mat.tables.interpolation import interpolate
-from skyshine.mat.tables.night import SOURCE_ELEVATION, Night
+from skyshine.mat.tables.night import Night
 from skyshine.mat.tables.out_of_range import AS_STATED, OutOfRange
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.hdf5 import Group
 
-SKY_ELEVATION = "sky_source_elevation"
 # Coordinates of the channels: what lies outside them was refused by range, altitude or elevation before.
-_INNER = {*NODES, "surface_height", "target_height", "elevation_above_rise"}
+_INNER = {*NODES, SURFACE, TARGET, ABOVE_RISE}
 SHORTEST_KM = 1e-12  # of air that stands for a range of 0, where the path radiance ratio has its limit
 
 
@@ -182,7 +192,7 @@ class ChannelReader:
         height = self._surface_height(paths)
         channels = np.asarray(self.root.axes["channel"].values)
         emission = self._read(
-            "ground_emission", ground_temperature=np.asarray(kelvin, float)[..., None], channel=channels
+            GROUND_EMISSION, ground_temperature=np.asarray(kelvin, float)[..., None], channel=channels
         )
         place = {"surface_height": height, "zonal_harmonic": np.asarray(harmonic)}
         shares = self._shares(THERMAL_SHARE, by_wavelength)

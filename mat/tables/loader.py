@@ -10,13 +10,14 @@ from typing import TypeVar, cast
 
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import GRID, GridTable
+from skyshine.mat.tables.band import BandTable
 from skyshine.mat.tables.channel_laws import broken_channel_laws
 from skyshine.mat.tables.files import BAND, FORMATS
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.laws import broken_rules_of_axes, broken_spectrum_laws
 from skyshine.mat.tables.limits import refuse_values
 from skyshine.mat.tables.raw import ENDING, read_raw
 from skyshine.mat.tables.stored_layout import refuse_layout
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.hdf5 import check_version, read_file

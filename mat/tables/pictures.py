@@ -13,8 +13,8 @@ from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.axes import PERIODIC
 from skyshine.mat.tables.files import ATMQ, BAND, HTT, LUNAR_ATMQ
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.loader import open_table
-from skyshine.mat.tables.surface_tables import TemperatureTable
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.chart_style import (
     AMOUNT,

@@ -16,7 +16,7 @@ from skyshine.mat.cli import main
 from skyshine.mat.gpu.stated_error import apparent_temperature
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
-from skyshine.mat.tables.surface_tables import BandTable
+from skyshine.mat.tables.band import BandTable
 from skyshine.tmm import open_tmm
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "fuzz"))

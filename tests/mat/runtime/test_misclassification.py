@@ -17,8 +17,8 @@ from skyshine.mat.runtime.misclassification import (
     surface_radiance,
 )
 from skyshine.mat.tables.axes import EXACT, PERIODIC, table_axis
-from skyshine.mat.tables.band import TEMPERATURES, band_radiance
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
+from skyshine.mat.tables.band import TEMPERATURES, BandTable, band_radiance
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 

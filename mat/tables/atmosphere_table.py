@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -48,7 +48,7 @@ _STORED = {AMBIENT_HARMONICS: "scattered_harmonics", GROUND_HARMONICS: "ground_h
 class AtmosphereTable(Table):
     """An ``.atmq`` or ``.lunar_atmq`` database.
 
-    Its quantities are computed from the channels when they are read; `part` keeps the whole file, which is small.
+    Its quantities are computed from the channels when they are read.
     """
 
     filetypes = (ATMQ.name, LUNAR_ATMQ.name)
@@ -98,12 +98,11 @@ class AtmosphereTable(Table):
         return self._read(quantity, where, by_wavelength=False)
 
     def _read(self, quantity: str, where: dict[str, Any], *, by_wavelength: bool) -> npt.NDArray[np.float64]:
-        where = {**self.fixed_axes, **where}
         rules = {rule.name: rule for rule in self.rules(quantity)}
         angle = where.pop(ANGLE, None) if AXES[-1] in rules else None
         wanted = set(rules) - ({AXES[-1]} if angle is not None else set())
         for name in where:
-            if name not in wanted and name not in self.fixed_axes:
+            if name not in wanted:
                 raise InputError(f"found the axis '{name}'; {nearest(name, sorted(wanted))}", file=self.path)
         if missing := sorted(wanted - set(where)):
             raise InputError(f"the axis '{missing[0]}' is missing; give a value for it", file=self.path)
@@ -186,23 +185,6 @@ class AtmosphereTable(Table):
         if axis == AXES[-1]:
             return np.linspace(0.0, 180.0, 13)
         return np.asarray(self.root.axes[axis].values, float)
-
-    def part(self, **where: Any) -> Self:
-        """The table with some axes fixed; pairs of values are checked, and change nothing.
-
-        Raises
-        ------
-        InputError
-            An unknown axis, or a value outside its axis.
-        """
-        known = {rule.name: rule for quantity in self.quantities for rule in self.rules(quantity)}
-        for name, value in where.items():
-            if name not in known and name != ANGLE:
-                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(known))}", file=self.path)
-            if name in _PATH:
-                _within(known[name], np.asarray(value, float))
-        fixed = {name: float(value) for name, value in where.items() if np.ndim(value) == 0}
-        return replace(self, fixed_axes=self.fixed_axes | fixed)
 
     def ambient_radiance(
         self,

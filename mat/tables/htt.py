@@ -367,24 +367,19 @@ class TemperatureTable(Table):
         return light.absorbed_change(self.root, exposure, self.material_codes(material), *places)
 
     def _place(self, slope: npt.ArrayLike | None, **given: npt.ArrayLike | None) -> dict[str, npt.ArrayLike]:
-        """Values by axis: those given; else slope 0, the lowest altitude, of level faces any azimuth, the only hour.
-
-        Axes that a part of a table has no more are left out.
-        """
+        """Values by axis: those given; else slope 0, the lowest altitude, of level faces any azimuth, the only hour."""
         nodes = {name: np.asarray(axis.values) for name, axis in self.root.axes.items()}
-        if slope is None and "slope" in nodes:
+        if slope is None:
             slope = 0.0 if nodes["slope"].size > 1 else nodes["slope"][0]
-        level = slope is not None and not np.any(np.asarray(slope))
-        place: dict[str, npt.ArrayLike] = {} if slope is None else {"slope": slope}
+        level = not np.any(np.asarray(slope))
+        place: dict[str, npt.ArrayLike] = {"slope": slope}
         for name, value in given.items():
-            if value is not None:
-                place[name] = value
-            elif name in nodes:
-                if nodes[name].size > 1 and name != "altitude" and not (name == "azimuth" and level):
-                    units = CLOCK_UNIT if name == "time" else self.root.axes[name].units
-                    span = f"{nodes[name][0]:g} to {nodes[name][-1]:g} {units}"
-                    raise InputError(f"a temperature needs '{name}'; give {name}, {span}", file=self.path)
-                place[name] = nodes[name][0]
+            known = name == "altitude" or (name == "azimuth" and level) or nodes[name].size == 1
+            if value is None and not known:
+                units = CLOCK_UNIT if name == "time" else self.root.axes[name].units
+                span = f"{nodes[name][0]:g} to {nodes[name][-1]:g} {units}"
+                raise InputError(f"a temperature needs '{name}'; give {name}, {span}", file=self.path)
+            place[name] = nodes[name][0] if value is None else value
         return place
 
     def shaded_temperature(

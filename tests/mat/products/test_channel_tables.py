@@ -205,13 +205,6 @@ def test_scattering_angle_stands_for_azimuth(table):
     assert by_azimuth == pytest.approx(by_angle)
 
 
-def test_a_frame_is_read_as_the_whole(table):
-    part = table.part(altitude=0.5, source_elevation=30.0, elevation=(0.0, 10.0))
-    assert part.value("path_radiance_ratio", range=3.0, elevation=5.0, source_azimuth=40.0) == pytest.approx(
-        table.value("path_radiance_ratio", **WHERE, **LIT)
-    )
-
-
 @pytest.mark.parametrize(
     ("changed", "words"),
     [

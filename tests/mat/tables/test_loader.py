@@ -165,9 +165,7 @@ def test_by_default_a_surface_lies_at_the_lowest_altitude(small_build):
     assert table.temperature(material="asphalt_road", time=12) == lowest
 
 
-def test_a_level_face_has_no_azimuth_and_a_part_no_axis_that_was_read(small_build):
+def test_a_level_face_has_no_azimuth(small_build):
     table = skyshine.mat.open(small_build / "s01.htt.h5")
     level = table.temperature(material="asphalt_road", altitude=0.5, time=12)
     assert level == table.temperature(material="asphalt_road", altitude=0.5, time=12, azimuth=200)
-    at_noon = table.part(altitude=0.5, time=12)
-    assert at_noon.temperature(material="asphalt_road") == pytest.approx(level, abs=1e-4)

@@ -38,7 +38,6 @@ from skyshine.mat.quantities.channels.surface_light import EmittedLight, Surface
 from skyshine.mat.quantities.channels.wavelength_shares import PartedLight, SamplePaths, WavelengthShares
 from skyshine.mat.quantities.grid import PathGrid, lines_of_sight
 from skyshine.mat.quantities.line_sources import LineSources
-from skyshine.mat.radiometry.scattering_angle import azimuth_at
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.channels import ChannelContent, channel_group
 from skyshine.mat.tables.night import dark_elevation
@@ -180,7 +179,7 @@ class ChannelTables:
             low, high = np.clip(_LOW_SOURCE if along else _ANY_SOURCE, *ends)
             up = np.radians(generator.uniform(low, high, _POINT_SOURCES))
             angle = np.radians(180.0 * generator.random(_POINT_SOURCES) ** (4 if along else 1))
-            yield path, LineSources(up, *azimuth_at(path.elevation, up, angle))
+            yield path, LineSources.at_angle(path.elevation, up, angle)
 
     @cached_property
     def _sample(self) -> tuple[Floats, Floats]:

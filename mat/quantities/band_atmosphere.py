@@ -108,7 +108,7 @@ class BandAtmosphere:
         """
         irradiance = _checked(source_irradiance, self.band)
         ranges, elevation = grid.range_km * 1e3, np.radians(grid.elevation_deg)
-        source, last_axis = np.radians(grid.source_elevation_deg), np.radians(grid.source_azimuth_deg)
+        source, azimuth = np.radians(grid.source_elevation_deg), np.radians(grid.source_azimuth_deg)
         self.air.prepare()
         sky = None
         if "ambient" in wanted:
@@ -118,7 +118,7 @@ class BandAtmosphere:
 
         def line(rays: Rays, altitude: float, row: int) -> dict[str, Floats | Booleans]:
             path = LineOfSight.of(self.air, rays, row, altitude, elevation[row], ranges)
-            sources = LineSources.of_axes(elevation[row], source, last_axis, False)
+            sources = LineSources.of_axes(source, azimuth)
             return self._along([path], [sources], [source], irradiance, sky, wanted)[0]
 
         for place, altitude in enumerate(grid.altitude_km * 1e3):

@@ -17,7 +17,8 @@ import numpy.typing as npt
 import yaml
 
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
+from skyshine.mat.tables.band import BandTable
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 
@@ -169,7 +170,7 @@ def _ambient(surface: TemperatureTable, air: AtmosphereTable, band: BandTable, t
     place = {"range": air.nodes_of("range")[0], "altitude": air.nodes_of("altitude")[0]}
     place["elevation"] = air.nodes_of("elevation")[-1]
     elevation = sun_elevation(surface, times)
-    ambient: Floats = air.value("ambient_radiance", **place, source_elevation=elevation, out_of_range="clamp")
+    ambient: Floats = air.clamped().value("ambient_radiance", **place, source_elevation=elevation)
     return ambient
 
 

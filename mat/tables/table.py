@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.tables.axes import CLOCK_UNIT, AxisRule, Policy, with_policy
+from skyshine.mat.tables.axes import CLOCK_UNIT, AxisRule
 from skyshine.mat.tables.frame import part_of
 from skyshine.mat.tables.gridded import ANGLE, AXES
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.named_materials import AXIS, COORDINATES, NAMES
+from skyshine.mat.tables.out_of_range import AS_STATED, OutOfRange
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.hdf5 import Group
 
@@ -34,13 +35,18 @@ class Table:
         The root attributes.
     fixed_axes : dict of str to float
         Of a part of a table: axes that are gone, with the value that they were read at.
+    out_of_range : OutOfRange
+        What is done with values outside the axes.
     """
+
+    filetypes: ClassVar[tuple[str, ...]] = ()  # those whose files are of this class
 
     path: Path
     filetype: str
     root: Group
     attributes: dict[str, Any]
     fixed_axes: dict[str, float] = field(default_factory=dict)
+    out_of_range: OutOfRange = AS_STATED
 
     def __repr__(self) -> str:
         """Type, file, axes and quantities, in a few lines."""
@@ -61,25 +67,41 @@ class Table:
         """Units of a quantity."""
         return self.root.variables[quantity].units
 
-    def rules(self, quantity: str, out_of_range: Policy = None) -> list[AxisRule]:
-        """Axes of a quantity, by their names without that of the quantity; `out_of_range` overrides the file's."""
+    def clamped(self, *axes: str) -> Self:
+        """The same table, in which a value outside an axis reads its nearest node.
+
+        Parameters
+        ----------
+        *axes : str
+            Names of the axes on which it does; by default all.
+
+        Raises
+        ------
+        InputError
+            An axis that the table lacks.
+        """
+        return replace(self, out_of_range=OutOfRange.clamping(axes, self._axis_names()))
+
+    def _axis_names(self) -> set[str]:
+        """Names by which the axes of all quantities are asked for."""
+        return {rule.name for quantity in self.quantities for rule in self.rules(quantity)}
+
+    def rules(self, quantity: str) -> list[AxisRule]:
+        """Axes of a quantity, by their names without that of the quantity."""
         if quantity not in self.root.variables:
             raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, self.quantities)}", file=self.path)
         dims = self.root.variables[quantity].dims
         if not set(dims) <= set(self.root.axes):
             raise InputError(f"'{quantity}' has an axis that the file lacks; build it again", file=self.path)
-        rules = [AxisRule.of(dim.removeprefix(f"{quantity}_"), self.root.axes[dim]) for dim in dims]
-        return with_policy(rules, out_of_range)
+        return [self.out_of_range.rule(dim.removeprefix(f"{quantity}_"), self.root.axes[dim]) for dim in dims]
 
-    def value(self, quantity: str, *, out_of_range: Policy = None, **where: Any) -> npt.NDArray[np.float64]:
+    def value(self, quantity: str, **where: Any) -> npt.NDArray[np.float64]:
         """Interpolated values of a quantity.
 
         Parameters
         ----------
         quantity : str
             One of `quantities`.
-        out_of_range : {'error', 'clamp'} or mapping of axis name to one of them, optional
-            Overrides what the file states for its axes.
         **where
             A number or an array for each axis, broadcast against each other; a material may be named.
 
@@ -93,7 +115,7 @@ class Table:
         InputError
             Unknown quantity, axis or material, missing axis, or a value outside its axis.
         """
-        rules = self.rules(quantity, out_of_range)
+        rules = self.rules(quantity)
         if "material" in where:
             where["material"] = self.material_codes(where["material"])
         data = self.root.variables[quantity].data
@@ -101,13 +123,11 @@ class Table:
             raise InputError(f"'{quantity}' does not fit its axes; build the file again", file=self.path)
         return interpolate(data, rules, where)
 
-    def part(self, *, out_of_range: Policy = None, **where: Any) -> Self:
+    def part(self, **where: Any) -> Self:
         """The part of the table that one frame reads; reading it gives what the whole table gives, with fewer values.
 
         Parameters
         ----------
-        out_of_range
-            As in `value`.
         **where
             For an axis, a number: its quantities are read there, and the axis is gone; or a pair, the least and the
             most that will be asked for: the nodes around them stay. Other axes stay whole.
@@ -134,7 +154,6 @@ class Table:
         for name in where:
             if name not in known:
                 raise InputError(f"found the axis '{name}'; {nearest(name, sorted(known))}", file=self.path)
-        rules = {name: with_policy(axis_rules, out_of_range, known) for name, axis_rules in rules.items()}
         fixed = {name: float(value) for name, value in where.items() if np.ndim(value) == 0}
         return replace(self, root=part_of(self.root, rules, places), fixed_axes=self.fixed_axes | fixed)
 

@@ -164,7 +164,7 @@ def own_errors(table, places, truth, response):
     per_radiance = 2.0 / (high - low)
     tau = truth.transmittance[:, 0]
     read = {
-        name: table.value(name, out_of_range="clamp", **{axis: places[axis] for axis in AXES[:n]})
+        name: table.clamped().value(name, **{axis: places[axis] for axis in AXES[:n]})
         for name, (_, n) in QUANTITIES.items()
     }
     sky = len(truth.ambient)

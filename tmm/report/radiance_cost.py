@@ -7,8 +7,9 @@ from typing import Any, TypeVar
 
 from skyshine.mat.runtime.misclassification import ErrorByTime, misclassification_cost, surface_radiance
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.band import BandTable
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.loader import open_table
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity

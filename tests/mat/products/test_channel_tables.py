@@ -21,8 +21,8 @@ from skyshine.mat.quantities.channels.wavelength_shares import PartedLight
 from skyshine.mat.quantities.grid import PathGrid, lines_of_sight
 from skyshine.mat.radiometry.band_wavelengths import band_wavelengths, emission_shares
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
+from skyshine.mat.tables.channel_fields import THERMAL_SHARE
 from skyshine.mat.tables.channel_reader import ChannelReader
-from skyshine.mat.tables.channels import THERMAL_SHARE
 from skyshine.schemas.errors import CheckFailed, InputError
 
 RESPONSE = SpectralResponse.rectangular(3.995, 4.005)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from face_light import facet_irradiance
 
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.particles.cloud import CloudLayer
@@ -16,7 +17,7 @@ from skyshine.mat.quantities.ambient_harmonics import (
     ground_emission,
 )
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
-from skyshine.mat.quantities.facet_light import Faces, Walls, facet_irradiance, light_among_walls
+from skyshine.mat.quantities.facet_light import Faces, Walls, light_among_walls
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.radiance_field import Directions, cell_phases
 from skyshine.mat.quantities.sky_table import SkyTable

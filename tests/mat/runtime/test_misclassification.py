@@ -17,8 +17,8 @@ from skyshine.mat.runtime.misclassification import (
     surface_radiance,
 )
 from skyshine.mat.tables.axes import EXACT, PERIODIC, table_axis
-from skyshine.mat.tables.band import TEMPERATURES, band_radiance
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
+from skyshine.mat.tables.band import TEMPERATURES, BandTable, band_radiance
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
@@ -71,7 +71,10 @@ class Air:
     def nodes_of(self, axis):
         return np.array([0.0, 1.0])
 
-    def value(self, quantity, *, source_elevation, out_of_range, **line):
+    def clamped(self):
+        return self
+
+    def value(self, quantity, *, source_elevation, **line):
         assert quantity == "ambient_radiance" and set(line) == {"range", "altitude", "elevation"}
         return np.full(np.shape(source_elevation), self.radiance)
 

@@ -85,8 +85,7 @@ def test_outside_the_axes_it_clamps_or_refuses(sun):
     far = PLACE | {"range": 900.0}
     with pytest.raises(InputError, match="range: found 900"):
         sun.ambient_radiance(slope=90.0, **far)
-    policy = {"range": "clamp", "source_elevation": "clamp"}
-    found = sun.ambient_radiance(slope=90.0, out_of_range=policy, **far)
+    found = sun.clamped("range", "source_elevation").ambient_radiance(slope=90.0, **far)
     assert found == sun.ambient_radiance(slope=90.0, **PLACE | {"range": 20.0})
 
 

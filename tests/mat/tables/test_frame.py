@@ -55,7 +55,7 @@ def test_a_profile_along_one_line_of_sight(table):
 
 
 def test_ends_outside_the_axis_clamp_where_asked(table):
-    part = table.part(elevation=(-90.0, -20.0), out_of_range={"elevation": "clamp"})
+    part = table.clamped("elevation").part(elevation=(-90.0, -20.0))
     assert part.root.axes["elevation"].values.tolist() == [-30.0, -10.0]
 
 

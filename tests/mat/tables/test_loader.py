@@ -72,13 +72,14 @@ def test_out_of_range_is_chosen_for_each_axis(small_build):
     table = skyshine.mat.open(small_build / "s01.htt.h5")
     high, steep = PLACE | {"altitude": 5.0}, PLACE | {"altitude": 5.0, "slope": 80.0}
     inside = table.temperature(material=1 * table.materials["asphalt_road"], **PLACE | {"altitude": 1.0})
-    assert table.temperature(material="asphalt_road", **high, out_of_range={"altitude": "clamp"}) == inside
+    clamped = table.clamped("altitude")
+    assert clamped.temperature(material="asphalt_road", **high) == inside
     with pytest.raises(InputError, match="slope: found 80"):
-        table.temperature(material="asphalt_road", **steep, out_of_range={"altitude": "clamp"})
+        clamped.temperature(material="asphalt_road", **steep)
+    nearest = table.clamped().temperature(material="asphalt_road", **steep)
+    assert nearest == table.temperature(material="asphalt_road", **PLACE | {"altitude": 1.0, "slope": 45.0})
     with pytest.raises(InputError, match="found the axis 'altitud'.*did you mean 'altitude'"):
-        table.temperature(material="asphalt_road", **high, out_of_range={"altitud": "clamp"})
-    with pytest.raises(InputError, match="found out_of_range 'wrap'"):
-        table.temperature(material="asphalt_road", **high, out_of_range={"altitude": "wrap"})
+        table.clamped("altitud")
 
 
 @pytest.mark.parametrize(

@@ -202,8 +202,8 @@ class SurfaceFile(StrictModel):
 class SoilFile(StrictModel):
     """Pores of a material that is dry in the library and answers to soil moisture; 1, W m^-1 K^-1."""
 
-    texture: Sourced[Literal["gravel", "sand", "fine", "organic"]] = Field(
-        description="Class of grains by which conductivity follows moisture."
+    texture: Sourced[Literal["gravel", "sand", "sandy_loam", "loam", "silt", "clay", "organic"]] = Field(
+        description="Class of grains by which conductivity and evaporation follow moisture."
     )
     porosity: Sourced[Annotated[float, Field(ge=0.05, le=0.95)]] = Field(
         description="Share of the volume between the grains, 0.05 to 0.95: the most water that it holds."

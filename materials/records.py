@@ -137,7 +137,7 @@ class Soil:
     Attributes
     ----------
     texture : str
-        "gravel" (and coarse sand), "sand", "fine" (silt, loam, clay) or "organic".
+        "gravel" (and coarse sand), "sand", "sandy_loam", "loam", "silt", "clay" or "organic".
     porosity : float
         Share of the volume that is pores.
     solid_conductivity : float

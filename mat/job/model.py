@@ -121,8 +121,8 @@ class Job(StrictModel):
         None,
         exclude=True,
         description=(
-            "Water in the pores of soil, sand and gravel: dry, moist (a quarter of the pores), wet (all), or m3/m3; for"
-            " all such materials, or by material. It moves conductivity, heat capacity, reflectance at all wavelengths"
+            "Water in the pores of soil, sand and gravel: dry, moist (the least that keeps the surface moist), wet"
+            " (all), or m3/m3; for all such materials, or by material. It moves conductivity, heat capacity, reflectance at all wavelengths"
             " and evaporation together. By default they are as the library has them: dry above, half full below."
         ),
     )

@@ -17,7 +17,7 @@ from skyshine.mat.job.moisture import water_fraction
 from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
 from skyshine.mat.radiometry.water_film import film_reflectance, moist_reflectance
 from skyshine.mat.scene.canopy import opened
-from skyshine.mat.surface.soil_moisture import evaporating_share, moist_stack, resistance
+from skyshine.mat.surface.soil_moisture import moist_stack, resistance
 from skyshine.mat.surface.wet_skin import FilmSkin, MoistSkin, film_capacity
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.materials.records import Material
@@ -72,8 +72,8 @@ def moist(material: Material, moisture: float) -> Material:
     reflectance = moist_reflectance(material.reflectance, material.wavelength, water_at(material.wavelength), moisture)
     surface = replace(
         material.surface,
-        wetness=float(evaporating_share(moisture)),
-        surface_resistance=float(resistance(moisture)),
+        wetness=1.0,
+        surface_resistance=float(resistance(material.soil.texture, moisture)),
     )
     return replace(
         material,
@@ -101,7 +101,7 @@ def moist_skin(dry: Material) -> MoistSkin | None:
     inside = tuple(moisture for moisture in _MOISTURES if moisture < dry.soil.porosity)
     moistures = (*inside, dry.soil.porosity)
     absorptances, emissivities = zip(*(optics(moist(dry, moisture)) for moisture in moistures), strict=True)
-    return MoistSkin(moistures, absorptances, emissivities)
+    return MoistSkin(dry.soil.texture, moistures, absorptances, emissivities)
 
 
 def film_skin(material: Material) -> FilmSkin | None:

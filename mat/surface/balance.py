@@ -27,7 +27,7 @@ from skyshine.mat.surface.convection import (
     natural_coefficients,
 )
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.soil_moisture import evaporating_share, resistance
+from skyshine.mat.surface.soil_moisture import resistance
 from skyshine.mat.surface.stability import Stability
 from skyshine.mat.surface.stomata import canopy_resistance
 from skyshine.mat.surface.vapour import surface_vapour, surface_vapour_and_slopes
@@ -202,7 +202,7 @@ def skin_of(material: SurfaceMaterial, forcing: Forcing) -> Skin:
         moisture = np.minimum(forcing.soil_moisture, table.moisture[-1])
         absorptance = np.interp(moisture, table.moisture, table.solar_absorptance)
         emissivity = np.interp(moisture, table.moisture, table.thermal_emissivity)
-        wetness, resists = evaporating_share(moisture), resistance(moisture)
+        wetness, resists = 1.0, resistance(table.texture, moisture)
     if surface.snow and forcing.snow_age is not None:
         absorptance = 1 - aged_albedo(1 - material.solar_absorptance, forcing.snow_age, forcing.air_temperature)
     if forcing.albedo is not None:

@@ -10,6 +10,7 @@ import lzma
 import os
 import random
 import re
+import struct
 import sys
 import tempfile
 from collections.abc import Callable
@@ -49,6 +50,7 @@ from skyshine.tmm.job.load import load_job as load_textures
 sys.path.insert(0, str(Path(__file__).parent))
 import good_databases
 import hostile_random
+import text_changes
 
 ROOT = Path(__file__).parents[2]
 JOB = """\
@@ -250,6 +252,7 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "measured": (".csv", lambda path: read_spectrum(path, Said())),
     "envi": (".hdr", _envi),
     "gltf": (".gltf", gltf_parts),
+    "glb": (".glb", gltf_parts),
     "obj": (".obj", obj_parts),
     **dict.fromkeys(("metar", "psm", "pvgis", "meteostat"), (".csv", _downloaded)),
     "pangaea": (".tab", _downloaded),
@@ -325,11 +328,28 @@ def seeds(target: str) -> list[bytes]:
         return [_netcdf()]
     if target == "weather_netcdf":
         return [_point()]
+    if target == "glb":
+        return [_binary(GLTF.encode())]
     if target == "structure":
         return [bytes([number]) for number in range(8)]
     folder, pattern = FOLDERS.get(target) or (os.environ.get("SKYSHINE_FUZZ_TABLES"), TABLES[target])
     found = [path.read_bytes() for path in sorted(Path(folder).glob(pattern))[:8]] if folder else []
     return [re.sub(rb'"data": "[^"]*"', b'"data": "in.raw.bin"', data) for data in found] if target == "flat" else found
+
+
+def changed(target: str, seed: bytes, draw: random.Random) -> bytes | None:
+    """A good input with its values or its form changed; nothing for targets that are no text."""
+    if target in ("gltf", "legend"):
+        return text_changes.changed_json(seed, draw)
+    if target == "glb":
+        return _binary(text_changes.changed_json(GLTF.encode(), draw))
+    return text_changes.changed_text(seed, draw) if target in {*TEXTS, *FOLDERS} else None
+
+
+def _binary(document: bytes) -> bytes:
+    """A glTF document as one chunk of a binary file."""
+    padded = document + b" " * (-len(document) % 4)
+    return struct.pack("<4sIIII", b"glTF", 2, 20 + len(padded), len(padded), 0x4E4F534A) + padded
 
 
 def _picture(target: str) -> bytes:

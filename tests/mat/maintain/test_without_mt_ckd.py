@@ -6,6 +6,7 @@ on MT_CKD: it stands for the form of such a table, not for its figures, which ta
 
 import os
 import shutil
+import site
 import subprocess
 import sys
 from pathlib import Path
@@ -65,9 +66,12 @@ def mat(tree):
     for folder in FOLDERS:
         (package / folder).symlink_to(tree / folder, target_is_directory=True)
 
+    # Without `site`, whose .pth files put the packages of an editable installation before all of PYTHONPATH.
+    folders = (str(tree / "site"), *site.getsitepackages())
+
     def run(*arguments, cwd):
-        environment = dict(os.environ, PYTHONPATH=str(tree / "site"), SKYSHINE_CACHE="")
-        command = [sys.executable, "-c", "from skyshine.mat.cli import main; main()", *arguments]
+        environment = dict(os.environ, PYTHONPATH=os.pathsep.join(folders), SKYSHINE_CACHE="")
+        command = [sys.executable, "-S", "-c", "from skyshine.mat.cli import main; main()", *arguments]
         return subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True)
 
     return run

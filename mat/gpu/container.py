@@ -18,6 +18,7 @@ from skyshine.schemas.whole_files import part_file
 
 FORMAT, FORMAT_VERSION = "skyshine-gpu", "2.0.0"
 ENDING = ".gpu.json"
+_WIDTH = 1024  # texels in a row of numbers, which every graphics processor takes
 ALIGNMENT = 16  # bytes; a row of RGBA32F texels
 # Texel formats by numpy type and number of channels.
 FORMATS = {
@@ -98,10 +99,10 @@ def texture(kind: str, values: npt.ArrayLike, what: str) -> Texture:
     return Texture(kind, np.ascontiguousarray(array, dtype), what)
 
 
-def rows_of_four(values: npt.ArrayLike, width: int = 1024) -> npt.NDArray[np.float32]:
+def rows_of_four(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
     """Numbers (n,) as texels (rows, width) of one channel, the last row filled up with the last number."""
     flat = np.asarray(values, np.float32).ravel()
-    width = min(width, flat.size)
+    width = min(_WIDTH, flat.size)
     rows = -(-flat.size // width)
     return np.pad(flat, (0, rows * width - flat.size), mode="edge").reshape(rows, width)
 

@@ -96,7 +96,7 @@ class Measurement:
     @cached_property
     def _level(self) -> AtmosphereReadings:
         """Quantities of level faces in the open, computed at the few points."""
-        direct = AtmosphereReadings.of(self.few.at_points(*self.views.lines.place, self.few_light))
+        direct = AtmosphereReadings.of(self.few.at_points(self.views.lines, self.few_light))
         return replace(direct, emitted=self.full.emitted)
 
     @cached_property
@@ -111,7 +111,7 @@ class Measurement:
 
     def _ambient(self, around: Circumstances | None) -> Floats:
         faces = self.truth.faces(self.views, around)
-        return self.few.ambient_on_faces(*self.views.lines.place[:4], self.few_light, faces)[:, None]
+        return self.few.ambient_on_faces(self.views.lines, self.few_light, faces)[:, None]
 
     @cached_property
     def _direct(self) -> Floats:
@@ -236,8 +236,8 @@ class Measurement:
             part, some = views.take(rows), faces.take(rows)
             shown = []
             for air in (of_job, self.prepared.at_hour(float(hour))):
-                readings = AtmosphereReadings.of(air.at_points(*part.lines.place, self.few_light))
-                ambient = air.ambient_on_faces(*part.lines.place[:4], self.few_light, some)[:, None]
+                readings = AtmosphereReadings.of(air.at_points(part.lines, self.few_light))
+                ambient = air.ambient_on_faces(part.lines, self.few_light, some)[:, None]
                 assert self.full.emitted is not None  # integrated
                 ratio = readings.transmittance / np.maximum(self._level.transmittance[rows], np.finfo(float).tiny)
                 emitted = self.full.emitted[rows] * ratio
@@ -264,7 +264,7 @@ class Measurement:
         together = np.empty_like(here)
         for number, width in enumerate(FIELDS_OF_VIEW):
             centre = frame_centres(views, self.grid, offset * width)
-            at_centre = AtmosphereReadings.of(self.few.at_points(*centre.lines.place, self.few_light))
+            at_centre = AtmosphereReadings.of(self.few.at_points(centre.lines, self.few_light))
             at_centre = self._tilted(at_centre, centre)
             through = at_centre.at_range(centre.range, views.range).transmittance
             extrapolated = (
@@ -293,7 +293,7 @@ class Measurement:
         for end, weight in zip(ends, (1 - views.share, views.share), strict=True):
             kelvin = self.truth.temperature(end.normal, end.surface_altitude, views.time, steps=self.steps)
             emission = self.tables.emission(kelvin + self.kelvin - self._solved_in_steps)
-            readings = AtmosphereReadings.of(self.few.at_points(*end.lines.place, self.few_light))
+            readings = AtmosphereReadings.of(self.few.at_points(end.lines, self.few_light))
             readings = self._tilted(
                 replace(readings, emitted=pixel.with_transmittance(readings.transmittance).emitted), end
             )

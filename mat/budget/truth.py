@@ -230,7 +230,7 @@ class FacetTruth:
 
     def lines(self, views: Views, faces: Faces) -> SpectralLines:
         """Spectra of the lines of sight and of the light on the faces."""
-        return self.air.spectral_at_points(*views.lines.place, self.irradiance, faces)
+        return self.air.spectral_at_points(views.lines, self.irradiance, faces)
 
     def bounce(self, views: Views, normal: Floats, finish: Finish, in_shade: Circumstances) -> Floats:
         """As `runtime_terms.reflection`; 0 where a face is in the Sun's shade."""

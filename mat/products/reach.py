@@ -26,7 +26,9 @@ from skyshine.schemas.errors import CheckFailed, InputError
 # placings for 1 to 40 materials in six days of all seasons, 0.25 to 2 K, and of three materials at 0.05 K.
 _NODES_AT_1_K, _POWER = 1.0e6, 1.5
 _MATERIALS = 12  # that are placed in some seconds
-_OF_SAMPLE = 0.5  # of the nodes of a material, as placed for a sample of so many: all of 40 took 0.9 to 2.8 times, once 13
+_OF_SAMPLE = (
+    0.5  # of the nodes of a material, as placed for a sample of so many: all of 40 took 0.9 to 2.8 times, once 13
+)
 _FILM = 28  # times the cost of a surface on which water may lie (plan/cost.py)
 _STATES = 4  # whose nodes are placed at most
 # Of a radiance seen: the finest tolerance that a build has held, and the coarsest of those that none held.

@@ -38,7 +38,9 @@ def test_temperatures_that_too_few_nodes_hold_are_refused_as_the_build_refuses_t
 
 
 def test_temperatures_that_enough_nodes_hold_are_not_remarked_on(job):
-    assert reach.tolerance_notes(job(surface_grid={"tolerance": "0.5 K", "most_nodes": 200_000}), ["asphalt_road"]) == []
+    assert (
+        reach.tolerance_notes(job(surface_grid={"tolerance": "0.5 K", "most_nodes": 200_000}), ["asphalt_road"]) == []
+    )
     assert reach.tolerance_notes(job(), ["asphalt_road"]) == []
 
 

@@ -109,6 +109,9 @@ PANGAEA = (
     "/* DATA DESCRIPTION:\nEvent\tX * LATITUDE: 46.8 * LONGITUDE: 6.9\n*/\nDate/Time\tSWD [W/m**2]\tT2 [C]\tRH [%]\n"
 )
 PANGAEA += "".join(f"2026-06-{d}T{h:02d}:00\t{20 * h}\t20.0\t50\n" for d in (28, 29) for h in range(24))
+HISTORY = "193 0.250000\n" + "".join(
+    f"{n / 4:.2f}-15.00 1000.00  0.65-20.00   5.00    98.02     5.17 1.00  0  0   0.00  0.00\n" for n in range(193)
+)
 TIRS = "A filter in nm\nWavelength  RSR  STDEV\n\n10300 -0.0005 .001\n10600 .4 .001\n10900 1 .001\n11400 0 .001\n"
 MEASURED = "wavelength (um);reflectance\n" + "".join(f"{0.4 + n / 10:.1f};0,{10 + n}\n" for n in range(20))
 OBJ = "mtllib in.mtl\nv 0 0 0\nv 4 0 0\nv 4 0 -4\nv 0 0 -4\nvt 0 0\nvt 1 0\nvt 1 1\nusemtl ground\n"
@@ -256,6 +259,7 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "obj": (".obj", obj_parts),
     **dict.fromkeys(("metar", "psm", "pvgis", "meteostat"), (".csv", _downloaded)),
     "pangaea": (".tab", _downloaded),
+    "history": (".wth", _downloaded),
     "weather_netcdf": (".nc", _downloaded),
     "epw": (".epw", lambda path: read_weather(path, datetime.date(2026, 6, 28), -6, radiation=True)),
     "tmy3": (".csv", lambda path: read_weather(path, datetime.date(2026, 6, 28), -5, radiation=True)),
@@ -302,6 +306,7 @@ TEXTS = {
     "pvgis": PVGIS,
     "meteostat": METEOSTAT,
     "pangaea": PANGAEA,
+    "history": HISTORY,
 }
 FOLDERS = {
     "material": (ROOT / "materials" / "ht", "*.yaml"),

@@ -10,7 +10,6 @@ from skyshine.schemas.commands import echo_table, emit_json, json_option
 from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
-    from skyshine.tmm.quality.counts import Quality
     from skyshine.tmm.report.score import Checked
 
 
@@ -19,10 +18,9 @@ SHOWN_PAIRS = 10
 SHOWN_HOURS = 12
 
 
-@click.command(epilog="Example: tmm score build/yellowstone_road.tmm.h5 truth.yaml --image yellowstone_road.png")
+@click.command(epilog="Example: tmm score build/yellowstone_road.tmm.h5 truth.yaml")
 @click.argument("file", type=click.Path())
 @click.argument("labels", type=click.Path())
-@click.option("--image", type=click.Path(), help="The texture's image; by default looked for near FILE by its name.")
 @click.option("--htt", type=click.Path(), help="Temperatures: show what wrong texels cost in radiance; needs --band.")
 @click.option(
     "--band",
@@ -45,7 +43,6 @@ SHOWN_HOURS = 12
 def command(
     file: str,
     labels: str,
-    image: str | None,
     htt: str | None,
     bands: tuple[str, ...],
     airs: tuple[str, ...],
@@ -59,32 +56,31 @@ def command(
     A list of answers at places drawn at random ('tmm suggest --random') gives the share of right texels, with its
     interval of 95 % confidence.
 
-    LABELS has the keys `image` and `palette`, as `labels` has in a job. Shadow is where a texel is far darker than
-    the material it is labelled with is elsewhere; without the texture's image it is not told from sunlight.
-    With --htt and --band the wrong texels are turned into errors of band radiance and equivalent temperature by time of
-    day.
+    LABELS has the keys `image` and `palette`, as `labels` has in a job. With --htt and --band the wrong texels are
+    turned into errors of band radiance and equivalent temperature by time of day.
     """
     from skyshine.materials.library import load_library
     from skyshine.tmm.report import radiance_cost
     from skyshine.tmm.report.score import check_answers, is_list_of_answers, score
 
     if is_list_of_answers(labels):
-        if htt or bands or airs or image:
-            raise click.UsageError("a list of answers has no label image; leave --image, --htt, --band and --atmq out")
+        if htt or bands or airs:
+            raise click.UsageError("a list of answers has no label image; leave --htt, --band and --atmq out")
         _show_checked(file, check_answers(file, labels, load_library()), as_json)
         return
     surface = {"altitude": altitude, "azimuth": azimuth, "slope": slope}
     tables = radiance_cost.open_tables(htt, bands, airs)
-    result = score(file, labels, load_library(), image)
-    parts = {"whole": result.whole, "inside_shadow": result.inside, "outside_shadow": result.outside}
+    result = score(file, labels, load_library())
+    quality = result.quality
     report: dict[str, Any] = {
         "file": file,
-        **{name: None if part is None else _report(part) for name, part in parts.items()},
+        "texels": quality.tested,
+        "overall_accuracy": quantity(quality.overall_accuracy, "1"),
+        "mean_iou": quantity(quality.mean_iou, "1"),
+        "calibration_error": quantity(quality.calibration_error, "1"),
         "materials": [
             {"name": name, "intersection_over_union": quantity(iou, "1"), "found_unknown_then_each": row.tolist()}
-            for name, iou, row in zip(
-                result.names, result.whole.intersection_over_union, result.whole.confusion, strict=True
-            )
+            for name, iou, row in zip(result.names, quality.intersection_over_union, quality.confusion, strict=True)
         ],
     }
     if tables:
@@ -121,26 +117,9 @@ def _show_checked(file: str, found: Checked, as_json: bool) -> None:
         echo_table(("seen", "found", "places"), [[*pair, str(n)] for pair, n in found.wrong.items()])
 
 
-def _report(part: Quality) -> dict[str, Any]:
-    return {
-        "texels": part.tested,
-        "overall_accuracy": quantity(part.overall_accuracy, "1"),
-        "mean_iou": quantity(part.mean_iou, "1"),
-        "calibration_error": quantity(part.calibration_error, "1"),
-    }
-
-
 def _print(report: dict[str, Any]) -> None:
-    rows = []
-    for name in ("whole", "inside_shadow", "outside_shadow"):
-        if report[name] is not None:
-            figures = [
-                f"{report[name][key]['value']:.3f}" for key in ("overall_accuracy", "mean_iou", "calibration_error")
-            ]
-            rows.append([name.replace("_", " "), str(report[name]["texels"]), *figures])
-    echo_table(("part", "texels", "accuracy", "mean IoU", "calibration error"), rows)
-    if report["inside_shadow"] is None:
-        click.echo("shadow: not told from sunlight, because the texture's image is not at hand; name it with --image\n")
+    figures = [f"{report[key]['value']:.3f}" for key in ("overall_accuracy", "mean_iou", "calibration_error")]
+    echo_table(("texels", "accuracy", "mean IoU", "calibration error"), [[str(report["texels"]), *figures]])
     rows = [
         [entry["name"], f"{entry['intersection_over_union']['value']:.3f}", *map(str, entry["found_unknown_then_each"])]
         for entry in report["materials"]

@@ -36,6 +36,7 @@ def write_imported(
     """Write an imported image as a database; returns the hash of its content.
 
     Confidence is 1 where there is a material, for nothing was classified, and 0 elsewhere.
+    Raises InputError: the file cannot be written.
 
     Parameters
     ----------
@@ -45,11 +46,6 @@ def write_imported(
         Material by colour or grey level of that file: the palette of the job that stands in the database.
     raster : CdbRaster, optional
         Kept, so that indices and composite materials can be written again as they came.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
     """
     levels, mixtures = [image.level], Composites()
     levels += coarser_levels(image)
@@ -113,7 +109,6 @@ def _filled(k: int, level: Level, image: MaterialImage, known: npt.NDArray[Any])
         "mix_code": level.mix_code,
         "mix_weight": level.mix_weight,
         "confidence": known,
-        "typicality": known,
     }
     variables = {name: replace(variable, data=data[name]) for name, variable in layout.variables.items()}
     return Group(layout.axes, variables)
@@ -157,10 +152,7 @@ def _cdb(raster: CdbRaster, path: Path) -> Group:
 def kept_raster(path: str | os.PathLike[str]) -> CdbRaster | None:
     """The raster materials that a database was imported with; None where it came from elsewhere.
 
-    Raises
-    ------
-    InputError
-        The database cannot be read.
+    Raises InputError: the database cannot be read.
     """
     with open_tmm(path) as file:
         if not file.has("cdb/index"):
@@ -174,16 +166,13 @@ def import_texture(
     path: str | os.PathLike[str],
     out: str | os.PathLike[str],
     library: MaterialLibrary,
-    legend: str | os.PathLike[str] | None = None,
     map_file: str | os.PathLike[str] | None = None,
     table: str | os.PathLike[str] | None = None,
 ) -> Path:
-    """Read raster materials of a CDB (``.tif``) or an indexed PNG and write a database into a folder.
+    """Read raster materials of a CDB, or an image of indices into its table, and write a database into a folder.
 
     Parameters
     ----------
-    legend : path, optional
-        Of a PNG; by default ``NAME.legend.json`` beside it.
     map_file : path, optional
         Of a CDB; by default the packaged map.
     table : path, optional
@@ -197,23 +186,14 @@ def import_texture(
     """
     from skyshine.tmm.exchange.cdb import read_cdb, to_image
     from skyshine.tmm.exchange.cdb_materials import load_map
-    from skyshine.tmm.exchange.indexed_png import palette_keys, read_png
-    from skyshine.tmm.exchange.legend import read_legend
 
     path, raster = Path(path), None
     if table is not None and not is_placed(path):
         image, colours = _with_table(path, Path(table), load_map(library, map_file))
-    elif path.suffix.lower() in (".tif", ".tiff"):
+    else:
         raster, materials = read_cdb(path, table), load_map(library, map_file)
         image, present = to_image(raster, materials), np.unique(raster.index).tolist()
         colours = _first_materials([k for k in present if k in raster.table], raster.table, materials)
-    elif path.suffix.lower() == ".png":
-        legend = legend or path.with_suffix(".legend.json")
-        image, names = read_png(path, legend, library), read_legend(legend, library)
-        keys = palette_keys(path, list(names))
-        colours = {keys[number]: name for number, name in names.items()}
-    else:
-        raise InputError(f"found the ending '{path.suffix}'; allowed: .tif of a CDB, .png with a legend", file=path)
     target = Path(out) / f"{image.name}.tmm.h5"
     write_imported(image, path, colours, target, library.version, raster)
     return target

@@ -463,9 +463,7 @@ class TmmJob(StrictModel):
 def check_distinct_names(textures: Sequence[TextureJob]) -> None:
     """Refuse two textures that would be written to one file.
 
-    Raises
-    ------
-    ValueError
+    Raises ValueError.
     """
     for name, count in Counter(texture.name for texture in textures).items():
         if count > 1:

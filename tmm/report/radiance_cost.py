@@ -23,10 +23,7 @@ TableKind = TypeVar("TableKind", bound=Table)
 def open_tables(htt: str | None, bands: Sequence[str], airs: Sequence[str]) -> list[Tables]:
     """Tables of temperature, band and (or None) atmosphere, one set a band; empty where no cost is asked for.
 
-    Raises
-    ------
-    InputError
-        A file is missing or of another type, or the options do not go together.
+    Raises InputError: a file is missing or of another type, or the options do not go together.
     """
     if htt is None and not bands and not airs:
         return []
@@ -56,12 +53,9 @@ def report(
 ) -> dict[str, Any]:
     """What wrong texels of a score cost in one band, as ``--json`` prints it; `surface` as `surface_radiance` takes it.
 
-    Raises
-    ------
-    InputError
-        The tables lack a material that was scored, or do not go together.
+    Raises InputError: the tables lack a material that was scored, or do not go together.
     """
-    rows = score.whole.confusion
+    rows = score.quality.confusion
     used = [k for k in range(len(score.names)) if rows[k].any() or rows[:, k + 1].any()]
     names = [score.names[k] for k in used]
     sent = surface_radiance(htt, band, names, air=air, **surface)

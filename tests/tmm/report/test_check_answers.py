@@ -70,8 +70,8 @@ def test_nothing_answered_and_places_beyond_the_image(answered):
 
 def test_other_options_do_not_go_with_answers(answered, tmp_path):
     database, _ = answered((2, 2, GREEN))
-    result = run("score", database, tmp_path / "check.yaml", "--image", "x.png")
-    assert result.exit_code == 2 and "leave --image" in result.output
+    result = run("score", database, tmp_path / "check.yaml", "--htt", "x.h5")
+    assert result.exit_code == 2 and "leave --htt" in result.output
 
 
 @pytest.fixture

@@ -18,7 +18,7 @@ pytestmark = [pytest.mark.shared_data, pytest.mark.validation]
 
 EVERY = 3  # tile of each half
 SAMPLE = 7  # every so many texels count in the area under the curve
-THRESHOLDS = (0.05, 0.08, 0.1, UNTYPICAL, 0.12, 0.15, 0.2)
+THRESHOLDS = (0.02, 0.03, UNTYPICAL, 0.05, 0.08, 0.11, 0.15)
 LEAST_AREA, LEAST_FOUND, MOST_FALSE, MOST_LOST = 0.85, 0.40, 0.02, 0.01
 
 

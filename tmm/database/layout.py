@@ -50,6 +50,27 @@ def texture_header(job: TextureJob, library_version: str) -> Header:
     )
 
 
+def code_axis(codes: npt.NDArray[np.uint16]) -> Axis:
+    """The axis of materials by their codes (K,), ascending."""
+    return Axis(codes, "1", "material code")
+
+
+def materials_layout(codes: npt.NDArray[np.uint16], names: tuple[str, ...]) -> Group:
+    """The layout of the materials: codes (K,) and names."""
+    named = Variable(("material",), np.array(names, dtype=object), "1", "material name")
+    return Group({"material": code_axis(codes)}, {"name": named})
+
+
+def usage_layout(
+    codes: npt.NDArray[np.uint16], share: npt.NDArray[np.float64], texels: int, with_data: int, with_material: int
+) -> Group:
+    """The layout of the shares (K,) of the texels with data that have each material, and the counts of texels."""
+    name = "share of the texels with data that have the material"
+    counts = {"texels": texels, "texels_with_data": with_data, "texels_with_material": with_material}
+    variables = {"share": Variable(("material",), share, "1", name)}
+    return Group({"material": code_axis(codes)}, variables, attributes=counts)
+
+
 def _component_axis() -> Axis:
     return Axis(np.arange(3, dtype=np.uint8), "1", "rank of the component, largest share first")
 

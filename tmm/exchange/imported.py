@@ -13,7 +13,14 @@ import numpy.typing as npt
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Variable, write_file
-from skyshine.tmm.database.layout import CHUNK, composite_layout, level_layout, texture_header
+from skyshine.tmm.database.layout import (
+    CHUNK,
+    composite_layout,
+    level_layout,
+    materials_layout,
+    texture_header,
+    usage_layout,
+)
 from skyshine.tmm.database.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, level_sizes
 from skyshine.tmm.database.reader import open_tmm
 from skyshine.tmm.exchange.cdb import CdbRaster
@@ -53,7 +60,7 @@ def write_imported(
         mixtures.add(level)
     known = (image.level.code > 0).astype(np.float32)
     groups = {
-        "materials": Group({"material": _codes(image)}, {"name": _names(image)}),
+        "materials": materials_layout(np.array(list(image.materials), np.uint16), tuple(image.materials.values())),
         "quality": Group(attributes={"tested_texels": 0, "seed_texels": 0}),
         "provenance": Group(attributes=_provenance(image, Path(source))),
         "levels": Group(groups={str(k): _filled(k, level, image, known) for k, level in enumerate(levels)}),
@@ -82,24 +89,12 @@ def coarser_levels(image: MaterialImage) -> list[Level]:
     ]
 
 
-def _codes(image: MaterialImage) -> Axis:
-    return Axis(np.array(list(image.materials), np.uint16), "1", "material code")
-
-
-def _names(image: MaterialImage) -> Variable:
-    return Variable(("material",), np.array(list(image.materials.values()), dtype=object), "1", "material name")
-
-
 def _usage(image: MaterialImage) -> Group:
     level = image.level
     counts = np.bincount(level.mix_code.ravel(), level.mix_weight.ravel(), minlength=1 << 16) / WEIGHT_TOTAL
     known = int(np.count_nonzero(level.code))
     share = counts[list(image.materials)] / max(known, 1)
-    attributes = {"texels": image.level.code.size, "texels_with_data": known, "texels_with_material": known}
-    name = "share of the texels with data that have the material"
-    return Group(
-        {"material": _codes(image)}, {"share": Variable(("material",), share, "1", name)}, attributes=attributes
-    )
+    return usage_layout(np.array(list(image.materials), np.uint16), share, level.code.size, known, known)
 
 
 def _filled(k: int, level: Level, image: MaterialImage, known: npt.NDArray[Any]) -> Group:

@@ -39,9 +39,10 @@ from skyshine.tmm.quality.held_out import HeldOut, measure, untested, with_unkno
 from skyshine.tmm.training.seed_boxes import seed_boxes
 from skyshine.tmm.training.train import fit_seeds
 
-# Chosen on five aerial sheets with six clicks a material: between 0.1, below which 0.9 % of what is known fall and 40 %
-# of a material left out, and 0.12, with 1.1 and 42 % (0.15: 1.3 and 46 %). A box of few texels scatters more.
-UNTYPICAL, UNTYPICAL_RADIUS = 0.11, 4
+# By six clicks a material on six of the twelve aerial sheets: the most at which 1 % of what is known becomes unknown
+# where nothing else is there (1.1 % at 0.05, 1.6 at 0.11; of a material left out 26 and 30 % are found). A box of few
+# texels scatters more.
+UNTYPICAL, UNTYPICAL_RADIUS = 0.04, 4
 # Separate places of a material, the median over them: with fewer the threshold takes more of what is known than it is
 # worth (5 % with two places a material, 7 % with one).
 TYPICAL_PLACES = 3

@@ -25,7 +25,9 @@ from skyshine.tmm.database.layout import (
     in_ratios,
     in_steps,
     level_layout,
+    materials_layout,
     texture_header,
+    usage_layout,
 )
 from skyshine.tmm.database.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, level_sizes, pure_level
 from skyshine.tmm.features.shade import RelitTexture
@@ -85,20 +87,22 @@ def write_texture(mapped: TextureMap, path: str | os.PathLike[str]) -> Written:
     """
     remove_abandoned(Path(path))
     counted: list[Written] = []
+    height, width = mapped.texture.height, mapped.texture.width
 
     def fill(file: h5py.File) -> Filled:
         written, mixtures, digests = _fill_levels(mapped, file)
         counted.append(written)
         rest = Group(
             groups={
-                "usage": _usage(mapped, written),
+                "usage": usage_layout(
+                    mapped.codes, written.usage, height * width, written.with_data, written.with_material
+                ),
                 "quality": _quality(mapped, written),
                 "composites": composite_layout(*mixtures),
             }
         )
         return Filled(rest, digests)
 
-    height, width = mapped.texture.height, mapped.texture.width
     shaded = isinstance(mapped.texture, RelitTexture)
     levels = {
         str(k): level_layout(k, size, height, width, shade=shaded, typicality=mapped.thresholds[1] > 0)
@@ -106,7 +110,7 @@ def write_texture(mapped: TextureMap, path: str | os.PathLike[str]) -> Written:
     }
     root = Group(
         groups={
-            "materials": _materials(mapped),
+            "materials": materials_layout(mapped.codes, mapped.names),
             "provenance": _provenance(mapped),
             "levels": Group(groups=levels),
         }
@@ -286,25 +290,6 @@ def in_words(entries: dict[str, str]) -> str:
     'alpha: 12 %; collar: 3 %'
     """
     return "; ".join(f"{key}: {value}" for key, value in entries.items())
-
-
-def _code_axis(mapped: TextureMap) -> Axis:
-    return Axis(mapped.codes, "1", "material code")
-
-
-def _materials(mapped: TextureMap) -> Group:
-    names = Variable(("material",), np.array(mapped.names, dtype=object), "1", "material name")
-    return Group({"material": _code_axis(mapped)}, {"name": names})
-
-
-def _usage(mapped: TextureMap, written: Written) -> Group:
-    share = Variable(("material",), written.usage, "1", "share of the texels with data that have the material")
-    counts = {
-        "texels": mapped.texture.height * mapped.texture.width,
-        "texels_with_data": written.with_data,
-        "texels_with_material": written.with_material,
-    }
-    return Group({"material": _code_axis(mapped)}, {"share": share}, attributes=counts)
 
 
 def _quality(mapped: TextureMap, written: Written) -> Group:

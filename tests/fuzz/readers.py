@@ -41,8 +41,7 @@ from skyshine.tmm.classify.model_file import read_model
 from skyshine.tmm.database.reader import open_tmm
 from skyshine.tmm.exchange.cdb_materials import load_map
 from skyshine.tmm.exchange.cdb_table import read_table
-from skyshine.tmm.exchange.indexed_png import read_indices
-from skyshine.tmm.exchange.legend import read_legend
+from skyshine.tmm.exchange.rasters import read_plane
 from skyshine.tmm.images.georeference import read_georeference
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.job.load import load_job as load_textures
@@ -158,9 +157,6 @@ textures:
     classifier: {radius: 2, prior: {conifer: 5, asphalt_road: 1}}
     seeds: {polygons: {asphalt_road: [[[6, 60], [30, 60], [44, 112]]], conifer: [[[206, 66], [228, 62], [232, 100]]]}}
 """
-LEGEND = (
-    '{"image": "road.png", "no_material": 0, "materials": {"1": {"code": 7, "name": "asphalt_road"}, "2": "conifer"}}'
-)
 MATERIAL = "<Material><Name>BM_SAND</Name><Weight>60</Weight></Material><Material><Name>BM_SOIL</Name><Weight>40</Weight></Material>"  # noqa: E501
 CDB = f"<T><Composite_Material index='7'><Name>a</Name><Primary_Substrate>{MATERIAL}</Primary_Substrate>"
 CDB += f"<Surface_Substrate>{MATERIAL}<Thickness>0.1</Thickness></Surface_Substrate></Composite_Material></T>"
@@ -270,8 +266,7 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "texture_job": (".yaml", lambda path: load_textures(path, LIBRARY)),
     "texture": (".png", _texture),
     "tiff": (".tif", _texture),
-    "indices": (".png", read_indices),
-    "legend": (".json", lambda path: read_legend(path, LIBRARY)),
+    "indices": (".png", read_plane),
     "cdb_table": (".xml", read_table),
     "cdb_map": (".yaml", lambda path: load_map(LIBRARY, path)),
     "classifier": (".tmm-model.h5", read_model),
@@ -294,7 +289,6 @@ TEXTS = {
     "spectrum": SPECTRUM,
     "lines": LINES,
     "texture_job": TEXTURES,
-    "legend": LEGEND,
     "cdb_table": CDB,
     "response_text": TIRS,
     "measured": MEASURED,

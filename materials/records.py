@@ -162,12 +162,15 @@ class Stand:
         Of one side of the leaves, over ground [m^2 m^-2].
     soil : str
         Name of the material on which they stand.
+    moisture : float or None
+        Volume fraction of water in it where a job says nothing of that; None: as the library has it.
     clumping : float
         Share of the leaf area that leaves spread at random would need for the same gaps, 0 to 1.
     """
 
     leaf_area_index: float
     soil: str
+    moisture: float | None = None
     clumping: float = 1.0
 
 

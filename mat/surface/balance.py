@@ -265,6 +265,11 @@ class Balance:
         """Absorbed from sky and ground [W m^-2]."""
         return self.skin.thermal_emissivity * (self.forcing.longwave_sky + self.forcing.longwave_ground)
 
+    @property
+    def bends(self) -> bool:
+        """Whether the exchange with the air bends at the temperature of the air, as that of a field does."""
+        return not self.airless and self.stability is not None
+
     def columns(self, chosen: slice | Integers) -> Balance:
         """The balance of a slice or index array of columns."""
         return Balance(self.forcing.columns(chosen), self.material)

@@ -193,6 +193,13 @@ class SurfaceFile(StrictModel):
         ),
     )
 
+    delivered: Sourced[Fraction] | None = Field(
+        None, description="Share of sunlight that leaves as electric power at 25 Celsius, 0 to 1; by default none."
+    )
+    delivered_per_kelvin: Sourced[Annotated[float, Field(ge=-0.01, le=0.0)]] | None = Field(
+        None, description="Change of that share with temperature, over itself, K^-1; by default none."
+    )
+
     def properties(self, back: str) -> SurfaceProperties:
         """Of a stack on a kind of back."""
         given = {name: getattr(self, name).value for name in type(self).model_fields if getattr(self, name) is not None}

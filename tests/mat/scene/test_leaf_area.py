@@ -213,7 +213,7 @@ def test_command_gives_leaves_and_soil(tmp_path):
     assert "stand.leaf_area_index" in shown.output and "answers to leaf_area_index" in shown.output
 
 
-def test_a_built_table_holds_what_is_seen_and_is_built_anew_for_other_leaves(tmp_path):
+def test_a_built_table_holds_what_is_seen_and_is_built_anew_for_other_leaves(builds_here, tmp_path):
     """One temperature a material, as of closed stands, and its response to shade."""
     grid = {"altitude_km": [0], "azimuth_deg": [0, 180], "slope_deg": [0, 30]}
     given = {"surface_grid": grid, "materials": ["shrub"], "output": {"folder": "built", "pictures": False}}

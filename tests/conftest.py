@@ -85,14 +85,17 @@ surface_grid: {{altitude_km: [0], azimuth_deg: [0, 180], slope_deg: [0, 45], tim
 output: {{folder: built, pictures: false}}
 """
 # Random lines of sight of a build, fewer than a user's: on which tables are measured, those of them with sky light,
-# those with tilted faces at their ends; on which channels are placed and their directions of the source chosen. Builds
-# that are not `in_this_process` have all.
+# those with tilted faces at their ends; on which channels are placed, their directions of the source and points chosen,
+# and light is parted by wavelength. Builds that are not `in_this_process` have all.
 FEW_LINES = (
-    (atmosphere, "LINES", 40),
-    (atmosphere, "SKY", 12),
-    (faces, "LINES", 6),
-    (channel_tables, "LINES", 150),
-    (channel_tables, "_SOURCE_LINES", 60),
+    (atmosphere, "LINES", 24),
+    (atmosphere, "SKY", 8),
+    (faces, "LINES", 3),
+    (faces, "FEWEST_LINES", 3),
+    (channel_tables, "LINES", 60),
+    (channel_tables, "_SOURCE_LINES", 24),
+    (channel_tables, "_POINT_LINES", 20),
+    (channel_tables, "_SHARE_LINES", 40),
 )
 
 

@@ -195,7 +195,7 @@ def _check_soil_moisture(job: Job, document: Document, library: MaterialLibrary)
     if given is None:
         return
     named = _materials_of(job, library)
-    if job.leaf_area_index is not None:
+    if not any("rain_mm_h" in state.weather.water for state in job.states):  # then stands are closed
         named += [stand.soil for name in named if (stand := library[name].stand) is not None and stand.soil in library]
     soils = {name: soil for name in named if (soil := library[name].soil) is not None}
     try:

@@ -11,7 +11,7 @@ import numpy as np
 
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight, direction
 from skyshine.mat.render.databases import BandTables, SceneTables, held_hours, in_twilight, refused
-from skyshine.mat.runtime.misclassification import equivalent_temperature
+from skyshine.mat.runtime.equivalent_temperature import equivalent_temperature
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
 from skyshine.mat.tables.dataset import dataset
 from skyshine.schemas.arrays import Floats

@@ -21,7 +21,7 @@ from skyshine.mat.render.seen import SeenSurface
 from skyshine.mat.render.surface import SurfaceMaterials, surface_of_scene
 from skyshine.mat.render.surface_mesh import SurfaceMesh
 from skyshine.mat.render.temperatures import SeenTemperatures
-from skyshine.mat.runtime.misclassification import equivalent_temperature
+from skyshine.mat.runtime.equivalent_temperature import equivalent_temperature
 from skyshine.mat.runtime.pixel import Faces, PixelRadiance, View, pixel_radiance, sky_radiance
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.dataset import dataset

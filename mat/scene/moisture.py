@@ -26,13 +26,19 @@ from skyshine.schemas.arrays import Floats
 
 
 def job_library(job: Job) -> MaterialLibrary:
-    """The material library as a job changes it; without `soil_moisture` and `leaf_area_index` the library itself."""
+    """The material library as a job changes it: water in soils, and gaps between leaves.
+
+    Where a job has no `leaf_area_index`, stands have the library's own, unless it operates them or rain falls in one of
+    its states: what drips from leaves to soil is not known.
+    """
     library = load_library()
     if job.soil_moisture is not None:
         library = _moist_library(library, _hashable(job.soil_moisture))
     if job.leaf_area_index is not None:
-        library = open_library(library, _hashable(job.leaf_area_index))
-    return library
+        return open_library(library, _hashable(job.leaf_area_index))
+    if any("rain_mm_h" in state.weather.water for state in job.states):
+        return library
+    return open_library(library, "library", frozenset(job.operated))
 
 
 def _hashable(given: float | str | Mapping[str, Any]) -> Given:
@@ -40,10 +46,35 @@ def _hashable(given: float | str | Mapping[str, Any]) -> Given:
 
 
 @lru_cache(maxsize=4)
-def open_library(library: MaterialLibrary, given: Given) -> MaterialLibrary:
-    """A library whose stands have the gaps that a job's `leaf_area_index` gives them; what they stand on stays."""
+def open_library(library: MaterialLibrary, given: Given, closed: frozenset[str] = frozenset()) -> MaterialLibrary:
+    """A library whose stands have the gaps that a job's `leaf_area_index` gives them; what they stand on stays.
+
+    Parameters
+    ----------
+    library : MaterialLibrary
+    given : float, str or tuple
+        For all, or pairs of a name and a value.
+    closed : frozenset of str
+        Names of stands that stay closed.
+    """
     wanted = dict(given) if isinstance(given, tuple) else given
-    return library.changed(lambda material: opened(material, library, wanted))
+
+    def of(material: Material) -> Material:
+        value = None if material.name in closed else value_for(wanted, material.name)
+        stand = material.stand
+        if value is None or stand is None:
+            return material
+        return opened(material, _ground(library[stand.soil], stand.moisture), value)
+
+    return library.changed(of)
+
+
+def _ground(soil: Material, moisture: float | None) -> Material:
+    """The soil of a stand with the stand's own moisture, unless a job has given it another."""
+    untouched = load_library()[soil.name]
+    if moisture is None or (soil.thermal, soil.surface) != (untouched.thermal, untouched.surface):
+        return soil
+    return moist(soil, moisture)
 
 
 Given = float | str | tuple[tuple[str, float | str], ...]

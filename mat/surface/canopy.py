@@ -15,6 +15,7 @@ and Humes (1995), Agric. For. Meteorol. 77, 263-293.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -120,6 +121,7 @@ class CanopyBalance:
         _refuse_unknown(forcing, material.name)
         columns, steps = forcing.shape
         self.shape = columns, 2 * steps
+        self.air_temperature = np.tile(forcing.air_temperature + np.zeros((1, steps)), 2)
         self.gap = gap_to_sky(canopy.leaf_area)
         self.cover = max(1.0 - self.gap, _LEAST_COVER)
         beam, spread = light_shares(canopy, forcing)
@@ -135,6 +137,18 @@ class CanopyBalance:
     def columns(self, chosen: slice | Integers) -> CanopyBalance:
         """The balance of a slice or index array of columns."""
         return CanopyBalance(self.forcing.columns(chosen), self.material)
+
+    @property
+    def bends(self) -> bool:
+        """As `Balance.bends`, of leaves or soil."""
+        return self.leaves.bends or self.soil.bends
+
+    def single(self) -> CanopyBalance:
+        """The same in single precision."""
+        balance = copy(self)
+        balance.leaves, balance.soil = self.leaves.single(), self.soil.single()
+        balance.calm, balance.soil_light = self.calm.astype(np.float32), self.soil_light.astype(np.float32)
+        return balance
 
     def loss(self, temperature: Reals) -> Reals:
         """Net outward flux (columns, 2 N) [W m^-2]."""

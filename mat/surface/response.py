@@ -210,6 +210,7 @@ class ResponseTable:
     melt : ndarray, shape (M, A, S, 24)
         As in `SurfaceResponse`.
     solar_absorptance, thermal_emissivity : ndarray, shape (M,)
+        Of sunlight, what becomes heat: less the power that cells deliver at 25 C.
     highest : ndarray, shape (M,)
         Melting point of surfaces that cannot exceed it [K]; `NO_LIMIT` of others.
     film : FilmTable or None
@@ -311,7 +312,7 @@ def response_table(
         table("loss_slope"),
         rounded_bits(table("loss_excess"), _DIGITS),
         table("melt"),
-        np.array([material.solar_absorptance for material in materials], np.float32),
+        np.array([material.solar_absorptance - material.surface.delivered for material in materials], np.float32),
         np.array([material.thermal_emissivity for material in materials], np.float32),
         np.array([melting_cap(material) or NO_LIMIT for material in materials], np.float32),
         _film_table(materials, [response.film for response in responses], days, shape, given),

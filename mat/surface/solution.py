@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from enum import IntEnum
 from typing import Any
@@ -68,6 +69,11 @@ class Solution:
         """The fields that it has, by name."""
         values = ((field.name, getattr(self, field.name)) for field in fields(self))
         return {name: array for name, array in values if array is not None}
+
+    @classmethod
+    def stacked(cls, parts: Sequence[Solution]) -> Solution:
+        """The columns of several solutions, one after the other."""
+        return cls(**{name: np.concatenate([part.given[name] for part in parts]) for name in parts[0].given})
 
     def columns(self, chosen: Integers) -> Solution:
         """The solution of an index array of columns."""

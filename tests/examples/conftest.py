@@ -1,4 +1,4 @@
-"""The C library, built once a module, and a scene for its program."""
+"""The C library, built once a run, and a scene for its program."""
 
 import json
 import subprocess
@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from filelock import FileLock
 
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.tables.band import band_group
@@ -22,17 +23,26 @@ CAMERA = {"bits": 12, "gain": 60.0, "buffer_gain": 1.02, "offset": 0.05}
 PIXELS = 200
 
 
-@pytest.fixture(scope="module")
-def runtime(tmp_path_factory):
-    """Run the program of the C library on a scene: exit status, standard output, standard error."""
+@pytest.fixture(scope="session")
+def c_program(folder_of_the_run):
+    """The command of the program of the C library, which the first worker that needs it builds."""
     if missing := missing_tools():
         pytest.skip(f"{', '.join(missing)} not installed")
+    folder = folder_of_the_run / "c_program"
+    folder.mkdir(exist_ok=True)
+    with FileLock(folder / "lock"):
+        program = folder / "build" / "runtime"
+        return [str(program)] if program.exists() else prepared(folder)
+
+
+@pytest.fixture(scope="module")
+def runtime(c_program, tmp_path_factory):
+    """Run the program of the C library on a scene: exit status, standard output, standard error."""
     folder = tmp_path_factory.mktemp("c")
-    command = prepared(folder)
 
     def run(scene):
         (folder / "scene.json").write_text(json.dumps(scene), encoding="utf-8")
-        done = subprocess.run([*command, folder / "scene.json"], capture_output=True, text=True, timeout=120)
+        done = subprocess.run([*c_program, folder / "scene.json"], capture_output=True, text=True, timeout=120)
         return done.returncode, done.stdout, done.stderr
 
     return run

@@ -1,12 +1,18 @@
-"""The notebooks: plain files without results, whose cells run, and what they show is what is known."""
+"""The notebooks: plain files without results, whose cells run, and what they show is what is known.
+
+The tests run the shortest; `-m validation` runs all.
+"""
 
 import json
+import re
 from pathlib import Path
 
 import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+
+import skyshine.mat
 
 FOLDER = Path(__file__).parents[2] / "examples" / "notebooks"
 NAMES = ("spectrum", "day_of_surfaces", "contrast_24h")
@@ -43,6 +49,17 @@ def test_notebooks_are_of_format_4_5_without_results(name):
     assert content["cells"][0]["source"][0].startswith("# ")
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_cells_name_what_the_package_has(name):
+    """`validation` runs those of all notebooks."""
+    for cell in cells_of(name):
+        if cell["cell_type"] == "code":
+            text = "".join(cell["source"])
+            compile(text, name, "exec")
+            assert all(hasattr(skyshine.mat, called) for called in re.findall(r"\bskyshine\.mat\.(\w+)\(", text))
+
+
+@pytest.mark.validation  # 9 s
 def test_the_spectrum_shows_the_windows_of_the_air(builds_here, monkeypatch):
     values = values_of("spectrum", monkeypatch)
     means = values["means"]
@@ -76,6 +93,7 @@ def test_the_day_of_surfaces_has_its_phases(builds_here, monkeypatch):
     assert abs(conduction.mean()) < 0.1 * conduction.max()  # little is left over in a day that repeats
 
 
+@pytest.mark.validation  # 19 s
 def test_the_contrast_crosses_over_and_falls_with_range(builds_here, monkeypatch):
     values = values_of("contrast_24h", monkeypatch)
     for result in values["near"].values():

@@ -137,6 +137,7 @@ def test_the_shared_c_library_exports_its_calls_alone(installed):
     assert not wanted & {"exit", "abort", "_exit", "printf", "puts", "stderr", "stdout", "perror", "__assert_fail"}
 
 
+@pytest.mark.validation  # 7 s: compiled anew with sanitizers
 def test_the_c_library_gives_back_all_it_takes_and_does_nothing_undefined(small_build, files, tmp_path):
     """With its failures; leaks count, unlike in the program, which ends with what it reads."""
     need()

@@ -1,5 +1,9 @@
-"""The tutorials: every job, command and Python block of each page runs, in their order, in an empty folder."""
+"""The tutorials: every job, command and Python block of each page runs, in their order, in an empty folder.
 
+The tests run the shortest page, and know the commands, jobs and names of all; `-m validation` runs all pages.
+"""
+
+import importlib
 import json
 import re
 import shlex
@@ -9,6 +13,7 @@ import pytest
 from click.testing import CliRunner
 
 from skyshine.mat.cli import main as mat
+from skyshine.mat.job.load import load_job
 from skyshine.tmm.cli import main as tmm
 from skyshine.tmm.database.reader import open_tmm
 
@@ -45,6 +50,7 @@ def test_these_are_the_five_users_and_the_three_ways():
     assert {path.stem for path in FOLDER.iterdir()} == users | {"three_ways"}
 
 
+@pytest.mark.validation  # 18 s
 def test_the_sensor_engineer_finds_contrast_and_transmittance(builds_here, tmp_path, monkeypatch):
     values = follow("sensor_engineer", tmp_path, monkeypatch)
     hours, transmittance = values["hours"], values["transmittance"]
@@ -55,6 +61,7 @@ def test_the_sensor_engineer_finds_contrast_and_transmittance(builds_here, tmp_p
     assert transmittance["haze", 10.0] < 0.8 * transmittance["clear", 10.0]
 
 
+@pytest.mark.validation  # 7 s
 def test_the_runtime_engineer_s_pixel_is_the_reference_s(builds_here, tmp_path, monkeypatch):
     values = follow("runtime_engineer", tmp_path, monkeypatch)
     assert abs(values["difference"]) < 1e-9 * values["total"]
@@ -62,6 +69,7 @@ def test_the_runtime_engineer_s_pixel_is_the_reference_s(builds_here, tmp_path, 
     assert abs(values["apparent"] - values["kelvin"]) < 15
 
 
+@pytest.mark.validation  # 14 s
 def test_the_texture_artist_gets_materials_and_masks(builds_here, tmp_path, monkeypatch):
     follow("texture_artist", tmp_path, monkeypatch)
     assert (tmp_path / "materials.png").stat().st_size > 10_000
@@ -73,6 +81,7 @@ def seed_texels(job):
     return json.loads(CliRunner().invoke(tmm, ["check", "--json", job]).output)["textures"][0]["seed_texels"]
 
 
+@pytest.mark.validation  # 32 s
 def test_the_three_ways_find_the_same_road_and_forest(builds_here, tmp_path, monkeypatch):
     follow("three_ways", tmp_path, monkeypatch)
     found = {}
@@ -105,6 +114,7 @@ def test_the_researcher_finds_what_was_planted(builds_here, tmp_path, monkeypatc
     assert 0.2 < values["zenith"].transmittance.mean() < 0.9
 
 
+@pytest.mark.validation  # 9 s
 def test_the_batch_operator_finds_the_warmer_day(builds_here, tmp_path, monkeypatch):
     noon = follow("batch_operator", tmp_path, monkeypatch)["noon"]
     assert noon["2026-06-03"] > noon["2026-06-01"] + 2
@@ -124,11 +134,17 @@ def test_tests_that_pages_name_are_there(name):
     assert len(named) > 4 and all((FOLDER.parents[2] / path).is_file() for path in named)
 
 
-@pytest.mark.parametrize("page", sorted(path.stem for path in FOLDER.glob("*.md")))
-def test_options_in_the_prose_exist(page):
-    """Commands in single backticks, which are not run: their words and options."""
-    text = BLOCK.sub("", (FOLDER / f"{page}.md").read_text(encoding="utf-8"))
-    for command in re.findall(r"`((?:mat|tmm) [^`]+)`", text):
+PAGES = sorted(path.stem for path in FOLDER.glob("*.md"))
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_commands_and_options_of_a_page_exist(page):
+    """In blocks, which `validation` runs, and in single backticks, which nothing runs: their words and options."""
+    text = (FOLDER / f"{page}.md").read_text(encoding="utf-8")
+    commands = [line for kind, block in BLOCK.findall(text) if kind == "sh" for line in block.strip().splitlines()]
+    commands += re.findall(r"`((?:mat|tmm) [^`]+)`", BLOCK.sub("", text))
+    assert commands
+    for command in commands:
         for part in command.split("&&"):
             program, *words = shlex.split(part)
             group, context = PROGRAMS[program], None
@@ -137,3 +153,20 @@ def test_options_in_the_prose_exist(page):
             assert group is not PROGRAMS[program], command
             known = {name for option in group.params for name in (*option.opts, *option.secondary_opts)} | {"--help"}
             assert {word.split("=")[0] for word in words if word.startswith("--")} <= known, command
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_jobs_and_names_of_a_page_exist(page, tmp_path):
+    """Jobs of `mat` load, and Python blocks name what the package has; `validation` builds and runs them."""
+    blocks = BLOCK.findall((FOLDER / f"{page}.md").read_text(encoding="utf-8"))
+    for _, text in blocks:
+        if given := FILE.match(text):
+            (tmp_path / given[1]).parent.mkdir(exist_ok=True)
+            (tmp_path / given[1]).write_text(text[given.end() :], encoding="utf-8")
+            if "\nstates:" in text and "\nskyshine: 1" in text:
+                load_job(tmp_path / given[1])
+    for kind, text in blocks:
+        if kind == "python":
+            compile(text, page, "exec")
+            for package, name in re.findall(r"\bskyshine\.(mat|tmm)\.(\w+)\(", text):
+                assert hasattr(importlib.import_module(f"skyshine.{package}"), name), name

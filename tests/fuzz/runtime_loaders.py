@@ -289,15 +289,17 @@ def _materials(band, scene: dict, pixels: list[dict]) -> tuple[np.ndarray, np.nd
     """
     codes, shares, shade = np.zeros((len(pixels), 3), int), np.zeros((len(pixels), 3)), np.zeros(len(pixels))
     shares[:, 0] = 1
-    for number, pixel in enumerate(pixels):
-        if "texel" in pixel:
-            with open_tmm(scene["texture"]) as texture:
+    with contextlib.ExitStack() as opened:
+        texture = None
+        for number, pixel in enumerate(pixels):
+            if "texel" in pixel:
+                texture = texture or opened.enter_context(open_tmm(scene["texture"]))
                 place, level = pixel["texel"], pixel.get("level", 0)
                 codes[number], shares[number] = texture.mixture(*place, level=level)
                 shade[number] = texture.shade(*place, level=level)
-        else:
-            given = pixel["material"]
-            codes[number, 0] = given if isinstance(given, int) else int(band.material_codes(given))
+            else:
+                given = pixel["material"]
+                codes[number, 0] = given if isinstance(given, int) else int(band.material_codes(given))
     return codes, shares, shade
 
 

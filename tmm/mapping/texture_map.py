@@ -15,7 +15,7 @@ from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper
 from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.classify.trained import ModelMapper, TrainedModel
 from skyshine.tmm.classify.translation import class_groups, library_classes
-from skyshine.tmm.classify.typicality import Boxes
+from skyshine.tmm.classify.typicality import Boxes, Everywhere, Typicality
 from skyshine.tmm.database.levels import Level
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.georeference import GeoReference, read_georeference
@@ -39,9 +39,10 @@ from skyshine.tmm.quality.held_out import HeldOut, measure, untested, with_unkno
 from skyshine.tmm.training.seed_boxes import seed_boxes
 from skyshine.tmm.training.train import fit_seeds
 
-# Chosen on five aerial sheets with six clicks a material: between 0.1, below which 0.9 % of what is known fall and 40 %
-# of a material left out, and 0.12, with 1.1 and 42 % (0.15: 1.3 and 46 %). A box of few texels scatters more.
-UNTYPICAL, UNTYPICAL_RADIUS = 0.11, 4
+# By six clicks a material on six of the twelve aerial sheets: the most at which 1 % of what is known becomes unknown
+# where nothing else is there (1.1 % at 0.05, 1.6 at 0.11; of a material left out 26 and 30 % are found). A box of few
+# texels scatters more.
+UNTYPICAL, UNTYPICAL_RADIUS = 0.04, 4
 # Separate places of a material, the median over them: with fewer the threshold takes more of what is known than it is
 # worth (5 % with two places a material, 7 % with one).
 TYPICAL_PLACES = 3
@@ -133,8 +134,8 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
     limits = thresholds(job, seeds)
     if seeds is not None:
         general = None if job.model is None else read_model(model_path(job.model, base_folder))
-        mapper_of = seed_mappers(job, texture, colours, seeds, general, library)
-        mapper, quality = mapper_of(None), measure(job, texture.encoding, seeds, mapper_of, limits)
+        mapper_of = seed_mappers(job, texture, colours, seeds, general, library, limits[1] > 0)
+        mapper, quality = mapper_of(None), measure(job, seeds, mapper_of, limits)
     else:
         mapper, quality = _untrained(job, texture, colours, names, base_folder, library)
     if job.overrides is not None:
@@ -179,6 +180,7 @@ def seed_mappers(
     seeds: SeedTexels,
     general: TrainedModel | None,
     library: MaterialLibrary,
+    typical: bool,
 ) -> Callable[[npt.NDArray[np.bool_] | None], Mapper]:
     """Make mappers from all seeds (None) or from those chosen (N,), at the speed that the job asks for.
 
@@ -186,15 +188,23 @@ def seed_mappers(
     ----------
     general : TrainedModel or None
         A library model beside the seeds.
+    typical : bool
+        Whether typicality is asked for.
     """
     settings = job.classifier
     fast = settings.speed == "fast"
-    typical = seed_boxes(Boxes(texture, colours, settings.radius if fast else TYPICAL_RADIUS), seeds)
+    boxes = None
+    if typical:
+        boxes = seed_boxes(Boxes(texture, colours, settings.radius if fast else TYPICAL_RADIUS), seeds)
+
+    def typicality(chosen: npt.NDArray[np.bool_] | None) -> Typicality | Everywhere:
+        return Everywhere() if boxes is None else boxes.typicality(chosen)
+
     if fast:
 
         def by_colour(chosen: npt.NDArray[np.bool_] | None) -> Mapper:
             model = fit_seeds(seeds, texture.encoding, settings.prior, chosen)
-            return ColourMapper(texture, colours, model, settings.radius, chosen is None, typical.typicality(chosen))
+            return ColourMapper(texture, colours, model, settings.radius, chosen is None, typicality(chosen))
 
         return by_colour
     surveyed = survey(texture, colours, general)
@@ -204,7 +214,7 @@ def seed_mappers(
         model = fit_seeds(seeds, texture.encoding, settings.prior, chosen)
         classes = library_classes(() if general is None else general.names, model.names, groups)
         drawn = seeds.drawn(model.names, chosen)
-        return GraphMapper(texture, colours, surveyed, model, classes, drawn, typical.typicality(chosen))
+        return GraphMapper(texture, colours, surveyed, model, classes, drawn, typicality(chosen))
 
     return by_graph
 

@@ -73,6 +73,7 @@ def test_errors_of_the_reference_are_zero_and_a_constant_error_is_found(scene, a
         assert error[kind]["radiance_rms"] == 0
 
 
+@pytest.mark.validation  # 4 s
 def test_command_prints_and_writes_the_same_numbers(monkeypatch, tmp_path):
     monkeypatch.setattr(bench, "QUICK_BANDS", {"narrow": NARROW})
     monkeypatch.setattr(bench, "COUNTS", (4, 8))

@@ -33,6 +33,7 @@ def result(tmp_path_factory):
     return found
 
 
+@pytest.mark.validation  # 9 s
 def test_what_is_finer_errs_less(result):
     for rungs in result["bands"]["narrow"]["ladders"].values():
         coarse, fine = rungs[0]["errors_rms"], rungs[-1]["errors_rms"]

@@ -48,6 +48,7 @@ def run(loaded, build_inline, tmp_path_factory):
     return folder, front, said
 
 
+@pytest.mark.validation  # of the front of 20 s
 def test_what_runs_is_measured_and_what_does_not_is_named_with_its_reason(run):
     _, front, said = run
     assert [rung.setting.name for rung in front.rungs] == [AS_WRITTEN, STEPS]
@@ -69,6 +70,7 @@ def test_what_runs_is_measured_and_what_does_not_is_named_with_its_reason(run):
     assert all(peer["time_of_this_job"]["value"] > 0 for peer in described["peers"])
 
 
+@pytest.mark.validation  # of the front of 20 s
 def test_a_finished_rung_is_kept_and_a_changed_job_is_built_again(run, loaded, monkeypatch):
     folder, first, _ = run
 
@@ -86,6 +88,7 @@ def test_a_finished_rung_is_kept_and_a_changed_job_is_built_again(run, loaded, m
     assert not changed.rungs and changed.failed[AS_WRITTEN] == "is not to be built"
 
 
+@pytest.mark.validation  # of the front of 20 s
 def test_a_damaged_database_is_not_kept(run, loaded, tmp_path):
     folder, _, _ = run
     kept, damaged = (rung_of(loaded, folder) for _ in range(2))
@@ -100,6 +103,7 @@ def test_a_damaged_database_is_not_kept(run, loaded, tmp_path):
     assert len(kept.builds) == 1 and not damaged.builds
 
 
+@pytest.mark.validation  # of the front of 20 s
 def test_the_pixel_of_the_job_as_written_errs_as_its_error_budget_says(run, loaded, tmp_path):
     folder, _, _ = run
     rung, said = rung_of(loaded, folder), []

@@ -46,14 +46,15 @@ def test_the_cost_stands_beside_the_files_and_not_in_them(small_build):
 
 
 def test_the_same_job_gives_the_same_bytes_and_a_second_build_keeps_them(build_inline, tiny_job, contents, tmp_path):
-    """By processes, and task by task in this one."""
-    (tmp_path / "job.yaml").write_text(tiny_job(), encoding="utf-8")
+    """By processes, and task by task in this one; of temperatures: an atmosphere's bytes are in `validation`."""
+    text = tiny_job().replace("bands:\n  - wavelength_um: [10.0, 10.2]\n", "bands: []\n")
+    (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
     loaded, other = load_job(tmp_path / "job.yaml"), tmp_path / "other"
-    build(loaded, out=other, jobs=2)
+    build(loaded, out=other, jobs=1)
     plan = make_plan(loaded, load_library())
     for task in plan.tasks:
         run_task(task, loaded, tmp_path, plan.materials, True)
-    assert len(contents(other)) == 3 and contents(other) == contents(tmp_path)
+    assert len(contents(other)) == 1 and contents(other) == contents(tmp_path)
     made = json.loads((other / "build.json").read_text(encoding="utf-8"))["files"]
     report = build_inline(loaded, out=other)
     assert all(entry["kept"] for entry in report["files"].values())

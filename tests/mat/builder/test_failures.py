@@ -19,17 +19,11 @@ SERIES = "{first: 2026-06-28, last: 2026-06-29}"
 
 
 @pytest.fixture
-def written(tmp_path, tiny_job):
-    """The tiny job of two states; where no atmosphere matters, its temperatures alone."""
-
-    def job(kind):
-        text = tiny_job(series=SERIES)
-        if kind is Kind.TEMPERATURE:
-            text = text.replace("bands:\n  - wavelength_um: [10.0, 10.2]\n", "bands: []\n")
-        (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
-        return load_job(tmp_path / "job.yaml")
-
-    return job
+def job(tmp_path, tiny_job):
+    """Temperatures alone of the tiny job, of two states."""
+    text = tiny_job(series=SERIES).replace("bands:\n  - wavelength_um: [10.0, 10.2]\n", "bands: []\n")
+    (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
+    return load_job(tmp_path / "job.yaml")
 
 
 @pytest.fixture
@@ -50,18 +44,10 @@ def planted(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("kind", "failed", "error", "ends", "words"),
+    ("error", "ends", "words"),
     [
+        (ValueError("no\nroot"), CheckFailed, "ValueError: no root; 1 of 2 files failed (s01.htt.h5)"),
         (
-            Kind.ATMOSPHERE,
-            "s01b01.atmq.h5",
-            ValueError("no\nroot"),
-            CheckFailed,
-            "ValueError: no root; 1 of 5 files failed (s01b01.atmq.h5)",
-        ),
-        (
-            Kind.TEMPERATURE,
-            "s01.htt.h5",
             InputError("is thin air", file="air.csv", line=4),
             InputError,
             "air.csv:4: is thin air; 1 of 2 files failed",
@@ -69,12 +55,12 @@ def planted(monkeypatch):
     ],
 )
 def test_the_other_states_are_built_and_the_failed_one_is_retried(
-    written, planted, build_inline, monkeypatch, caplog, kind, failed, error, ends, words
+    job, planted, build_inline, monkeypatch, caplog, error, ends, words
 ):
-    job = written(kind)
+    failed = "s01.htt.h5"
     whole = {name for task in make_plan(job, load_library()).tasks for name in task.files}
     with monkeypatch.context():
-        planted(kind, 1, error)  # the first, so that the other comes after it
+        planted(Kind.TEMPERATURE, 1, error)  # the first, so that the other comes after it
         with caplog.at_level(logging.INFO), pytest.raises(ends) as stop:
             build_inline(job, jobs=1)
         monkeypatch.undo()
@@ -91,19 +77,18 @@ def test_the_other_states_are_built_and_the_failed_one_is_retried(
     assert not again["failed"] and set(again["files"]) == whole
 
 
-def test_a_state_that_processes_cannot_build_stops_no_other(written, monkeypatch):
-    """In processes of their own: air of a profile that is not there, past what looks at all states before."""
-    loaded = written(Kind.TEMPERATURE)
-    bad = loaded.trimmed.states[1].model_copy(update={"profile": "no_such_profile"})
-    states = [loaded.trimmed.states[0], bad]
-    broken = replace(loaded, trimmed=loaded.trimmed.model_copy(update={"states": states}))
+def test_a_state_that_processes_cannot_build_stops_no_other(job, build_inline, monkeypatch):
+    """In a process of their own: air of a profile that is not there, past what looks at all states before."""
+    bad = job.trimmed.states[1].model_copy(update={"profile": "no_such_profile"})
+    states = [job.trimmed.states[0], bad]
+    broken = replace(job, trimmed=job.trimmed.model_copy(update={"states": states}))
     with monkeypatch.context() as without:
         without.setattr(builder, "check_scene", lambda loaded: None)
         with pytest.raises((CheckFailed, InputError), match="files failed"):
-            builder.build(broken, jobs=2)
-    built = {path.name for path in loaded.output_folder.glob("*.h5")}
+            builder.build(broken, jobs=1)
+    built = {path.name for path in job.output_folder.glob("*.h5")}
     assert built == {"s01.htt.h5"}
-    again = builder.build(loaded, jobs=1)
+    again = build_inline(job, jobs=1)
     assert {name: entry["kept"] for name, entry in again["files"].items()} == {"s01.htt.h5": True, "s02.htt.h5": False}
 
 

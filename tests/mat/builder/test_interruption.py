@@ -6,6 +6,10 @@ import os
 import subprocess
 import sys
 
+import pytest
+
+from skyshine.mat.builder import build as building
+from skyshine.mat.cli import main
 from skyshine.mat.job.load import load_job
 
 FIRST, LAST = "s01.htt.h5", "s01b01.atmq.h5"
@@ -33,6 +37,29 @@ main()
 """
 
 
+def test_an_interrupt_after_the_first_file_keeps_it(build_inline, builds_here, tiny_job, tmp_path, capsys, monkeypatch):
+    """Temperatures of two days, in this process: what processes do is in `validation`."""
+    text = tiny_job(series="{first: 2026-06-28, last: 2026-06-29}")
+    text = text.replace("bands:\n  - wavelength_um: [10.0, 10.2]\n", "bands: []\n")
+    (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
+    folder, run_task = tmp_path / "built", building.run_task
+
+    def interrupted(task, *rest):
+        if task.index == 2:
+            raise KeyboardInterrupt
+        return run_task(task, *rest)
+
+    with monkeypatch.context() as patch, pytest.raises(SystemExit) as stop:
+        patch.setattr(building, "run_task", interrupted)
+        main.main(["build", str(tmp_path / "job.yaml")])
+    assert stop.value.code == 130
+    assert capsys.readouterr().err.strip().splitlines()[-1] == "mat: interrupted; finished parts are kept"
+    assert (folder / FIRST).exists() and not (folder / "s02.htt.h5").exists() and not list(folder.glob(".*"))
+    report = build_inline(load_job(tmp_path / "job.yaml"), jobs=1)
+    assert [entry["kept"] for entry in report["files"].values()] == [True, False]
+
+
+@pytest.mark.validation  # 11 s
 def test_an_interrupted_build_keeps_what_is_finished_and_completes_later(build_inline, tiny_job, tiny_build, tmp_path):
     (tmp_path / "job.yaml").write_text(tiny_job(), encoding="utf-8")
     folder = tmp_path / "built"

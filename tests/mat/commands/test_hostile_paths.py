@@ -123,21 +123,26 @@ def test_a_material_of_a_file_that_is_a_pipe_or_a_device(special, at_once, small
 @pytest.mark.parametrize(
     "command",
     [
-        "",
         "--help",
-        "--version",
-        "lines",
-        "lines info",
-        "bench --help",
-        "materials",
-        "presets",
         "info s01.htt.h5",
-        "info s01.htt.h5 --json",
-        "verify s01.htt.h5",
         "query s01.htt.h5 temperature material=asphalt_road time=1 altitude=0 azimuth=0 slope=0",
-        "specular --fwhm 5",
-        "check job.yaml",
         "export s01.htt.h5 --raw --out exported",
+        *(
+            pytest.param(command, marks=pytest.mark.validation)  # a process each, which ends in the same function
+            for command in (
+                "",
+                "--version",
+                "lines",
+                "lines info",
+                "bench --help",
+                "materials",
+                "presets",
+                "info s01.htt.h5 --json",
+                "verify s01.htt.h5",
+                "specular --fwhm 5",
+                "check job.yaml",
+            )
+        ),
     ],
 )
 def test_a_full_disk_behind_standard_output_is_one_line(command, small_build, small_job, tmp_path):

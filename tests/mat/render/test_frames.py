@@ -10,7 +10,7 @@ from skyshine.mat.render.exposure import exposure_of
 from skyshine.mat.render.frames import Renderer, check_hours
 from skyshine.mat.render.rays import ray_caster
 from skyshine.mat.render.scene_file import load_scene
-from skyshine.mat.runtime.misclassification import equivalent_temperature
+from skyshine.mat.runtime.equivalent_temperature import equivalent_temperature
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.response import forcing_hours

@@ -26,7 +26,7 @@ def level(text):
 @pytest.mark.parametrize(
     "band",
     [
-        (26.0, 30.0),
+        pytest.param((26.0, 30.0), marks=SLOW),
         pytest.param((50.0, 100.0), marks=SLOW),
         pytest.param((300.0, 1000.0), marks=SLOW),
         (100.0, 100.01),
@@ -92,7 +92,7 @@ def test_particles_whose_light_has_no_bound_stay(tiny_job, tmp_path):
     [
         ("{air_temperature_c: 75}", "found air of 348.1 K at the ground by the weather; allowed: 140 to 335 K"),
         pytest.param("{air_temperature_c: [-120, -118]}", None, marks=SLOW),
-        ("{air_temperature_c: 60, relative_humidity_percent: 0}", None),
+        pytest.param("{air_temperature_c: 60, relative_humidity_percent: 0}", None, marks=SLOW),
     ],
 )
 def test_weather_that_the_air_cannot_have_is_refused_by_the_check_and_all_other_is_built(

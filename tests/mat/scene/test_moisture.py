@@ -46,7 +46,7 @@ def test_sand_with_bound_water_alone_is_as_dry_as_without_the_key():
 
 
 def test_only_soil_answers_and_without_the_key_nothing_changes():
-    assert job_library(load_job(job()).trimmed) is load_library()
+    assert digest() == materials_digest(load_library(), ("soil_sand", "concrete"))
     assert digest() != digest(soil_moisture="moist")
     assert digest() == digest(soil_moisture={"soil_loam_brown": "wet"})
     library = job_library(load_job(job(soil_moisture="wet")).trimmed)

@@ -234,7 +234,7 @@ def test_seeds_of_unknown_make_what_looks_like_them_unknown(job, contrasts, buil
     unknown = result.code == 0
     assert unknown[:, 230:].mean() > 0.9 and unknown[:, :180].mean() < 0.02
     assert result.map.names == tuple(sorted((GREEN, GREY), key=result.map.names.index))
-    assert result.map.quality.whole.tested == 0
+    assert result.map.quality.quality.tested == 0
 
 
 def test_with_seeds_of_the_contrast_nothing_is_unknown(job, contrasts, build):

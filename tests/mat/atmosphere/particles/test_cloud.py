@@ -187,6 +187,7 @@ def test_nothing_changes_inside_an_isothermal_enclosure(isothermal_cloud, synthe
     ("layer", "albedo"),
     [(CloudLayer("water", 600.0, 1400.0, 8.0, 1e4), 1.0), (CloudLayer("ice", 8e3, 9e3, 30.0, 1e4), 0.0)],
 )
+@pytest.mark.validation  # 7 and 11 s; opaque haze: test_extreme_paths.py
 def test_a_cloud_of_optical_depth_ten_thousand(thin_air, layer, albedo):
     state = AtmosphericState.from_profile(
         "midlatitude_summer",

@@ -39,6 +39,7 @@ def fluxes(state):
     return broadband_fluxes(state, HEIGHTS, ELEVATIONS, 0.2)
 
 
+@pytest.mark.validation  # 12 s
 def test_few_points_agree_with_all_of_the_table(state, fluxes):
     stated = packaged_points().errors
     points = AbsorptionTable.open().points(*LONGWAVE)

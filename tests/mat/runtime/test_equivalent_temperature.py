@@ -10,8 +10,7 @@ from scipy.integrate import quad
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.runtime.equivalent_temperature import equivalent_temperature
 from skyshine.mat.tables.axes import EXACT, table_axis
-from skyshine.mat.tables.band import TEMPERATURES, band_radiance
-from skyshine.mat.tables.band import BandTable
+from skyshine.mat.tables.band import TEMPERATURES, BandTable, band_radiance
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 NAMES = np.array(["asphalt_road", "grass_green"], object)

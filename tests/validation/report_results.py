@@ -1,11 +1,12 @@
 """Error of a pixel of the examples, as `mat report` measures it: run, kept, and shown in mat/physics.md.
 
-Run by itself it builds the jobs of `RUNS` into FOLDER, or takes what is finished there, and writes
-`report_results.json` beside it and the table of the page: ``python tests/validation/report_results.py FOLDER``. A test
-holds the page to the file.
+Run by itself it builds the jobs of `RUNS` in FOLDER, or takes what is finished there, and writes `report_results.json`
+beside this module and the table of the page: ``python tests/validation/report_results.py FOLDER``. A test holds the
+page to the file.
 """
 
 import json
+import subprocess
 import sys
 from pathlib import Path
 
@@ -21,30 +22,39 @@ MEASURES = ("rms", "p99", "maximum")
 
 def measured(folder):
     """Errors of every run by source, in kelvin, with what was run."""
+    return [entry for run in RUNS for entry in of_run(Path(folder), *run)]
+
+
+def of_run(folder, example, band, scenes):
+    """Entries of one run, one for each source; those that FOLDER holds are taken from there."""
     import skyshine.mat
 
-    results = []
-    for example, band, scenes in RUNS:
-        job, built = skyshine.mat.example(example), Path(folder) / example
-        skyshine.mat.build(job, out=built, pictures=False)
-        for budget in skyshine.mat.report(job, built=built, band=band, scenes=scenes).numbers["budgets"]:
-            errors = {
+    kept = folder / f"{example}_{band}.json"
+    if kept.is_file():
+        return json.loads(kept.read_text(encoding="utf-8"))
+    job = folder / example / "job.yaml"
+    if not job.is_file():
+        init = "from skyshine.mat.cli import main; main()", "init", str(job.parent), "--example", example
+        subprocess.run([sys.executable, "-c", *init], check=True, stdout=subprocess.DEVNULL)
+    skyshine.mat.build(job, pictures=False)
+    budgets = skyshine.mat.report(job, band=band, scenes=scenes).numbers["budgets"]
+    entries = [
+        {
+            "example": example,
+            "band": band,
+            "wavelength_um": [round(limit, 3) for limit in budget["wavelength"]["values"]],
+            "source": budget["source"],
+            "views": budget["views"],
+            "materials": len(budget["materials"]),
+            "errors": {
                 name: {"what": error["what"]} | {key: round(error["temperature"][key]["value"], 4) for key in MEASURES}
                 for name, error in budget["errors"].items()
-            }
-            limits = budget["wavelength"]["values"]
-            results.append(
-                {
-                    "example": example,
-                    "band": band,
-                    "wavelength_um": [round(value, 3) for value in limits],
-                    "source": budget["source"],
-                    "views": budget["views"],
-                    "materials": len(budget["materials"]),
-                    "errors": errors,
-                }
-            )
-    return results
+            },
+        }
+        for budget in budgets
+    ]
+    kept.write_text(json.dumps(entries) + "\n", encoding="utf-8")
+    return entries
 
 
 def block(results):

@@ -1,15 +1,20 @@
 """Opening databases and their flat export: lazily, from several threads, per-axis policies, clear refusals."""
 
 import json
+import re
 import shutil
 import warnings
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
 import skyshine.mat
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.band import BandTable
+from skyshine.mat.tables.loader import open_as
 from skyshine.mat.tables.raw import export_raw, read_raw
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import read_file
@@ -80,6 +85,19 @@ def test_out_of_range_is_chosen_for_each_axis(small_build):
     assert nearest == table.temperature(material="asphalt_road", **PLACE | {"altitude": 1.0, "slope": 45.0})
     with pytest.raises(InputError, match="found the axis 'altitud'.*did you mean 'altitude'"):
         table.clamped("altitud")
+
+
+def test_a_file_of_another_type_says_what_is_meant(small_build):
+    assert open_as(BandTable, small_build / "b01.band.h5", "build again").blackbody_radiance(300.0) > 0
+    with pytest.raises(InputError, match="holds 'band'; allowed: atmq, lunar_atmq; build again"):
+        open_as(AtmosphereTable, small_build / "b01.band.h5", "build again")
+
+
+def test_no_module_asks_a_table_for_its_class():
+    """What differs between file types is a method of the class that is opened by the file's type."""
+    asks = re.compile(r"^(?! *>>>).*isinstance\(.*Table\b", re.MULTILINE)
+    modules = Path(skyshine.mat.__file__).parent.rglob("*.py")
+    assert [module.name for module in modules if asks.search(module.read_text(encoding="utf-8"))] == []
 
 
 @pytest.mark.parametrize(

@@ -65,9 +65,10 @@ def read_weather(
     Parameters
     ----------
     file : path
-        ``.epw``; TMY3; a table of one of `FORMS`; a station file of BSRN; a ``.wth`` of DIRSIG; netCDF of a point by time; or CSV with
-        columns time (08:30 of the local clock, or 2026-06-21T08:30Z, with a zone), air_temperature and any others of
-        `WEATHER_COLUMNS` in SI and percent; sunlight and longwave are means over the time since the row before.
+        ``.epw``; TMY3; a table of one of `FORMS`; a station file of BSRN; a ``.wth`` of DIRSIG; netCDF of a point by
+        time; or CSV with columns time (08:30 of the local clock, or 2026-06-21T08:30Z, with a zone), air_temperature
+        and any others of `WEATHER_COLUMNS` in SI and percent; sunlight and longwave are means over the time since the
+        row before.
     day : date
         Month and day are taken from a typical year.
     utc_offset_h : float

@@ -11,12 +11,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import LoadedJob
-from skyshine.mat.measure.scale import Scale
+from skyshine.mat.job.model import Job
+from skyshine.mat.measure.scale import REFLECTANCE, Scale
 from skyshine.mat.products.channel_tables import FEWEST, channel_nodes
 from skyshine.mat.products.temperature import StartAxes, state_solver, tolerance_axes
 from skyshine.mat.quantities.channels.nodes import NodeCounts
+from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.radiometry.equivalent_temperature import SHORTEST, reference_radiance
 from skyshine.mat.scene.bands import response_of
 from skyshine.mat.scene.grids import path_grid
 from skyshine.mat.scene.moisture import job_library
@@ -33,6 +37,9 @@ _FILM = 28  # times the cost of a surface on which water may lie (plan/cost.py)
 _STATES = 4  # whose nodes are placed at most
 # Of a radiance seen: the finest tolerance that a build has held, and the coarsest of those that none held.
 _FINEST_HELD, _NEVER_HELD = 1.6e-4, 1.6e-5
+# Under a low Sun, where a band has more light of it than emission: in 3.7 to 3.9 um builds at 0.5, 1 and 2 K ended with
+# 1.3, 3.1 and 3.7 K, and held 3 K; they held 0.2 K under a Sun above 10 degree, and 0.5 K in 3.4 to 4.8 um.
+_LOW_SUN, _UNDER_LOW_SUN = (0.0, 6.0), 3.0  # degree; K
 _FIELDS = 3  # of channels at least: one absorber, thermal emission, a direction of the source
 
 
@@ -67,9 +74,18 @@ def _channel_notes(loaded: LoadedJob) -> list[str]:
         )
     notes = []
     for number in job.needed_bands:
-        scale = Scale.of_unit(unit, response_of(job.bands[number - 1]), 1.0)
+        if not loaded.insists("atmosphere_grid"):
+            continue
+        response = response_of(job.bands[number - 1])
+        scale = Scale.of_unit(unit, response, 1.0)
         share = tolerance / (scale.background * scale.factor)
-        if not loaded.insists("atmosphere_grid") or not share < _FINEST_HELD:
+        if unit == "K" and tolerance < _UNDER_LOW_SUN and _low_sun_weighs(job, response):
+            notes.append(
+                f"atmosphere_grid.tolerance: found {grid.tolerance}; band {number} has more light of a low Sun than"
+                f" emission, and builds of such held {_UNDER_LOW_SUN:g} K, not 2 K; the build may end without holding"
+                " it; raise it, or name no source_elevation_deg of 0 to 6"
+            )
+        if not share < _FINEST_HELD:
             continue
         finest = _rounded_up(tolerance * _FINEST_HELD / share)
         words = f"tolerance: found {grid.tolerance}, {share:.1g} of the radiance of band {number}"
@@ -84,6 +100,18 @@ def _channel_notes(loaded: LoadedJob) -> list[str]:
             f" without holding it; {finest:g} {unit} is safer"
         )
     return notes
+
+
+def _low_sun_weighs(job: Job, response: SpectralResponse) -> bool:
+    """Whether the Sun comes low, and what a surface reflects of it outweighs a black body at 300 K."""
+    elevation = job.atmosphere_axes()["source_elevation_deg"]
+    low, high = _LOW_SUN
+    if "sun" not in job.sources or response.upper < SHORTEST or elevation[0] >= high or elevation[-1] <= low:
+        return False
+    wavenumber = np.linspace(*response.wavenumber_range, 200)
+    seen = np.interp(1e4 / wavenumber, response.wavelength, response.response)
+    reflected = REFLECTANCE / np.pi * np.trapezoid(seen * solar_irradiance(wavenumber), wavenumber)
+    return bool(reflected > reference_radiance(response))
 
 
 def _rounded_up(value: float) -> float:

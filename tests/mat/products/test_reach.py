@@ -68,3 +68,22 @@ def test_tolerances_of_channels_finer_than_any_build_held_are_refused(band, job)
     (note,) = reach.tolerance_notes(job(bands=bands, atmosphere_grid={"tolerance": "0.004 K"}), [])
     assert "found 0.004 K" in note and "is safer" in note
     assert reach.tolerance_notes(job(bands=bands, atmosphere_grid={"tolerance": "0.1 K"}), []) == []
+
+
+@pytest.mark.parametrize(
+    ("band", "elevation", "tolerance", "notes"),
+    [
+        ([3.7, 3.9], [-20, 60], "1 K", 1),
+        ([3.7, 3.9], [-20, 60], "3 K", 0),
+        ([3.7, 3.9], [10, 60], "1 K", 0),
+        ([3.4, 4.8], [-20, 60], "1 K", 0),
+        ([10.0, 10.2], [-20, 60], "1 K", 0),
+    ],
+)
+def test_a_low_sun_that_outweighs_emission_is_remarked_on(band, elevation, tolerance, notes, job):
+    """As builds of these bands ended, or held."""
+    loaded = job(
+        bands=[{"wavelength_um": band}],
+        atmosphere_grid={"tolerance": tolerance, "source_elevation_deg": elevation},
+    )
+    assert ["more light of a low Sun" in note for note in reach.tolerance_notes(loaded, [])] == [True] * notes

@@ -304,6 +304,7 @@ def _quality(mapped: TextureMap, written: Written) -> Group:
         "expected_accuracy": written.confidence_of_known,
         "separate_places": len(np.unique(seeds.region)),
         "tested_places": measured.places,
+        "typicality_threshold": mapped.thresholds[1],
         "overall_accuracy": quality.overall_accuracy,
         "mean_iou": quality.mean_iou,
         "calibration_error": quality.calibration_error,

@@ -18,6 +18,7 @@ from skyshine.mat.plan.size import check_size
 from skyshine.mat.plan.twins import twins_left_out
 from skyshine.mat.scene.agreement import air_warnings, twilight_warnings
 from skyshine.mat.scene.check import check_scene
+from skyshine.mat.scene.ground_notes import ground_notes
 from skyshine.mat.scene.sources import source_hours
 from skyshine.mat.scene.summary import state_summaries
 from skyshine.mat.scene.surface_notes import surface_notes
@@ -134,5 +135,5 @@ def check(job: str | os.PathLike[str] | Mapping[str, Any]) -> JobCheck:
         state_summaries(loaded.trimmed),
         estimate(loaded, plan),
         [*loaded.warnings, *air_warnings(loaded.trimmed), *twilight_warnings(loaded.trimmed)],
-        surface_notes(loaded.trimmed, plan.materials),
+        [*surface_notes(loaded.trimmed, plan.materials), *ground_notes(loaded.trimmed, plan.materials)],
     )

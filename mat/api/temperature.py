@@ -133,8 +133,8 @@ def temperature(
         In place of the library's; needed with a material file.
     leaf_area_index : float or "library", optional
         Of a stand of leaves through whose gaps soil is seen [m^2 m^-2], as the key of a job; by default the library's
-        own. A record without latitude and longitude takes all light in the gaps as even; with rain or a depth the stand
-        is closed. `leaf_temperature` and `soil_temperature` of the result are those of the two.
+        own. A record without latitude and longitude takes all light in the gaps as even; with rain, a depth or no air
+        the stand is closed. `leaf_temperature` and `soil_temperature` of the result are those of the two.
 
     Returns
     -------
@@ -181,7 +181,7 @@ def temperature(
         library = load_library()
         if leaf_area_index is not None:
             library = open_library(library, tuple(_checked_gaps(material, leaf_area_index).items()))
-        elif not record.wetting.rain and depth is None:
+        elif not record.wetting.rain and depth is None and np.any(record.values["pressure"]):
             library = open_library(library, "library")
         surface = surface_material(material, {}, optical, library, record.wetting)
         placed = leaf_area_index or slope or surroundings is not None or "sw_down" not in record.values

@@ -204,7 +204,10 @@ def _lit(forcing: Forcing, direct: Floats, even: Floats) -> Forcing:
 
 def _refuse_unknown(forcing: Forcing, name: str) -> None:
     if not np.any(forcing.pressure):
-        raise InputError(f"found '{name}' with gaps between its leaves where there is no air; allowed: a closed skin")
+        raise InputError(
+            f"found '{name}' with gaps between its leaves where there is no air; allowed: a closed skin; remove"
+            " leaf_area_index"
+        )
     if forcing.rain is not None:
         raise InputError(
             f"found rain on '{name}' with gaps between its leaves; allowed: one of them, for what drips from leaves to"

@@ -92,6 +92,10 @@ def test_stands_are_closed_where_rain_falls_or_a_job_operates_them(tmp_path):
         day = skyshine.mat.temperature("shrub", forcing=file)
         assert (day.leaf_temperature is None) == bool(more)
     assert skyshine.mat.temperature("shrub", forcing=file, depth=0.1).leaf_temperature is None
+    file.write_text("\n".join([RECORD, *(row.replace(",1000", ",0") for row in rows)]) + "\n")
+    assert skyshine.mat.temperature("shrub", forcing=file).leaf_temperature is None  # no air
+    with pytest.raises(InputError, match="where there is no air; allowed: a closed skin; remove leaf_area_index"):
+        skyshine.mat.temperature("shrub", forcing=file, leaf_area_index=1, latitude=40, longitude=5)
     assert skyshine.mat.temperature("shrub", job=job(), depth=0.1).leaf_temperature is None
 
 

@@ -81,7 +81,7 @@ def test_without_the_key_stands_have_the_leaves_of_the_library():
     assert digest("grass_dry") == digest("grass_dry", leaf_area_index="library")
 
 
-def test_stands_are_closed_where_rain_falls_or_a_job_operates_them(tmp_path):
+def test_stands_are_closed_where_there_is_no_air_or_a_job_operates_them(tmp_path):
     operated = job(materials=["shrub", "grass_dry"], operated={"shrub": {"kind": "fixed", "temperature_c": 20}})
     library = job_library(load_job(operated).trimmed)
     assert library["shrub"].opened is None and library["grass_dry"].opened is not None
@@ -90,7 +90,7 @@ def test_stands_are_closed_where_rain_falls_or_a_job_operates_them(tmp_path):
     for names, more in ((RECORD, ""), (RECORD + ",rain", ",0")):
         file.write_text("\n".join([names, *(row + more for row in rows)]) + "\n")
         day = skyshine.mat.temperature("shrub", forcing=file)
-        assert (day.leaf_temperature is None) == bool(more)
+        assert day.leaf_temperature is not None and (day.film is not None) == bool(more)
     assert skyshine.mat.temperature("shrub", forcing=file, depth=0.1).leaf_temperature is None
     file.write_text("\n".join([RECORD, *(row.replace(",1000", ",0") for row in rows)]) + "\n")
     assert skyshine.mat.temperature("shrub", forcing=file).leaf_temperature is None  # no air

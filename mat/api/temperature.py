@@ -133,8 +133,8 @@ def temperature(
         In place of the library's; needed with a material file.
     leaf_area_index : float or "library", optional
         Of a stand of leaves through whose gaps soil is seen [m^2 m^-2], as the key of a job; by default the library's
-        own. A record without latitude and longitude takes all light in the gaps as even; with rain or a depth the stand
-        is closed. `leaf_temperature` and `soil_temperature` of the result are those of the two.
+        own. A record without latitude and longitude takes all light in the gaps as even; with a depth or no air the
+        stand is closed. `leaf_temperature` and `soil_temperature` of the result are those of the two.
 
     Returns
     -------
@@ -181,7 +181,7 @@ def temperature(
         library = load_library()
         if leaf_area_index is not None:
             library = open_library(library, tuple(_checked_gaps(material, leaf_area_index).items()))
-        elif not record.wetting.rain and depth is None:
+        elif depth is None and np.any(record.values["pressure"]):
             library = open_library(library, "library")
         surface = surface_material(material, {}, optical, library, record.wetting)
         placed = leaf_area_index or slope or surroundings is not None or "sw_down" not in record.values
@@ -246,11 +246,19 @@ def surface_material(
         wet = optical if surface.canopy else wet_grey(optical)
         return replace(found, film=FilmSkin(**wet, capacity=capacity) if capacity else None)
     (found,) = surface_materials([(library or load_library())[text]], operated, wetting)
-    film = found.film
+    return _with_optics(found, optical)
+
+
+def _with_optics(material: SurfaceMaterial, optical: Mapping[str, float]) -> SurfaceMaterial:
+    """A material with the values that are given, dry and wet; of an open stand leaves and soil alike."""
+    film, canopy = material.film, material.canopy
     if film is not None:
-        as_dry = film.solar_absorptance == found.solar_absorptance  # leaves and glass
+        as_dry = film.solar_absorptance == material.solar_absorptance  # leaves and glass
         film = replace(film, **(optical if as_dry else wet_grey(optical)))
-    return replace(found.with_optics(**optical), film=film)
+    if canopy is not None:
+        leaves, soil = (_with_optics(part, optical) for part in (canopy.leaves, canopy.soil))
+        canopy = replace(canopy, leaves=leaves, soil=soil)
+    return replace(material.with_optics(**optical), film=film, canopy=canopy)
 
 
 def _sun_at(

@@ -133,8 +133,8 @@ class Job(StrictModel):
         description=(
             "Area of one side of the leaves over that of the ground, m2/m2, by which soil is seen and lit through their"
             " gaps: 0 to 20, or library for the material's own; for all materials with a stand of leaves (grass,"
-            " shrub, crops, trees), or by material. By default library; closed, one skin of leaves, where a state has"
-            " rain or a job operates the stand."
+            " shrub, crops, trees), or by material. By default library; closed, one skin of leaves, where a job"
+            " operates the stand."
         ),
     )
     atmosphere_grid: AtmosphereGrid = Field(AtmosphereGrid(), description="Nodes of the atmospheric tables.")

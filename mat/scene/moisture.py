@@ -28,16 +28,13 @@ from skyshine.schemas.arrays import Floats
 def job_library(job: Job) -> MaterialLibrary:
     """The material library as a job changes it: water in soils, and gaps between leaves.
 
-    Where a job has no `leaf_area_index`, stands have the library's own, unless it operates them or rain falls in one of
-    its states: what drips from leaves to soil is not known.
+    Where a job has no `leaf_area_index`, stands have the library's own, unless it operates them.
     """
     library = load_library()
     if job.soil_moisture is not None:
         library = _moist_library(library, _hashable(job.soil_moisture))
     if job.leaf_area_index is not None:
         return open_library(library, _hashable(job.leaf_area_index))
-    if any("rain_mm_h" in state.weather.water for state in job.states):
-        return library
     return open_library(library, "library", frozenset(job.operated))
 
 

@@ -75,6 +75,8 @@ class Forcing:
         On level ground, mean of the step that ends at the time [kg m^-2 s^-1]; None: surfaces know no film of water.
     film : ndarray or None
         Share of the surface under a film of water, 0 to 1.
+    film_below : ndarray or None
+        Of the soil in the gaps of leaves, as `film`.
     soil_moisture : ndarray or None
         Volume fraction of water in soils, 0 to 1.
     snow_age : ndarray or None
@@ -103,6 +105,7 @@ class Forcing:
     open_light: Floats = field(default_factory=lambda: np.empty((0, 0)))
     rain: Floats | None = None
     film: Floats | None = None
+    film_below: Floats | None = None
     soil_moisture: Floats | None = None
     snow_age: Floats | None = None
     albedo: Floats | None = None

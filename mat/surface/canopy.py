@@ -111,7 +111,7 @@ class CanopyBalance:
     Raises
     ------
     InputError
-        There is no air, rain may wet the leaves, or nothing tells where the direct light comes from.
+        There is no air, or nothing tells where the direct light comes from.
     """
 
     def __init__(self, forcing: Forcing, material: SurfaceMaterial) -> None:
@@ -129,7 +129,8 @@ class CanopyBalance:
         self.leaves = Balance(
             _lit(forcing, direct * (1 - beam) / self.cover, even * (1 - spread) / self.cover), canopy.leaves
         )
-        self.soil = Balance(_lit(forcing, 0.0 * direct, 0.0 * even), canopy.soil)
+        below = replace(forcing, film=forcing.film_below)
+        self.soil = Balance(_lit(below, 0.0 * direct, 0.0 * even), canopy.soil)
         heat_capacity = air_density(forcing.pressure, forcing.air_temperature) * AIR_HEAT_CAPACITY
         self.calm = CALM_SOIL * heat_capacity
         self.soil_light = self.soil.skin.solar_absorptance * (direct * beam + even * spread) + np.zeros(forcing.shape)
@@ -204,11 +205,9 @@ def _lit(forcing: Forcing, direct: Floats, even: Floats) -> Forcing:
 
 def _refuse_unknown(forcing: Forcing, name: str) -> None:
     if not np.any(forcing.pressure):
-        raise InputError(f"found '{name}' with gaps between its leaves where there is no air; allowed: a closed skin")
-    if forcing.rain is not None:
         raise InputError(
-            f"found rain on '{name}' with gaps between its leaves; allowed: one of them, for what drips from leaves to"
-            " soil is not known; remove the rain or leaf_area_index"
+            f"found '{name}' with gaps between its leaves where there is no air; allowed: a closed skin; remove"
+            " leaf_area_index"
         )
     if forcing.sun_cosine is None and np.any(forcing.shortwave_direct):
         raise InputError(

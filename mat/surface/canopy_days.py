@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from skyshine.mat.surface.canopy import CanopyBalance, seen_temperature
 from skyshine.mat.surface.canopy_conduction import CanopyConduction, CanopyDay
 from skyshine.mat.surface.conduction import Conduction, delayed_responses
 from skyshine.mat.surface.day_blocks import day_block, left_by_days_before, mean_air
+from skyshine.mat.surface.film import solve_with_film
+from skyshine.mat.surface.film_canopy import WetStand
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.newton import DENSE_STEPS, solve_newton
 from skyshine.mat.surface.relaxation import TOLERANCE, Relaxation, first_guess
@@ -62,7 +65,7 @@ def solve_canopy(
     Raises
     ------
     InputError
-        The forcing holds values that no balance can have, or what an open canopy does not know: rain, no air.
+        The forcing holds values that no balance can have, or there is no air.
     ConvergenceError
         Newton's method does not solve a column.
 
@@ -104,6 +107,7 @@ def _last_day(
         _, from_back = delayed_responses(soil.thermal, period / steps, len(forcings) * steps, scheme)
         back = [day_block(from_back, steps, day) for day in range(len(forcings))]
     before: list[Floats] = []
+    film: Floats | None = None
     drives: list[Floats] = []
     solution: Solution | None = None
     for forcing in forcings:
@@ -120,15 +124,35 @@ def _last_day(
             below = below.after(to_soil, ends[:, 0].min(axis=0)[:, None], ends[:, 1].max(axis=0)[:, None])
         method = METHODS[scheme]
         operator, whole = one_day if before else periodic, replace(below, source=source)
-        parts = [
-            _solve(CanopyBalance(forcing.columns(part), material), operator, whole.columns(part), method, names[part])
-            for part in chunks(forcing.shape[0], 2 * steps)
-        ]
-        solution = Solution.stacked(parts)
+        solve = partial(_solve_parts, material, operator, whole, method, names)
+        if forcing.rain is None:
+            solution = solve(forcing, np.arange(forcing.shape[0]))
+        else:
+            solution = solve_with_film(WetStand(material), forcing, period / steps, solve, film)
+            assert solution.film is not None
+            film = solution.film[:, [steps - 1, 2 * steps - 1]]
         assert solution.sources is not None
         before.append(solution.sources)
     assert solution is not None
     return solution
+
+
+def _solve_parts(
+    material: SurfaceMaterial,
+    operator: CanopyConduction,
+    back_flux: BackFlux,
+    method: Method,
+    names: Integers,
+    forcing: Forcing,
+    chosen: Integers,
+) -> Solution:
+    """Some columns, whose forcing this is, part by part."""
+    parts = []
+    for part in chunks(forcing.shape[0], operator.steps):
+        rows = chosen[part]
+        balance = CanopyBalance(forcing.columns(part), material)
+        parts.append(_solve(balance, operator, back_flux.columns(rows), method, names[rows]))
+    return Solution.stacked(parts)
 
 
 def _solve(

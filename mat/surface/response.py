@@ -137,7 +137,7 @@ def _fill(
     response: SurfaceResponse, material: SurfaceMaterial, forcing: Forcing, columns: Integers, solution: Solution
 ) -> None:
     """Put the response of columns that were solved alike."""
-    forcing = under_film(forcing, DRY_FILM)
+    forcing = under_film(forcing, DRY_FILM) if material.canopy is None else solution.under(forcing, material)
     temperature, melt = (in_steps(values, FINE_STEPS) for values in (solution.temperature, solution.melt))
     at_hours = np.arange(RESPONSE_HOURS.size) * (FINE_STEPS // RESPONSE_HOURS.size)
     if solution.sources is None:
@@ -163,7 +163,7 @@ def _fill(
     for number, offset in enumerate(OFFSETS):
         moved = np.maximum(origin + offset, _COLDEST)
         response.loss_excess[columns, :, number] = lost(moved) - loss - slope * (moved - origin)
-    if response.film is not None and solution.film is not None:
+    if response.film is not None and solution.film is not None and material.canopy is None:
         temperatures = [np.maximum(origin + offset, _COLDEST) for offset in OFFSETS]
         film = film_response(material, forcing.times(at_hours), temperatures, solution.film[:, 0])
         response.film.put(columns, film)

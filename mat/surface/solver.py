@@ -16,7 +16,7 @@ import numpy as np
 from skyshine.mat.surface.back_boundary import BackFlux
 from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.conduction import Conduction
-from skyshine.mat.surface.film import solve_with_film
+from skyshine.mat.surface.film import WetSkin, solve_with_film
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.newton import DENSE_STEPS, HeatFlux, HeatLoss, solve_newton
 from skyshine.mat.surface.relaxation import (
@@ -179,7 +179,7 @@ def solve_by(
     def solve(part: Forcing, chosen: Integers) -> Solution:
         return _solve_chunks(material, part, conduction, back_flux.columns(chosen), method, names[chosen])
 
-    return solve_with_film(material, forcing, conduction.period / conduction.steps, solve, film_before)
+    return solve_with_film(WetSkin(material), forcing, conduction.period / conduction.steps, solve, film_before)
 
 
 def _solve_chunks(

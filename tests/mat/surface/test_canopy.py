@@ -369,7 +369,6 @@ def test_a_column_that_does_not_settle_is_named(scene, monkeypatch):
 def test_what_an_open_canopy_does_not_know_is_refused(scene):
     forcing, material = scene.forcing(STEPS), stand(1.0)
     for change, message in (
-        ({"rain": np.zeros((1, STEPS))}, "found rain on 'stand'"),
         ({"pressure": np.zeros((2, 1))}, "no air"),
         ({"sun_cosine": None}, "place the Sun"),
         ({"air_temperature": np.full((2, STEPS), np.nan)}, "found air_temperature = nan"),

@@ -1,13 +1,17 @@
 """Small textures written to disk as their formats are, and the library that gives codes."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from click.testing import CliRunner
+from filelock import FileLock
 
 from skyshine.materials.library import load_library
 from skyshine.tmm import map_texture, open_tmm, write_texture
+from skyshine.tmm.cli import main
 from skyshine.tmm.images.texture import Texture, TextureFile
 from skyshine.tmm.job.model import TextureJob
 
@@ -89,3 +93,18 @@ def read():
 @pytest.fixture(scope="session")
 def demo_folder() -> Path:
     return Path(__file__).parents[2] / "examples" / "textures"
+
+
+@pytest.fixture(scope="session")
+def demo(demo_folder, folder_of_the_run):
+    """The texture file of the demo, and its report, which the first worker that needs them makes."""
+    folder = folder_of_the_run / "demo_texture"
+    folder.mkdir(exist_ok=True)
+    with FileLock(folder / "lock"):
+        if not (folder / "report.json").exists():
+            command = ["classify", str(demo_folder / "demo.tmm.yaml"), "--out", str(folder), "--json"]
+            result = CliRunner().invoke(main, command)
+            assert result.exit_code == 0, result.output
+            (folder / "report.json").write_text(result.output, encoding="utf-8")
+    report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    return folder / "yellowstone_road.tmm.h5", report["textures"][0]

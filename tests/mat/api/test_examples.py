@@ -70,6 +70,7 @@ def _clock(text: str) -> float:
     return int(hours) + int(minutes) / 60
 
 
+@pytest.mark.validation  # 5 s; all examples: tests/validation/test_examples_build.py
 def test_the_shore_of_the_dead_sea_is_built(build_inline, tmp_path):
     """On the shore, 430 m below the sea, a pressure of 1,064 hPa is usual; the lowest air is the warmest."""
     (file,) = starter_files("dead_sea")

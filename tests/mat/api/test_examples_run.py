@@ -17,7 +17,12 @@ MODULES = [
 ]
 
 
-@pytest.mark.parametrize("name", MODULES)
+LONG = {"skyshine.mat.api.build"}  # 6 s
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.validation) if name in LONG else name for name in MODULES]
+)
 def test_examples_give_what_they_show(builds_here, name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     module = importlib.import_module(name)

@@ -8,7 +8,7 @@ from skyshine.mat.cli import main
 
 
 @pytest.fixture(scope="module")
-def job(tmp_path_factory):
+def job(builds_here, tmp_path_factory):
     file = tmp_path_factory.mktemp("alone") / "job.yaml"
     file.write_text(
         "skyshine: 1\nname: alone\n"

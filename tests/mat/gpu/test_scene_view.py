@@ -30,7 +30,10 @@ CAMERAS = {
 }
 
 
-@pytest.fixture(scope="module", params=list(CAMERAS))
+@pytest.fixture(
+    scope="module",
+    params=["perspective", pytest.param("plan_view", marks=pytest.mark.validation)],  # 9 s a page
+)
 def scene(request, plan_build, write_height_map):
     """A scene of the texture over a sloping ground, seen by a kind of camera."""
     content = {
@@ -46,7 +49,7 @@ def scene(request, plan_build, write_height_map):
             },
             "unknown_material": "asphalt_road",
         },
-        "camera": {request.param: CAMERAS[request.param] | {"size": [60, 40]}},
+        "camera": {request.param: CAMERAS[request.param] | {"size": [36, 24]}},
         "hours": [15],
     }
     path = plan_build.parent / f"{request.param}.yaml"
@@ -134,6 +137,7 @@ def shaded_scene(scene):
 
 
 @pytest.mark.parametrize("scene", ["perspective"], indirect=True)  # a page of a plan: test_viewer.py
+@pytest.mark.validation  # 12 s
 def test_the_shade_of_a_scene_is_that_of_the_library(browser, shaded_scene, tmp_path):
     done = CliRunner().invoke(main, ["view", str(shaded_scene), "--out", str(tmp_path)])
     assert done.exit_code == 0, done.output

@@ -349,7 +349,7 @@ def test_an_optical_depth_is_read_by_wavelength_and_beta_star_is_not(table):
         table.value_by_wavelength("beta_star", **WHERE)
 
 
-def test_the_night_sky_is_in_the_ambient_light():
+def test_the_night_sky_is_in_the_ambient_light(builds_here):
     """1.6 um without a source: airglow is all there is, and a runtime reads it as it is computed directly."""
     response = SpectralResponse.rectangular(1.6, 1.605)
     band = band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)

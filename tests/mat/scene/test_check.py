@@ -34,7 +34,7 @@ def level(text):
 )
 def test_bands_beyond_25_um_are_built_and_hold(build_inline, tmp_path, tiny_job, band):
     file = tmp_path / "job.yaml"
-    text = tiny_job().replace("[10.0, 10.2]", str(list(band))).replace("sources: [sun]", "sources: [sun, moon]")
+    text = level(tiny_job()).replace("[10.0, 10.2]", str(list(band))).replace("sources: [sun]", "sources: [sun, moon]")
     file.write_text(text, encoding="utf-8")
     job = load_job(file)
     check_scene(job)

@@ -64,6 +64,14 @@ materials: [concrete]
 """
 
 
+def test_layers_and_a_fraction_of_cloud_are_not_both_taken(tmp_path):
+    file = tmp_path / "job.yaml"
+    file.write_text(JOB.format(clouds="clouds: [{type: stratus}]", fraction=", cloud_fraction: 0.5"), encoding="utf-8")
+    with pytest.raises(InputError, match="states.0: found clouds and weather.cloud_fraction; allowed"):
+        surface_inputs(file)
+
+
+@pytest.mark.validation  # 6 s
 def test_layers_of_cloud_take_the_place_of_a_fraction(tmp_path):
     """Stratus leaves no beam, little light, and a nearly black warm sky, whatever the fraction of the weather would
     do.
@@ -80,6 +88,3 @@ def test_layers_of_cloud_take_the_place_of_a_fraction(tmp_path):
     assert layer.shortwave_direct[0, noon] < 1 < 500 < clear.shortwave_direct[0, noon]
     assert layer.shortwave_diffuse[0, noon] < 0.5 * (clear.shortwave_direct + clear.shortwave_diffuse)[0, noon]
     assert layer.longwave_sky[0, 0] > clear.longwave_sky[0, 0] + 30
-    file.write_text(JOB.format(clouds="clouds: [{type: stratus}]", fraction=", cloud_fraction: 0.5"), encoding="utf-8")
-    with pytest.raises(InputError, match="states.0: found clouds and weather.cloud_fraction; allowed"):
-        surface_inputs(file)

@@ -10,15 +10,6 @@ from skyshine import schemas
 from skyshine.tmm.cli import COMMANDS, main
 
 
-@pytest.fixture(scope="module")
-def demo(tmp_path_factory, request):
-    folder = tmp_path_factory.mktemp("demo")
-    source = request.getfixturevalue("demo_folder")
-    result = CliRunner().invoke(main, ["classify", str(source / "demo.tmm.yaml"), "--out", str(folder), "--json"])
-    assert result.exit_code == 0, result.output
-    return folder / "yellowstone_road.tmm.h5", json.loads(result.output)["textures"][0]
-
-
 def test_every_command_shows_an_example(run):
     for name in COMMANDS:
         result = run(name, "--help")

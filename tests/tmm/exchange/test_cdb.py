@@ -277,11 +277,9 @@ def test_broken_maps(old, new, message, library, tmp_path):
         load_map(library, path)
 
 
-def test_command(tmp_path, demo_folder):
+def test_command(tmp_path, demo):
     run = CliRunner()
-    result = run.invoke(main, ["classify", str(demo_folder / "demo.tmm.yaml"), "--out", str(tmp_path)])
-    assert result.exit_code == 0, result.output
-    export = ["export", str(tmp_path / "yellowstone_road.tmm.h5"), "--to", "cdb", "--out", str(tmp_path / "cdb")]
+    export = ["export", str(demo[0]), "--to", "cdb", "--out", str(tmp_path / "cdb")]
     for options, message in (
         ([], "has no place on a map, which the tiles of a CDB are cut by"),
         (["--level", "2"], "--level goes with --tile"),

@@ -21,7 +21,7 @@ from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.georeference import GeoReference, read_georeference
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.images.texture import TextureFile
-from skyshine.tmm.inputs.load import job_files, load_texture, narrowed
+from skyshine.tmm.inputs.load import job_files, load_texture, narrowed, refuse_without_materials
 from skyshine.tmm.inputs.seeds import SeedTexels
 from skyshine.tmm.job.materials import UNKNOWN
 from skyshine.tmm.job.model import TextureJob
@@ -128,10 +128,11 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
     Raises
     ------
     InputError
-        A file cannot be read, or does not fit the image or the library.
+        A file cannot be read, or does not fit the image or the library; or the job names no material.
     """
     base_folder = Path(base_folder)
     texture, colours, names, seeds = load_texture(job, base_folder, library)
+    refuse_without_materials(job, names)
     confidence, typicality = thresholds(job, seeds)
     if seeds is not None:
         boxes = None

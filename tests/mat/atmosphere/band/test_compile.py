@@ -176,7 +176,9 @@ def test_errors_as_they_are_follow_the_light_of_each_source(state, band):
     sun = solar_irradiance(band.wavenumber)
     both = compile_band(state, band, GRID, np.stack([sun, 1e-6 * sun]))
     of_sun, of_moon = both.absolute["direct_irradiance"]
-    assert {name: 1e6 * value for name, value in of_moon.items()} == pytest.approx(of_sun, rel=0.3)  # other paths in part
+    assert {name: 1e6 * value for name, value in of_moon.items()} == pytest.approx(
+        of_sun, rel=0.3
+    )  # other paths in part
     assert both.absolute["path_thermal"][0] == both.absolute["path_thermal"][1]
     assert both.absolute["transmittance"][0]["max"] <= both.errors["transmittance"]["max"]
     outside = float(band.radiance_weight @ sun)

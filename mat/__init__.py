@@ -35,16 +35,17 @@ if TYPE_CHECKING:
     from skyshine.mat.api.temperature import temperature
     from skyshine.mat.tables.atmosphere_table import AtmosphereTable
     from skyshine.mat.tables.atmq import GridTable
+    from skyshine.mat.tables.band import BandTable
     from skyshine.mat.tables.catalog import open_catalog
+    from skyshine.mat.tables.htt import TemperatureTable
     from skyshine.mat.tables.loader import open_table as open
-    from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
 
 _HOMES = {
     "AtmosphereTable": ("tables.atmosphere_table", "AtmosphereTable"),
-    "BandTable": ("tables.surface_tables", "BandTable"),
+    "BandTable": ("tables.band", "BandTable"),
     "GridTable": ("tables.atmq", "GridTable"),
     "Scene": ("api.scene", "Scene"),
-    "TemperatureTable": ("tables.surface_tables", "TemperatureTable"),
+    "TemperatureTable": ("tables.htt", "TemperatureTable"),
     "band": ("api.band", "band"),
     "build": ("api.build", "build"),
     "check": ("api.check", "check"),

@@ -193,6 +193,13 @@ class SurfaceFile(StrictModel):
         ),
     )
 
+    delivered: Sourced[Fraction] | None = Field(
+        None, description="Share of sunlight that leaves as electric power at 25 Celsius, 0 to 1; by default none."
+    )
+    delivered_per_kelvin: Sourced[Annotated[float, Field(ge=-0.01, le=0.0)]] | None = Field(
+        None, description="Change of that share with temperature, over itself, K^-1; by default none."
+    )
+
     def properties(self, back: str) -> SurfaceProperties:
         """Of a stack on a kind of back."""
         given = {name: getattr(self, name).value for name in type(self).model_fields if getattr(self, name) is not None}
@@ -202,8 +209,8 @@ class SurfaceFile(StrictModel):
 class SoilFile(StrictModel):
     """Pores of a material that is dry in the library and answers to soil moisture; 1, W m^-1 K^-1."""
 
-    texture: Sourced[Literal["gravel", "sand", "fine", "organic"]] = Field(
-        description="Class of grains by which conductivity follows moisture."
+    texture: Sourced[Literal["gravel", "sand", "sandy_loam", "loam", "silt", "clay", "organic"]] = Field(
+        description="Class of grains by which conductivity and evaporation follow moisture."
     )
     porosity: Sourced[Annotated[float, Field(ge=0.05, le=0.95)]] = Field(
         description="Share of the volume between the grains, 0.05 to 0.95: the most water that it holds."
@@ -222,6 +229,9 @@ class StandFile(StrictModel):
         description="Area of one side of the leaves over that of the ground, up to 20."
     )
     soil: Sourced[Text] = Field(description="Name of the material on which they stand.")
+    moisture: Sourced[Annotated[float, Field(ge=0.0, le=0.95)]] | None = Field(
+        None, description="Water in that soil, m3/m3, where a job has no soil_moisture for it; by default as it is."
+    )
     clumping: Sourced[Annotated[float, Field(ge=0.1, le=1.0)]] | None = Field(
         None,
         description="By which the leaf area counts where leaves stand in clumps, 0.1 to 1; by default 1, at random.",
@@ -257,9 +267,7 @@ class ThermalFile(StrictModel):
     soil: SoilFile | None = Field(
         default=None, description="Its pores, where it answers to soil moisture; without it, moisture changes nothing."
     )
-    stand: StandFile | None = Field(
-        default=None, description="Of leaves: how much of them stands on what soil, for leaf_area_index of a job."
-    )
+    stand: StandFile | None = Field(default=None, description="Of leaves: how much of them stands on what soil.")
     light: Annotated[list[PenetratingLightFile], Field(max_length=3)] = Field(
         default=[],
         description="Sunlight that layers let in (ice), by exponential laws; the rest stays at the surface.",

@@ -120,6 +120,10 @@ class SurfaceProperties:
     exposure : str
         How wind reaches it: "field" (endless ground or canopy), "plate" (an object on open ground), "roof" or "wall"
         (of a building).
+    delivered : float
+        Share of the sunlight on it that leaves as electric power at 25 C, 0 to 1.
+    delivered_per_kelvin : float
+        By which that share changes with temperature, over itself [K^-1].
     """
 
     roughness_length: float
@@ -128,6 +132,8 @@ class SurfaceProperties:
     canopy: bool
     snow: bool
     exposure: str = "field"
+    delivered: float = 0.0
+    delivered_per_kelvin: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -137,7 +143,7 @@ class Soil:
     Attributes
     ----------
     texture : str
-        "gravel" (and coarse sand), "sand", "fine" (silt, loam, clay) or "organic".
+        "gravel" (and coarse sand), "sand", "sandy_loam", "loam", "silt", "clay" or "organic".
     porosity : float
         Share of the volume that is pores.
     solid_conductivity : float
@@ -162,12 +168,15 @@ class Stand:
         Of one side of the leaves, over ground [m^2 m^-2].
     soil : str
         Name of the material on which they stand.
+    moisture : float or None
+        Volume fraction of water in it where a job says nothing of that; None: as the library has it.
     clumping : float
         Share of the leaf area that leaves spread at random would need for the same gaps, 0 to 1.
     """
 
     leaf_area_index: float
     soil: str
+    moisture: float | None = None
     clumping: float = 1.0
 
 

@@ -14,11 +14,6 @@ from skyshine.schemas.errors import InputError
 SourceKind: TypeAlias = Literal["cited", "derived", "definition", "estimate", "user"]
 KINDS: tuple[SourceKind, ...] = get_args(SourceKind)
 SPECTRUM = "reflectance"  # its ranges have origins of their own
-# The values that a definition may stand behind: those with which the file would be of another object, in another place
-# or state, and which no sample of the substance has.
-_OBJECT = re.compile(
-    r"(skin|layers\.\d)\.thickness|back\.\w+|operated\.\w+\.\w+|surface\.(exposure|canopy|snow)|soil\.layers|stand\.soil"
-)
 # Of a layer, of a part of the light, of a back in operation.
 _NUMBER_OR_NAME = re.compile(r"\.\d+|(?<=^operated)\.\w+")
 
@@ -50,23 +45,6 @@ def kind_of(source: str) -> SourceKind:
         f"found the source '{source}'; allowed: [reference] and the place in it, derived:, definition:, estimate: or"
         f" {USER}; say which it is"
     )
-
-
-def may_be_defined(material: Material, field: str) -> bool:
-    """Whether a definition may stand behind a field of a material, as `materials/README.md` says.
-
-    Of an object or its state: thicknesses, what lies behind, exposure, whether leaves or snow, what leaves stand on;
-    wetness, and a resistance that is without effect; the roughness of a plate, roof or wall, which is a class; a lobe's
-    width where nothing is in the lobe. All else is a property of the substance, which somebody can measure.
-    """
-    surface = material.surface
-    if field == "surface.roughness_length":
-        return surface.exposure != "field"
-    if field == "surface.surface_resistance":
-        return surface.wetness == 0 or surface.surface_resistance == 0
-    if field == "lobe_fwhm":
-        return material.specular_fraction == 0
-    return field == "surface.wetness" or _OBJECT.fullmatch(field) is not None
 
 
 def count_kinds(materials: Iterable[Material]) -> dict[str, Counter[SourceKind]]:

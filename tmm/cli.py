@@ -13,10 +13,9 @@ COMMANDS = {
     "score": "Compare a texture database with a label image.",
     "info": "Show what a texture database holds.",
     "usage": "Share of each material in one texture or several.",
-    "import": "Take materials from an OGC CDB or an indexed PNG.",
+    "import": "Take materials from an OGC CDB.",
     "export": "Write a texture's materials for others: PNG, GeoTIFF, glTF, DIRSIG, OGC CDB.",
-    "bench": "Error against run time of all classifiers on labelled textures.",
-    "preview": "Draw texture, materials, confidence and shadows side by side.",
+    "preview": "Draw texture, materials, confidence and shade side by side.",
 }
 
 main = CommandGroup(

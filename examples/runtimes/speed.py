@@ -59,6 +59,7 @@ def frame_of(files: dict[str, str]) -> dict[str, Any]:
 
 def by_library(tables: list[Any], frame: dict[str, Any], count: int) -> np.ndarray:
     """Radiances of the first pixels of a frame."""
+    from skyshine.mat.quantities.lines_of_sight import LinesOfSight
     from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
 
     def directions(elevation: np.ndarray, heading: np.ndarray) -> np.ndarray:
@@ -67,13 +68,16 @@ def by_library(tables: list[Any], frame: dict[str, Any], count: int) -> np.ndarr
 
     of = {name: np.array(frame[name][:count]) for name in frame if isinstance(frame[name], list)}
     whole = {name: np.full(count, frame[name]) for name in frame if isinstance(frame[name], float)}
+    lines = LinesOfSight(
+        whole["centre_range"],
+        whole["altitude"],
+        whole["centre_elevation"],
+        whole["source_elevation"],
+        whole["source_heading"] - whole["centre_heading"],
+    )
     view = View(
-        range=of["range"],
-        centre_range=whole["centre_range"],
-        centre_elevation=whole["centre_elevation"],
-        altitude=whole["altitude"],
-        source_elevation=whole["source_elevation"],
-        source_azimuth=whole["source_heading"] - whole["centre_heading"],
+        lines,
+        of["range"],
         source_heading=whole["source_heading"],
         normal=directions(90.0 - of["surface_slope"], of["surface_azimuth"]),
         to_source=directions(whole["source_elevation"], whole["source_heading"]),

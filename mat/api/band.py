@@ -9,9 +9,8 @@ from pathlib import Path
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.radiometry.response_table import parse_response
 from skyshine.mat.scene.sources import solar_spectrum
-from skyshine.mat.tables.band import band_group
+from skyshine.mat.tables.band import BandTable, band_group
 from skyshine.mat.tables.files import BAND
-from skyshine.mat.tables.surface_tables import BandTable
 from skyshine.materials.library import load_library
 from skyshine.schemas.csv_table import read_text
 from skyshine.schemas.errors import InputError

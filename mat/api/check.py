@@ -16,8 +16,10 @@ from skyshine.mat.plan.physics import physics_left_out
 from skyshine.mat.plan.plan import FLOAT_BYTES, Plan, make_plan
 from skyshine.mat.plan.size import check_size
 from skyshine.mat.plan.twins import twins_left_out
+from skyshine.mat.products.reach import tolerance_notes
 from skyshine.mat.scene.agreement import air_warnings, twilight_warnings
 from skyshine.mat.scene.check import check_scene
+from skyshine.mat.scene.ground_notes import ground_notes
 from skyshine.mat.scene.sources import source_hours
 from skyshine.mat.scene.summary import state_summaries
 from skyshine.mat.scene.surface_notes import surface_notes
@@ -45,7 +47,8 @@ class JobCheck:
     seconds : dict of str to float
         Processor seconds by stage, estimated within a factor of two.
     warnings : list of str
-        Where weather, profile, sounding and the place of a weather file disagree, with numbers.
+        Where weather, profile, sounding and the place of a weather file disagree, and which tolerance a build will
+        likely not hold, with numbers.
     surfaces : list of str
         What the job changes in materials of the library, with numbers.
     """
@@ -133,6 +136,11 @@ def check(job: str | os.PathLike[str] | Mapping[str, Any]) -> JobCheck:
         source_hours(loaded.trimmed.on_date_of_state(1)),
         state_summaries(loaded.trimmed),
         estimate(loaded, plan),
-        [*loaded.warnings, *air_warnings(loaded.trimmed), *twilight_warnings(loaded.trimmed)],
-        surface_notes(loaded.trimmed, plan.materials),
+        [
+            *loaded.warnings,
+            *air_warnings(loaded.trimmed),
+            *twilight_warnings(loaded.trimmed),
+            *tolerance_notes(loaded, plan.materials),
+        ],
+        [*surface_notes(loaded.trimmed, plan.materials), *ground_notes(loaded.trimmed, plan.materials)],
     )

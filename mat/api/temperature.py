@@ -132,8 +132,9 @@ def temperature(
     solar_absorptance, thermal_emissivity : float, optional
         In place of the library's; needed with a material file.
     leaf_area_index : float or "library", optional
-        Of a stand of leaves through whose gaps soil is seen [m^2 m^-2], in place of a closed one, or the library's own;
-        as the key of a job. `leaf_temperature` and `soil_temperature` of the result are those of the two.
+        Of a stand of leaves through whose gaps soil is seen [m^2 m^-2], as the key of a job; by default the library's
+        own. A record without latitude and longitude takes all light in the gaps as even; with a depth or no air the
+        stand is closed. `leaf_temperature` and `soil_temperature` of the result are those of the two.
 
     Returns
     -------
@@ -166,17 +167,26 @@ def temperature(
         model, (sun_path, weather, sky) = surface_inputs(job, state)
         if leaf_area_index is not None and model.leaf_area_index is not None:
             raise InputError("found leaf_area_index, which the job has too; allowed: in one of them; remove it here")
-        library = _with_gaps(job_library(model), material, leaf_area_index)
+        if leaf_area_index is not None:
+            model = model.model_copy(update={"leaf_area_index": _checked_gaps(material, leaf_area_index)})
+        library = job_library(model)
+        if depth is not None and model.leaf_area_index is None:
+            library = library.changed(lambda each: each if each.opened is None else each.opened.leaves)
         surface = surface_material(material, model.operated, optical, library, weather.wetting)
         metres = sun_path.altitude if altitude is None else 1e3 * altitude
         column = from_scene(surface, sun_path, weather, sky, metres, slope, azimuth, depth, surroundings)
     else:
         assert forcing is not None
         record = read_record(forcing, 1e3 * (altitude or 0.0))
-        library = _with_gaps(load_library(), material, leaf_area_index)
+        library = load_library()
+        if leaf_area_index is not None:
+            library = open_library(library, tuple(_checked_gaps(material, leaf_area_index).items()))
+        elif depth is None and np.any(record.values["pressure"]):
+            library = open_library(library, "library")
         surface = surface_material(material, {}, optical, library, record.wetting)
-        placed = surface.canopy is not None or slope or surroundings is not None or "sw_down" not in record.values
-        sun = _sun_at(latitude, longitude) if placed else None
+        placed = leaf_area_index or slope or surroundings is not None or "sw_down" not in record.values
+        known = surface.canopy is not None and latitude is not None
+        sun = _sun_at(latitude, longitude) if placed or known else None
         spin_up = SPIN_UP_DAYS if record.period > DAY + 0.5 * record.step else 0
         column = from_record(surface, record, slope, azimuth, sun, ground_albedo, depth, surroundings, spin_up)
         column = replace(column, notes=(*column.notes, _before(record.period, spin_up)))
@@ -190,13 +200,9 @@ def _before(period: float, spin_up: int) -> str:
     return f"no days before: the record, {period / 3600:g} h, repeats"
 
 
-def _with_gaps(
-    library: MaterialLibrary, material: str | os.PathLike[str], leaf_area_index: float | str | None
-) -> MaterialLibrary:
-    """A library in which a material's leaves have gaps."""
-    if leaf_area_index is None:
-        return library
-    name = os.fspath(material)
+def _checked_gaps(material: str | os.PathLike[str], leaf_area_index: float | str) -> dict[str, float | str]:
+    """The leaf area index of a material, as a job has it."""
+    name, library = os.fspath(material), load_library()
     stands = [known.name for known in library if known.stand is not None]
     try:
         open_stands({name: leaf_area_index}, stands)
@@ -205,7 +211,7 @@ def _with_gaps(
             raise ValueError(f"found {leaf_area_index}; allowed: 0 to {MOST_LEAVES:g} m2/m2, or library")
     except ValueError as error:
         raise InputError(f"leaf_area_index: {error}") from None
-    return open_library(library, ((name, leaf_area_index),))
+    return {name: leaf_area_index}
 
 
 def _surroundings(
@@ -240,11 +246,19 @@ def surface_material(
         wet = optical if surface.canopy else wet_grey(optical)
         return replace(found, film=FilmSkin(**wet, capacity=capacity) if capacity else None)
     (found,) = surface_materials([(library or load_library())[text]], operated, wetting)
-    film = found.film
+    return _with_optics(found, optical)
+
+
+def _with_optics(material: SurfaceMaterial, optical: Mapping[str, float]) -> SurfaceMaterial:
+    """A material with the values that are given, dry and wet; of an open stand leaves and soil alike."""
+    film, canopy = material.film, material.canopy
     if film is not None:
-        as_dry = film.solar_absorptance == found.solar_absorptance  # leaves and glass
+        as_dry = film.solar_absorptance == material.solar_absorptance  # leaves and glass
         film = replace(film, **(optical if as_dry else wet_grey(optical)))
-    return replace(found.with_optics(**optical), film=film)
+    if canopy is not None:
+        leaves, soil = (_with_optics(part, optical) for part in (canopy.leaves, canopy.soil))
+        canopy = replace(canopy, leaves=leaves, soil=soil)
+    return replace(material.with_optics(**optical), film=film, canopy=canopy)
 
 
 def _sun_at(

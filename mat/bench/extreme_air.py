@@ -31,6 +31,7 @@ from skyshine.mat.atmosphere.state.sounding import read_sounding
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.formulas import BETA_CAP_KM, BETA_FACTOR
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.mat.scene.bands import absorption_table
 from skyshine.schemas.arrays import Floats
@@ -54,14 +55,14 @@ def atmosphere_case(generator: np.random.Generator) -> dict[str, tuple[float, fl
     air = BandAtmosphere.of(state, band)
     sun = solar_irradiance(band.wavenumber) if generator.random() < 0.7 else np.zeros(band.weight.size)
     ground = state.surface_altitude * 1e-3
-    places = (
+    lines = LinesOfSight(
         _extreme(generator, np.exp(generator.uniform(np.log(1e-6), np.log(1e5), _POINTS)), (0.0, 1e5)),
         _extreme(generator, ground + np.exp(generator.uniform(np.log(1e-3), np.log(1e5), _POINTS)), (ground, 1e5)),
         _extreme(generator, generator.uniform(-90, 90, _POINTS), (-90.0, 0.0, 90.0)),
         _extreme(generator, generator.uniform(-90, 90, _POINTS), (-90.0, 0.0, 90.0)),
         _extreme(generator, generator.uniform(0, 180, _POINTS), (0.0, 180.0)),
     )
-    q = air.at_points(*places, sun)
+    q = air.at_points(lines, sun)
     values = np.concatenate([q.beta_star, q.path_radiance_ratio, q.ambient, q.direct, q.transmittance])
     hottest = max(float(state.temperature.max()), float(state.surface_temperature))
     # A path may pass the brightest part of the band alone: the bound takes the whole band as bright as that part.
@@ -70,7 +71,7 @@ def atmosphere_case(generator: np.random.Generator) -> dict[str, tuple[float, fl
         for spectrum in (planck_wavenumber(band.wavenumber, hottest), sun / np.pi)
     )
     from_beta = np.where(
-        q.valid & (places[0] > 0), np.exp(-BETA_FACTOR * places[0] / q.beta_star) - q.transmittance, 0.0
+        q.valid & (lines.range > 0), np.exp(-BETA_FACTOR * lines.range / q.beta_star) - q.transmittance, 0.0
     )
     result = {
         "not finite": (float(np.count_nonzero(~np.isfinite(values))), 0.0),

@@ -24,6 +24,7 @@ from skyshine.mat.plan.size import check_size
 from skyshine.mat.plan.twins import twins_left_out
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.bands import absorption_table
 from skyshine.mat.scene.check import check_scene
@@ -260,15 +261,15 @@ def compiled_case(generator: np.random.Generator) -> dict[str, tuple[float, floa
         np.array([0.0, 180.0]),
     )
     compiled = compile_band(state, band, grid, sun, tolerance=_TOLERANCE)
-    places = (
+    lines = LinesOfSight(
         _between(generator, grid.range_km),
         _between(generator, grid.altitude_km),
         _between(generator, grid.elevation_deg),
         _between(generator, grid.source_elevation_deg),
         _between(generator, grid.source_azimuth_deg),
     )
-    few = BandAtmosphere.of(state, compiled.band).at_points(*places, sun[compiled.index])
-    every = BandAtmosphere.of(state, band).at_points(*places, sun)
+    few = BandAtmosphere.of(state, compiled.band).at_points(lines, sun[compiled.index])
+    every = BandAtmosphere.of(state, band).at_points(lines, sun)
     seen = every.valid
     stated = max(compiled.errors["transmittance"]["rms"], _TOLERANCE)
     differences = few.transmittance[seen] - every.transmittance[seen]

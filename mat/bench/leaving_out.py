@@ -18,7 +18,7 @@ from skyshine.mat.scene.grids import path_grid
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import VALID
 from skyshine.mat.tables.gridded import AXES, FIELDS, QUANTITIES
-from skyshine.mat.tables.loader import open_table
+from skyshine.mat.tables.loader import open_as, open_table
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.process_memory import children_seconds
@@ -80,11 +80,12 @@ def compare(loaded: LoadedJob, folder: Path, seed: int) -> Comparison:
     generator = np.random.default_rng(seed)
     differences: dict[str, tuple[float, float]] = {}
     for file in sorted((folder / "kept").glob("s*.h5")):
-        kept, whole = (open_table(folder / name / file.name) for name in ("kept", "whole"))
-        if isinstance(kept, AtmosphereTable) and isinstance(whole, AtmosphereTable):
-            differences |= air_differences(kept, whole, path_grid(job), generator)
+        ours, theirs = (folder / name / file.name for name in ("kept", "whole"))
+        if file.name.endswith(".htt.h5"):
+            differences |= table_differences(open_table(ours), open_table(theirs), generator)
         else:
-            differences |= table_differences(kept, whole, generator)
+            air, everywhere = (open_as(AtmosphereTable, each, "build it again") for each in (ours, theirs))
+            differences |= air_differences(air, everywhere, path_grid(job), generator)
     return Comparison(costs["kept"], costs["whole"], differences)
 
 

@@ -130,16 +130,6 @@ def from_surface(result: dict[str, Any]) -> list[Ladder]:
     return [Ladder("surface solver, steps a day", "a column and day", "K, rms", tuple(rungs), why)]
 
 
-def from_textures(result: dict[str, Any]) -> list[Ladder]:
-    """The ladder of classifiers from ``tmm bench --json``."""
-    rungs = [
-        Rung(row["name"], 1 / max(row["rate"]["value"], 1e-9), 1 - row["overall_accuracy"]["value"], number == 0)
-        for number, row in enumerate(result["classifiers"])
-    ]
-    why = "the first is what a job gets that names none: no training but its own seeds"
-    return [Ladder("classifiers", "a million texels", "share of wrong texels", tuple(rungs), why)]
-
-
 def compile_ladders(bands: Sequence[tuple[float, float]], tolerances: Sequence[float]) -> list[Ladder]:
     """Choice of the points of thermal bands, by the root mean square and by 99 % of what a pixel errs."""
     from skyshine.mat.bench.compile_ladder import compile_rungs
@@ -177,18 +167,16 @@ def run_command(program: str, *arguments: str) -> dict[str, Any]:
     return result
 
 
-def parts(quick: bool, textures: tuple[str, str] | None) -> dict[str, Callable[[], list[Ladder]]]:
+def parts(quick: bool) -> dict[str, Callable[[], list[Ladder]]]:
     """Parts of the tool to measure, by name.
 
     Parameters
     ----------
     quick : bool
         Narrow bands and few materials.
-    textures : (str, str), optional
-        Job of textures and labels, as ``tmm bench`` takes them.
     """
     short = ("--quick",) if quick else ()
-    parts_by_name = {
+    return {
         "spectral points": lambda: from_absorption(run_command("mat", "bench", "absorption", *short)),
         "choice of points": lambda: compile_ladders(
             [(10.5, 11.0)] if quick else [(3.0, 5.0), (8.0, 12.0)],
@@ -197,9 +185,6 @@ def parts(quick: bool, textures: tuple[str, str] | None) -> dict[str, Callable[[
         "directions and layers": lambda: from_atmosphere(run_command("mat", "bench", "atmosphere", *short)),
         "surface solver": lambda: from_surface(run_command("mat", "bench", "surface", *short)),
     }
-    if textures:
-        parts_by_name["classifiers"] = lambda: from_textures(run_command("tmm", "bench", *textures))
-    return parts_by_name
 
 
 def describe(ladders: Sequence[Ladder], seconds: dict[str, float]) -> dict[str, Any]:

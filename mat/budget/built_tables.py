@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
 
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
 from skyshine.mat.budget.circumstances import Circumstances
 from skyshine.mat.budget.runtime_terms import AtmosphereReadings, Emission, Finish, ReflectedLight, ratio
-from skyshine.mat.budget.views import Views, direction, fold, on_axes, slope_and_azimuth
+from skyshine.mat.budget.views import Views, on_axes
 from skyshine.mat.job.model import Job
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight, direction, slope_and_azimuth
 from skyshine.mat.radiometry.spherical_harmonics import level_share
 from skyshine.mat.runtime.by_wavelength import emitted_share, reflected
 from skyshine.mat.runtime.walls import beside_walls
@@ -22,10 +23,10 @@ from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.tables import response
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
+from skyshine.mat.tables.band import BandSpectra, BandTable
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file
-from skyshine.mat.tables.loader import open_table
-from skyshine.mat.tables.surface_tables import BandSpectra, BandTable, TemperatureTable
-from skyshine.mat.tables.table import Table
+from skyshine.mat.tables.htt import TemperatureTable
+from skyshine.mat.tables.loader import open_as
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import open_tmm
@@ -33,29 +34,7 @@ from skyshine.tmm.database.reader import open_tmm
 # The centre of a frame looks at the ground of the same altitude; where that is further off, or not at all, it looks at
 # something this many times as far as the pixel.
 _FARTHEST = 3.0
-
-
-@dataclass(frozen=True, eq=False)
-class ViewLine:
-    """Another line of sight from the same observers: (n,) arrays as `Views`; normals (n, 3) of the surface it meets."""
-
-    range: Floats
-    elevation: Floats
-    heading: Floats
-    surface_altitude: Floats
-    normal: Floats
-
-    def place(self, views: Views) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-        """Range, altitude, elevation, source elevation and relative azimuth, as `BandAtmosphere.at_points` takes
-        them.
-        """
-        return (
-            self.range,
-            views.altitude,
-            self.elevation,
-            views.source_elevation,
-            fold(views.source_azimuth - self.heading),
-        )
+_BUILD_AGAIN = "build the job again: mat build"
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,9 +63,9 @@ class Tables:
         for name in names:
             if not (folder / name).is_file():
                 raise InputError(f"holds no {name}; build the job first: mat build", file=folder)
-        surface = _open(TemperatureTable, folder / names[0])
-        properties = _open(BandTable, folder / names[1])
-        air = _open(AtmosphereTable, folder / names[2])
+        surface = open_as(TemperatureTable, folder / names[0], _BUILD_AGAIN)
+        properties = open_as(BandTable, folder / names[1], _BUILD_AGAIN)
+        air = open_as(AtmosphereTable, folder / names[2], _BUILD_AGAIN)
         if list(surface.materials.values()) != list(properties.materials.values()):
             raise InputError(f"{names[0]} and {names[1]} hold different materials; build the job again", file=folder)
         textures = [folder / f"{texture.name}.tmm.h5" for texture in job.texture_jobs]
@@ -139,17 +118,15 @@ class Tables:
             ]
         )
 
-    def temperature(self, views: Views, line: ViewLine | None = None, absorbed_change: Floats | None = None) -> Floats:
+    def temperature(self, views: Views, absorbed_change: Floats | None = None) -> Floats:
         """Interpolated temperatures (n, M) [K], of surfaces in the open or under a change of absorbed heat (n, M,
         steps) [W m^-2].
         """
-        place = line or views
-        slope, azimuth = slope_and_azimuth(place.normal)
+        slope, azimuth = slope_and_azimuth(views.normal)
         codes = np.array(list(self.surface.materials.values()))
-        columns = {"altitude": place.surface_altitude, "azimuth": azimuth, "slope": slope, "time": views.time}
-        return self.surface.temperature(
+        columns = {"altitude": views.surface_altitude, "azimuth": azimuth, "slope": slope, "time": views.time}
+        return self.surface.clamped().temperature(
             material=codes,
-            out_of_range="clamp",
             absorbed_change=absorbed_change,
             **{name: values[:, None] for name, values in columns.items()},
         )
@@ -157,34 +134,31 @@ class Tables:
     def emission(self, temperature: Floats) -> Emission:
         """What the materials emit at temperatures (n, M) [K], with their reflectance weighted by Planck radiance."""
         codes = np.array(list(self.band.materials.values()))
-        reflectance = self.band.value(
-            "reflectance_planck", material=codes, planck_temperature=temperature, out_of_range="clamp"
-        )
+        reflectance = self.band.clamped().value("reflectance_planck", material=codes, planck_temperature=temperature)
         return Emission(self.blackbody(temperature), reflectance)
 
     def blackbody(self, temperature: Floats) -> Floats:
         """Band radiance of black bodies."""
         return self.band.blackbody_radiance(temperature)
 
-    def readings(
-        self, views: Views, line: ViewLine | None = None, temperature: Floats | None = None
-    ) -> AtmosphereReadings:
-        """Interpolated quantities of the views, or of other lines of sight of the same observers; with temperatures
-        (n, M) [K], the transmittance of what surfaces emit too.
+    @cached_property
+    def _air(self) -> AtmosphereTable:
+        """The air, read at the ends of its axes beyond them."""
+        return self.air.clamped()
+
+    def readings(self, views: Views, temperature: Floats | None = None) -> AtmosphereReadings:
+        """Interpolated quantities of views; with temperatures (n, M) [K], the transmittance of what surfaces emit
+        too.
         """
-        line = line or ViewLine(views.range, views.elevation, views.heading, views.surface_altitude, views.normal)
-        names = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
-        place = dict(zip(names, line.place(views), strict=True))
-        path = {name: place[name] for name in names[:3]}
-        source = path | {"source_elevation": place["source_elevation"]}
-
-        def read(name: str, where: Mapping[str, Floats]) -> Floats:
-            return self.air.value(name, out_of_range="clamp", **where)
-
-        tau = self.air.transmittance(range=line.range, beta_star=read("beta_star", path))
-        ambient = self._of_faces(views, line.normal, source) if self.has_harmonics else read("ambient_radiance", source)
-        values = read("path_radiance_ratio", place), ambient, read("direct_radiance", source)
-        emitted = None if temperature is None else self.emitted_transmittance(views, temperature, line)
+        lines, air = views.lines, self._air
+        tau = self._transmittance(lines)
+        ambient = self._of_faces(views) if self.has_harmonics else air.value("ambient_radiance", **lines.lit)
+        values = (
+            air.value("path_radiance_ratio", **lines.whole),
+            ambient,
+            air.value("direct_radiance", **lines.lit),
+        )
+        emitted = None if temperature is None else self.emitted_transmittance(views, temperature)
         through, ratio, ambient, direct = (value[:, None] for value in (tau, *values))
         return AtmosphereReadings(through, ratio, ambient, direct, emitted)
 
@@ -193,35 +167,26 @@ class Tables:
         """Whether the air holds ambient light of tilted faces."""
         return AMBIENT_HARMONICS in self.air.quantities
 
-    def _of_faces(
-        self, views: Views, normal: Floats, source: Mapping[str, Floats], *, by_wavelength: bool = False
-    ) -> Floats:
-        """Ambient radiance of faces with normals (n, 3): (n,), or by wavelength (n, B)."""
-        slope, azimuth = slope_and_azimuth(normal)
+    def _transmittance(self, lines: LinesOfSight) -> Floats:
+        return self.air.transmittance(range=lines.range, beta_star=self._air.value("beta_star", **lines.path))
+
+    def _of_faces(self, views: Views, *, by_wavelength: bool = False) -> Floats:
+        """Ambient radiance of the faces of views: (n,), or by wavelength (n, B)."""
+        slope, azimuth = slope_and_azimuth(views.normal)
         kelvin = self.air.ground_temperature(self.surface, time=views.time)
         turn = azimuth - views.source_azimuth
-        place: dict[str, Any] = dict(source)
-        return self.air.ambient_radiance(
+        return self._air.ambient_radiance(
             slope=slope,
             azimuth=turn,
             ground_temperature=kelvin,
             band=self.band,
             by_wavelength=by_wavelength,
-            out_of_range="clamp",
-            **place,
+            **views.lines.lit,
         )
 
-    def level_ambient(self, views: Views, line: ViewLine | None = None) -> Floats:
-        """Interpolated ambient radiance (n, 1) of level faces at the end of the views, or of other lines of sight."""
-        where = line or views
-        return self.air.value(
-            "ambient_radiance",
-            out_of_range="clamp",
-            range=where.range,
-            altitude=views.altitude,
-            elevation=where.elevation,
-            source_elevation=views.source_elevation,
-        )[:, None]
+    def level_ambient(self, views: Views) -> Floats:
+        """Interpolated ambient radiance (n, 1) of level faces at the ends of views."""
+        return self._air.value("ambient_radiance", **views.lines.lit)[:, None]
 
     def level_share(self, normal: Floats) -> Floats:
         """Change of the ambient light read for faces with normals (n, 3), (n, 1), over that of level faces."""
@@ -233,9 +198,7 @@ class Tables:
         """The finish with N_s read at cosines of incidence (n, 1)."""
         codes = np.array(list(self.band.materials.values()))
         angle = np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0)))
-        return replace(
-            self.finish, normalisation=self.band.normalisation(material=codes, angle=angle, out_of_range="clamp")
-        )
+        return replace(self.finish, normalisation=self.band.clamped().normalisation(material=codes, angle=angle))
 
     def among_walls(self, views: Views, circumstances: Circumstances, ambient: Floats, level: Floats) -> Floats:
         """Ambient radiance (n, 1) of faces beside walls, from that in the open and that of level faces there."""
@@ -243,23 +206,20 @@ class Tables:
         wall, ground = (self.blackbody(np.asarray(k))[:, None] for k in (circumstances.wall_temperature, kelvin))
         return _among_walls(views, circumstances, ambient, level, wall, ground)
 
-    def emitted_transmittance(self, views: Views, temperature: Floats, line: ViewLine | None = None) -> Floats:
+    def emitted_transmittance(self, views: Views, temperature: Floats) -> Floats:
         """Transmittance (n, M) of what the materials emit at their temperatures (n, M)."""
-        spectra, through = self._spectra(temperature), self._through_by_wavelength(views, line or views)
+        spectra, through = self._spectra(temperature), self._through_by_wavelength(views.lines)
         black = np.sum((1.0 - spectra.reflectance) * spectra.emission, axis=-1)
         return ratio(emitted_share(spectra, through), black)
 
     def reflected_light(self, views: Views, circumstances: Circumstances) -> ReflectedLight:
         """Light that the materials reflect by wavelength, of faces beside walls."""
-        place = _path(views, views) | {"source_elevation": views.source_elevation}
+        lines = views.lines
         level, direct = (
-            self.air.value_by_wavelength(name, out_of_range="clamp", **place)
-            for name in ("ambient_radiance", "direct_radiance")
+            self._air.value_by_wavelength(name, **lines.lit) for name in ("ambient_radiance", "direct_radiance")
         )
-        ambient = self._of_faces(views, views.normal, place, by_wavelength=True) if self.has_harmonics else level
-        through = self._through_by_wavelength(views, views)
-        beta = self.air.value("beta_star", out_of_range="clamp", **_path(views, views))
-        tau = self.air.transmittance(range=views.range, beta_star=beta)
+        ambient = self._of_faces(views, by_wavelength=True) if self.has_harmonics else level
+        through, tau = self._through_by_wavelength(lines), self._transmittance(lines)
         kelvin = self.air.ground_temperature(self.surface, time=views.time)
 
         def glow(temperature: Floats) -> Floats:
@@ -277,11 +237,9 @@ class Tables:
             ratio(reflected(spectra, direct), mean * direct.sum(axis=-1, keepdims=True)),
         )
 
-    def _through_by_wavelength(self, views: Views, line: Views | ViewLine) -> Floats:
+    def _through_by_wavelength(self, lines: LinesOfSight) -> Floats:
         """Transmittance (n, B) of emitted light."""
-        through: Floats = np.exp(
-            -self.air.value_by_wavelength("optical_depth", out_of_range="clamp", **_path(views, line))
-        )
+        through: Floats = np.exp(-self._air.value_by_wavelength("optical_depth", **lines.path))
         return through
 
     def _spectra(self, temperature: Floats) -> BandSpectra:
@@ -308,10 +266,6 @@ def _among_walls(
     return beside_walls(ambient, level, wall, ground, circumstances.sky_view, upward, emissivity)
 
 
-def _path(views: Views, line: Views | ViewLine) -> dict[str, Any]:
-    return {"range": line.range, "altitude": views.altitude, "elevation": line.elevation}
-
-
 def _assigned_shares(files: list[Path], names: list[str]) -> Floats | None:
     """Share of the texels of each material that the classifier assigns to each material, (M, M), from held-out seeds.
 
@@ -334,28 +288,14 @@ def _assigned_shares(files: list[Path], names: list[str]) -> Floats | None:
     return shares
 
 
-TableType = TypeVar("TableType", bound=Table)
-
-
-def _open(kind: type[TableType], path: Path) -> TableType:
-    """Open a database that must be of one kind."""
-    table = open_table(path)
-    if not isinstance(table, kind):
-        raise InputError(
-            f"holds a table of type {table.filetype}, which its name does not say; build the job again: mat build",
-            file=path,
-        )
-    return table
-
-
-def vertices(views: Views, grid: PathGrid, tables: Tables) -> tuple[ViewLine, ViewLine]:
+def vertices(views: Views, grid: PathGrid, tables: Tables) -> tuple[Views, Views]:
     """The two vertices between which a pixel's radiance is interpolated."""
     first, second = (_face_point(views, grid, tables, share) for share in (-views.share, 1 - views.share))
     return first, second
 
 
-def _face_point(views: Views, grid: PathGrid, tables: Tables, share: Floats) -> ViewLine:
-    """Line of sight to the point of the face that is `share` (n,) of its length from the pixel."""
+def _face_point(views: Views, grid: PathGrid, tables: Tables, share: Floats) -> Views:
+    """Views of the point of the face that is `share` (n,) of its length from the pixel."""
     step = views.along * (share * views.face)[:, None] * 1e-3
     line = direction(views.elevation, views.heading) * views.range[:, None] + step
     distance = np.linalg.norm(line, axis=1)
@@ -365,17 +305,18 @@ def _face_point(views: Views, grid: PathGrid, tables: Tables, share: Floats) -> 
     )
     normal = views.normal + views.along * (np.tan(views.bend) * share)[:, None]
     low, high = tables.surface_axes["altitude"][[0, -1]]
-    return ViewLine(
-        np.clip(distance, grid.range_km[0], grid.range_km[-1]),
-        np.clip(elevation, grid.elevation_deg[0], grid.elevation_deg[-1]),
+    return replace(
+        views,
+        range=np.clip(distance, grid.range_km[0], grid.range_km[-1]),
+        elevation=np.clip(elevation, grid.elevation_deg[0], grid.elevation_deg[-1]),
         heading=np.degrees(np.arctan2(line[:, 0], line[:, 1])),
         surface_altitude=np.clip(views.surface_altitude + step[:, 2], low, high),
         normal=on_axes(normal / np.linalg.norm(normal, axis=1, keepdims=True), tables.surface_axes),
     )
 
 
-def frame_centres(views: Views, grid: PathGrid, offset: Floats) -> ViewLine:
-    """Lines of sight of the centre pixels, `offset` (2, n) degree across and down from the views."""
+def frame_centres(views: Views, grid: PathGrid, offset: Floats) -> Views:
+    """Views of the centre pixels, `offset` (2, n) degree across and down from the views."""
     elevation = np.clip(views.elevation + offset[1], grid.elevation_deg[0], grid.elevation_deg[-1])
     heading = views.heading + offset[0] / np.maximum(np.cos(np.radians(views.elevation)), 0.05)
     start, end = (EARTH_RADIUS * 1e-3 + altitude for altitude in (views.altitude, views.surface_altitude))
@@ -385,4 +326,4 @@ def frame_centres(views: Views, grid: PathGrid, offset: Floats) -> ViewLine:
     far = _FARTHEST * views.range
     distance = np.where((inside >= 0) & (level > 0), np.minimum(level, far), far)
     distance = np.clip(distance, grid.range_km[0], grid.range_km[-1])
-    return ViewLine(distance, elevation, heading, views.surface_altitude, views.normal)
+    return replace(views, range=distance, elevation=elevation, heading=heading)

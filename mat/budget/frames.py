@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
-from skyshine.mat.budget.built_tables import Tables, ViewLine, frame_centres
+from skyshine.mat.budget.built_tables import Tables, frame_centres
 from skyshine.mat.budget.runtime_terms import AtmosphereReadings
 from skyshine.mat.budget.views import Views
 from skyshine.mat.quantities.grid import PathGrid
@@ -40,16 +41,12 @@ def frame_errors(
         Of the surfaces [K], where the transmittance of what they emit is read too.
     """
     errors: dict[str, list[Floats]] = {name: [] for name in READINGS}
-    pixel = tables.readings(views, temperature=temperature)
+    pixel = tables.readings(views, temperature)
     for width in FIELDS_OF_VIEW:
         centre = frame_centres(views, grid, offset * width)
-        read = tables.readings(views, centre, temperature)
+        read = tables.readings(centre, temperature)
         # The same line of sight, ended at the pixel's own range.
-        along = tables.readings(
-            views,
-            ViewLine(views.range, centre.elevation, centre.heading, centre.surface_altitude, centre.normal),
-            temperature,
-        )
+        along = tables.readings(replace(centre, range=views.range), temperature)
         ways = read.at_range(centre.range, views.range), along, pixel
         for name, readings in zip(READINGS, ways, strict=True):
             errors[name].append(shown(readings) - here)

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from skyshine.mat.budget.built_tables import Tables, ViewLine, frame_centres, vertices
+from skyshine.mat.budget.built_tables import Tables, frame_centres, vertices
 from skyshine.mat.budget.circumstances import Circumstances
 from skyshine.mat.budget.frames import FIELDS_OF_VIEW, frame_errors
 from skyshine.mat.budget.pixel import integrated_light, integrated_readings, pixel_radiance, temperature_among
@@ -96,7 +96,7 @@ class Measurement:
     @cached_property
     def _level(self) -> AtmosphereReadings:
         """Quantities of level faces in the open, computed at the few points."""
-        direct = AtmosphereReadings.of(self.few.at_points(*self.views.place, self.few_light))
+        direct = AtmosphereReadings.of(self.few.at_points(self.views.lines, self.few_light))
         return replace(direct, emitted=self.full.emitted)
 
     @cached_property
@@ -111,7 +111,7 @@ class Measurement:
 
     def _ambient(self, around: Circumstances | None) -> Floats:
         faces = self.truth.faces(self.views, around)
-        return self.few.ambient_on_faces(*self.views.place[:4], self.few_light, faces)[:, None]
+        return self.few.ambient_on_faces(self.views.lines, self.few_light, faces)[:, None]
 
     @cached_property
     def _direct(self) -> Floats:
@@ -120,7 +120,7 @@ class Measurement:
 
     @cached_property
     def _read(self) -> AtmosphereReadings:
-        return self.tables.readings(self.views, temperature=self.kelvin)
+        return self.tables.readings(self.views, self.kelvin)
 
     @cached_property
     def _level_read(self) -> Floats:
@@ -236,8 +236,8 @@ class Measurement:
             part, some = views.take(rows), faces.take(rows)
             shown = []
             for air in (of_job, self.prepared.at_hour(float(hour))):
-                readings = AtmosphereReadings.of(air.at_points(*part.place, self.few_light))
-                ambient = air.ambient_on_faces(*part.place[:4], self.few_light, some)[:, None]
+                readings = AtmosphereReadings.of(air.at_points(part.lines, self.few_light))
+                ambient = air.ambient_on_faces(part.lines, self.few_light, some)[:, None]
                 assert self.full.emitted is not None  # integrated
                 ratio = readings.transmittance / np.maximum(self._level.transmittance[rows], np.finfo(float).tiny)
                 emitted = self.full.emitted[rows] * ratio
@@ -253,7 +253,7 @@ class Measurement:
         The change of temperature by shadows and walls is that at the pixel.
         """
         tables, views = self.tables, self.views
-        pixel = replace(self._level, ambient=self._tilted(self._level).ambient)
+        pixel = replace(self._level, ambient=self._tilted(self._level, views).ambient)
         here = self._shown(pixel)
         ends = vertices(views, self.grid, tables)
         errors = {"face": self._across_faces(pixel, ends) - here}
@@ -264,7 +264,7 @@ class Measurement:
         together = np.empty_like(here)
         for number, width in enumerate(FIELDS_OF_VIEW):
             centre = frame_centres(views, self.grid, offset * width)
-            at_centre = AtmosphereReadings.of(self.few.at_points(*centre.place(views), self.few_light))
+            at_centre = AtmosphereReadings.of(self.few.at_points(centre.lines, self.few_light))
             at_centre = self._tilted(at_centre, centre)
             through = at_centre.at_range(centre.range, views.range).transmittance
             extrapolated = (
@@ -282,18 +282,18 @@ class Measurement:
         frames = frame_errors(tables, views, self.grid, offset, here, self._shown, self.kelvin)
         return Extrapolation(errors, by_field, frames)
 
-    def _tilted(self, readings: AtmosphereReadings, line: ViewLine | None = None) -> AtmosphereReadings:
-        """Readings of level faces with the difference that the tables give for the faces of the views, or of a line."""
-        tilt = self.tables.readings(self.views, line).ambient - self.tables.level_ambient(self.views, line)
+    def _tilted(self, readings: AtmosphereReadings, views: Views) -> AtmosphereReadings:
+        """Readings of level faces with the difference that the tables give for the faces of views."""
+        tilt = self.tables.readings(views).ambient - self.tables.level_ambient(views)
         return replace(readings, ambient=readings.ambient + tilt)
 
-    def _across_faces(self, pixel: AtmosphereReadings, ends: tuple[ViewLine, ViewLine]) -> Floats:
+    def _across_faces(self, pixel: AtmosphereReadings, ends: tuple[Views, Views]) -> Floats:
         """Radiance (n, M) interpolated between the vertices, with quantities and temperatures computed there."""
         views, radiance = self.views, np.zeros(self.kelvin.shape)
         for end, weight in zip(ends, (1 - views.share, views.share), strict=True):
             kelvin = self.truth.temperature(end.normal, end.surface_altitude, views.time, steps=self.steps)
             emission = self.tables.emission(kelvin + self.kelvin - self._solved_in_steps)
-            readings = AtmosphereReadings.of(self.few.at_points(*end.place(views), self.few_light))
+            readings = AtmosphereReadings.of(self.few.at_points(end.lines, self.few_light))
             readings = self._tilted(
                 replace(readings, emitted=pixel.with_transmittance(readings.transmittance).emitted), end
             )
@@ -302,16 +302,16 @@ class Measurement:
             radiance = radiance + weight[:, None] * self._shown(readings, emission, bounce)
         return radiance
 
-    def _all_together(self, ends: tuple[ViewLine, ViewLine], centre: ViewLine, assigned: Integers) -> Floats:
+    def _all_together(self, ends: tuple[Views, Views], centre: Views, assigned: Integers) -> Floats:
         """Radiance (n, M) of a runtime: tables at the centre pixel, vertices, mean N_s, materials of the textures."""
         tables, views = self.tables, self.views
         in_the_open, _, beside = self._temperatures_read
-        read = tables.readings(views, centre, beside)
-        level = tables.level_ambient(views, centre)
+        read = tables.readings(centre, beside)
+        level = tables.level_ambient(centre)
         read = replace(read, ambient=tables.among_walls(views, self.around, read.ambient, level))
         shown = np.zeros(assigned.shape)
         for end, weight in zip(ends, (1 - views.share, views.share), strict=True):
-            emission = tables.emission(tables.temperature(views, end) + beside - in_the_open)
+            emission = tables.emission(tables.temperature(end) + beside - in_the_open)
             bounce = self.truth.bounce(views, end.normal, self.finish, self.around)
             values = self._shown(read.at_range(centre.range, end.range), emission, bounce)
             shown = shown + weight[:, None] * np.take_along_axis(values, assigned, axis=1)

@@ -45,7 +45,7 @@ def pixel_radiance(
     temperature : (n, M) array
         From `temperature_among`, K.
     """
-    read = tables.readings(views, temperature=temperature)
+    read = tables.readings(views, temperature)
     ambient = tables.among_walls(views, around, read.ambient, tables.level_ambient(views))
     by_angle = tables.finish_at(incidence(views, views.normal))
     bounce = truth.bounce(views, views.normal, by_angle, around)

@@ -181,7 +181,6 @@ def spectral_radiance(
     temperature: Floats,
     reflectance: Floats,
     bounce: Floats,
-    thermal_transmittance: Floats | None = None,
 ) -> Floats:
     """The accurate forms (5), (18), (26), (33) and the path radiance: W m^-2 sr^-1, (n, M).
 
@@ -195,15 +194,11 @@ def spectral_radiance(
         At the points.
     bounce : (n, M) array
         From `reflection`.
-    thermal_transmittance : (n, P) array, optional
-        In place of that of the lines, in (5) alone.
     """
-    through = lines.transmittance if thermal_transmittance is None else thermal_transmittance
     weight = lines.transmittance * band.radiance_weight / np.pi
     sky, direct = ((weight * part) @ reflectance.T for part in (lines.sky_irradiance, lines.direct_irradiance))
-    return (
-        spectral_thermal(through, band, temperature, reflectance) + sky + direct * bounce + lines.path_radiance[:, None]
-    )
+    thermal = spectral_thermal(lines.transmittance, band, temperature, reflectance)
+    return thermal + sky + direct * bounce + lines.path_radiance[:, None]
 
 
 def spectral_thermal(transmittance: Floats, band: BandPoints, temperature: Floats, reflectance: Floats) -> Floats:

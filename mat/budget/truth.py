@@ -16,11 +16,12 @@ from skyshine.mat.atmosphere.transfer.bounds import Bounds
 from skyshine.mat.budget.circumstances import Circumstances
 from skyshine.mat.budget.columns import temperatures_at
 from skyshine.mat.budget.runtime_terms import Finish, exact_normalisation, reflection, spectral_radiance
-from skyshine.mat.budget.views import Views, slope_and_azimuth
+from skyshine.mat.budget.views import Views
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.surface import at_kelvin
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.facet_light import Faces, Walls
+from skyshine.mat.quantities.lines_of_sight import slope_and_azimuth
 from skyshine.mat.quantities.results import SpectralLines
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.radiometry.spherical_harmonics import face_normal
@@ -229,7 +230,7 @@ class FacetTruth:
 
     def lines(self, views: Views, faces: Faces) -> SpectralLines:
         """Spectra of the lines of sight and of the light on the faces."""
-        return self.air.spectral_at_points(*views.place, self.irradiance, faces)
+        return self.air.spectral_at_points(views.lines, self.irradiance, faces)
 
     def bounce(self, views: Views, normal: Floats, finish: Finish, in_shade: Circumstances) -> Floats:
         """As `runtime_terms.reflection`; 0 where a face is in the Sun's shade."""

@@ -15,6 +15,7 @@ from skyshine.mat.job.site import local_times_utc
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight, direction, slope_and_azimuth
 from skyshine.schemas.arrays import Booleans, Floats
 
 RANGES_KM = (0.1, 40.0)  # drawn evenly in their logarithm, as far as the tables reach
@@ -88,16 +89,10 @@ class Views:
         return self.altitude - self.surface_altitude
 
     @property
-    def relative_azimuth(self) -> Floats:
-        """Azimuth of the source from the line of sight, 0 to 180 degree."""
-        return fold(self.source_azimuth - self.heading)
-
-    @property
-    def place(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-        """Range, altitude, elevation, source elevation and relative azimuth, as `BandAtmosphere.at_points` takes
-        them.
-        """
-        return self.range, self.altitude, self.elevation, self.source_elevation, self.relative_azimuth
+    def lines(self) -> LinesOfSight:
+        """The lines of sight, with the source 0 to 180 degree beside them."""
+        azimuth = fold(self.source_azimuth - self.heading)
+        return LinesOfSight(self.range, self.altitude, self.elevation, self.source_elevation, azimuth)
 
     @property
     def to_source(self) -> Floats:
@@ -113,18 +108,6 @@ class Views:
 def fold(azimuth: npt.ArrayLike) -> Floats:
     """An azimuth difference as 0 to 180 degree."""
     return np.abs(np.mod(np.asarray(azimuth) + 180.0, 360.0) - 180.0)
-
-
-def direction(elevation: npt.ArrayLike, azimuth: npt.ArrayLike) -> Floats:
-    """Unit vectors (..., 3), east, north, up, of directions in degree."""
-    up, turn = np.radians(elevation), np.radians(azimuth)
-    return np.stack([np.cos(up) * np.sin(turn), np.cos(up) * np.cos(turn), np.sin(up)], axis=-1)
-
-
-def slope_and_azimuth(normal: Floats) -> tuple[Floats, Floats]:
-    """Slope 0 to 180 and azimuth 0 to 360 degree of normals (..., 3)."""
-    slope = np.degrees(np.arccos(np.clip(normal[..., 2], -1.0, 1.0)))
-    return slope, np.mod(np.degrees(np.arctan2(normal[..., 0], normal[..., 1])), 360.0)
 
 
 def random_views(
@@ -215,7 +198,7 @@ def _candidates(
         (altitude, grid.altitude_km),
         (elevation, grid.elevation_deg),
         (lit, grid.source_elevation_deg),
-        (views.relative_azimuth, grid.source_azimuth_deg),
+        (fold(views.source_azimuth - views.heading), grid.source_azimuth_deg),
     ):
         keep &= (values >= nodes[0]) & (values <= nodes[-1])
     ended = _ending_on_the_ground(views.take(keep), shells, grid)

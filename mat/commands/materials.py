@@ -139,6 +139,9 @@ def _numbers(material: Material) -> Iterator[tuple[str, object, str]]:
     yield "surface.canopy", surface.canopy, ""
     yield "surface.snow", surface.snow, ""
     yield "surface.exposure", surface.exposure, ""
+    if surface.delivered:
+        yield "surface.delivered", surface.delivered, "1"
+        yield "surface.delivered_per_kelvin", surface.delivered_per_kelvin, "K^-1"
     for number, part in enumerate(material.thermal.light, 1):
         yield f"light.{number}.share", part.share, "1"
         yield f"light.{number}.extinction", part.extinction, "m^-1"
@@ -150,6 +153,8 @@ def _numbers(material: Material) -> Iterator[tuple[str, object, str]]:
     if material.stand is not None:
         yield "stand.leaf_area_index", material.stand.leaf_area_index, "m2 m^-2"
         yield "stand.soil", material.stand.soil, ""
+        if material.stand.moisture is not None:
+            yield "stand.moisture", material.stand.moisture, "m3 m^-3"
         if "stand.clumping" in material.sources:
             yield "stand.clumping", material.stand.clumping, "1"
     for name, back in material.operated.items():

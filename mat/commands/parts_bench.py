@@ -13,11 +13,8 @@ from skyshine.schemas.commands import echo_table, emit_json, json_option, progre
 @click.command("parts")
 @click.option("--out", type=click.Path(file_okay=False), help="Folder for bench.json and bench.png.")
 @click.option("--quick", is_flag=True, help="Narrow bands and few materials: within three minutes on two cores.")
-@click.option(
-    "--textures", nargs=2, type=click.Path(), metavar="JOB TRUTH", help="Classifiers too, as 'tmm bench' takes them."
-)
 @json_option
-def parts(quick: bool, out: str | None, textures: tuple[str, str] | None, as_json: bool) -> None:
+def parts(quick: bool, out: str | None, as_json: bool) -> None:
     """Every part of the tool by itself: settings, their errors in its own unit and run times, and its default.
 
     \b
@@ -26,7 +23,7 @@ def parts(quick: bool, out: str | None, textures: tuple[str, str] | None, as_jso
     """
     from skyshine.mat.bench import whole as bench
 
-    chosen = bench.parts(quick, textures)
+    chosen = bench.parts(quick)
     ladders, seconds = [], {}
     with progress(len(chosen), "measuring") as advance:
         for name, measure in chosen.items():

@@ -24,7 +24,7 @@ def command(file: str, name: str, where: tuple[str, ...], clamp: bool, as_json: 
 
     table = skyshine.mat.open(file)
     place = dict(_pair(text) for text in where)
-    value = float(table.value(name, out_of_range="clamp" if clamp else None, **place))
+    value = float((table.clamped() if clamp else table).value(name, **place))
     units, error = table.units(name), table.error(name)
     if as_json:
         stated = {measure: quantity(amount, _units(measure, units)) for measure, amount in error.items()}

@@ -14,7 +14,7 @@ from skyshine.mat.radiometry.equivalent_temperature import REFERENCE as SCENE_K
 from skyshine.mat.radiometry.equivalent_temperature import SHORTEST
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import GRID, grid_group
-from skyshine.mat.tables.loader import open_table
+from skyshine.mat.tables.loader import open_as
 from skyshine.mat.tables.stated_error import accuracy_group, measure
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Header, read_file, write_file
@@ -63,9 +63,7 @@ def export_axes(path: Path, folder: Path, kelvin: float, most_nodes: int) -> Exp
     target = folder / path.name
     if target.exists() and target.samefile(path):
         raise InputError("would be written over itself; name another folder with --out", file=path)
-    air = open_table(path)
-    if not isinstance(air, AtmosphereTable):
-        raise InputError(f"holds '{air.filetype}'; allowed with --axes: atmq, lunar_atmq; name one", file=path)
+    air = open_as(AtmosphereTable, path, "name one with --axes")
     placed = placed_grid(air, scene_scale(air), kelvin, most_nodes=most_nodes, seed=SEED)
     measures = [measure(name, placed.own[name], error) for name, error in placed.errors.items()]
     notes = {

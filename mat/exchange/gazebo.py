@@ -18,7 +18,7 @@ import numpy as np
 
 from skyshine.mat.render.contrast import Face, Sight, seen_radiance
 from skyshine.mat.render.databases import BandTables, SceneTables, held_hours
-from skyshine.mat.runtime.misclassification import equivalent_temperature
+from skyshine.mat.runtime.equivalent_temperature import equivalent_temperature
 from skyshine.schemas.arrays import Floats, Reals
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.levels import WEIGHT_TOTAL

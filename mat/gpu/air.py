@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from skyshine.mat.gpu.container import GpuFile, texture
-from skyshine.mat.gpu.coordinates import AirCoordinates, Lines
+from skyshine.mat.gpu.coordinates import AirCoordinates
 from skyshine.mat.gpu.fields import WARM_K, AirFields
 from skyshine.mat.gpu.nodes import best_counts, insertion_order
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
-from skyshine.mat.tables.surface_tables import BandTable
+from skyshine.mat.tables.band import BandTable
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
@@ -38,7 +39,7 @@ class Weights:
     per_kelvin: float
 
 
-def weights_of(fields: AirFields, lines: Lines) -> Weights:
+def weights_of(fields: AirFields, lines: LinesOfSight) -> Weights:
     """Those of a band; in a band of reflected light 1 % of the radiance stands for 1 K."""
     low, warm, high = fields.band.blackbody_radiance(np.array([WARM_K - 0.5, WARM_K, WARM_K + 0.5]))
     if not relative(fields.air):
@@ -95,7 +96,7 @@ def export_air(
     middle = coordinates.lines(*(axis[[axis.size // 2]] for axis in candidates))
     weights = weights_of(fields, middle)
 
-    def sampled(lines: Lines) -> Floats:
+    def sampled(lines: LinesOfSight) -> Floats:
         return _columns(fields, lines, tried, weights)
 
     rows = _rows(fields)
@@ -107,7 +108,7 @@ def export_air(
         texels = max((budget - rows * components * 4) // (2 * components), _LEAST_TEXELS)
     nodes = _nodes(coordinates, candidates, lambda lines: _pixels(fields, lines, tried, weights), texels)
     lines = coordinates.lines(*nodes)
-    flat = Lines(*(values.reshape(-1) for values in (lines.range, lines.altitude, lines.elevation)))
+    flat = LinesOfSight(*(values.reshape(-1) for values in (lines.range, lines.altitude, lines.elevation)))
     columns = sampled(flat)
     basis = _principal(columns, components)
     stored = basis.astype(np.float16)
@@ -208,7 +209,7 @@ def _rows(fields: AirFields) -> int:
     return int(fields.codes.size * (fields.temperatures.size + 2 + fields.harmonics.size) + 1 + fields.angles.size)
 
 
-def _columns(fields: AirFields, lines: Lines, elevations: list[float], weights: Weights) -> Floats:
+def _columns(fields: AirFields, lines: LinesOfSight, elevations: list[float], weights: Weights) -> Floats:
     """Fields (..., F) at lines of sight, in kelvin of a surface at `WARM_K`."""
     codes = np.unique(np.linspace(0, fields.codes.size - 1, _SPECTRA_TRIED).astype(int))
     angles = fields.angles[np.unique(np.linspace(0, fields.angles.size - 1, 9).astype(int))]
@@ -225,7 +226,7 @@ def _columns(fields: AirFields, lines: Lines, elevations: list[float], weights: 
     return np.concatenate(parts, axis=-1) / weights.per_kelvin
 
 
-def _pixels(fields: AirFields, lines: Lines, elevations: list[float], weights: Weights) -> Floats:
+def _pixels(fields: AirFields, lines: LinesOfSight, elevations: list[float], weights: Weights) -> Floats:
     """Radiance (..., F) of pixels at lines of sight, in kelvin of a surface at `WARM_K`.
 
     Emission and path radiance err together: nodes are placed by their sums, not by each.
@@ -249,7 +250,7 @@ def _pixels(fields: AirFields, lines: Lines, elevations: list[float], weights: W
 def _nodes(
     coordinates: AirCoordinates,
     candidates: tuple[Floats, Floats, Floats],
-    sampled: Callable[[Lines], Floats],
+    sampled: Callable[[LinesOfSight], Floats],
     texels: int,
 ) -> tuple[Floats, Floats, Floats]:
     """Nodes of the three axes, whose first two make at most `texels`."""

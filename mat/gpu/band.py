@@ -6,7 +6,7 @@ import numpy as np
 
 from skyshine.mat.gpu.air import source_of
 from skyshine.mat.gpu.container import GpuFile, rows_of_four, texture
-from skyshine.mat.tables.surface_tables import BandTable
+from skyshine.mat.tables.band import BandTable
 from skyshine.schemas.errors import InputError
 
 _MATERIAL = ("specular_fraction", "shininess", "normalisation", "reflectance")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.tables.raw import read_header
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import StrPath
 from skyshine.schemas.whole_files import part_file
 
 FORMAT, FORMAT_VERSION = "skyshine-gpu", "2.0.0"
 ENDING = ".gpu.json"
+_WIDTH = 1024  # texels in a row of numbers, which every graphics processor takes
 ALIGNMENT = 16  # bytes; a row of RGBA32F texels
 # Texel formats by numpy type and number of channels.
 FORMATS = {
@@ -99,10 +99,10 @@ def texture(kind: str, values: npt.ArrayLike, what: str) -> Texture:
     return Texture(kind, np.ascontiguousarray(array, dtype), what)
 
 
-def rows_of_four(values: npt.ArrayLike, width: int = 1024) -> npt.NDArray[np.float32]:
+def rows_of_four(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
     """Numbers (n,) as texels (rows, width) of one channel, the last row filled up with the last number."""
     flat = np.asarray(values, np.float32).ravel()
-    width = min(width, flat.size)
+    width = min(_WIDTH, flat.size)
     rows = -(-flat.size // width)
     return np.pad(flat, (0, rows * width - flat.size), mode="edge").reshape(rows, width)
 
@@ -178,41 +178,3 @@ def _text(header: Mapping[str, Any]) -> str:
             text = "{\n" + ",\n".join(entries) + "\n }"
         lines.append(f" {json.dumps(key)}: {text}")
     return "{\n" + ",\n".join(lines) + "\n}\n"
-
-
-def read_gpu(path: StrPath) -> GpuFile:
-    """Read an exported database by its header.
-
-    Raises
-    ------
-    InputError
-        A file is missing, is not of this format, or the two do not fit each other.
-    """
-    path = Path(path)
-    try:
-        header, data = read_header(path, FORMAT, FORMAT_VERSION)
-        stored = data.read_bytes()
-        textures = {name: _texture(entry, stored) for name, entry in header["textures"].items()}
-        return GpuFile(header["kind"], header["source"], textures, header["numbers"], header["stated_error"])
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}; check the path", file=path) from None
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        words = " ".join(f"{type(error).__name__} {error}".split())[:120]
-        raise InputError(f"is not an export for graphics processors ({words}); export again", file=path) from None
-
-
-def _texture(entry: Mapping[str, Any], stored: bytes) -> Texture:
-    dtype, channels = FORMATS[entry["format"]]
-    width, height, depth = _counts(entry["size"])
-    count = width * height * depth * channels
-    (offset,) = _counts([entry["offset"]])
-    if offset + count * np.dtype(dtype).itemsize > len(stored):
-        raise ValueError("a texture lies outside the data")
-    texels = np.frombuffer(stored, dtype, count, offset).reshape(depth, height, width, channels)
-    return Texture(entry["format"], texels, entry["what"])
-
-
-def _counts(values: Sequence[Any]) -> list[int]:
-    if not all(isinstance(value, int) and value >= 0 for value in values):
-        raise ValueError("sizes and offsets must be counts")
-    return list(values)

@@ -9,34 +9,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
 from skyshine.mat.quantities.channels.coordinates import RayCoordinates
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.schemas.arrays import Floats
 
 _SHARES = np.unique(np.concatenate([[0.0], np.geomspace(1e-5, 0.05, 80), np.linspace(0.05, 1.0, 120)]))
 _STEEP = np.geomspace(1e-6, 0.2, 120)  # directions; at 5 km above the ground those of -88 to -2 degree
 _HEIGHTS = 25  # of the observer, among which layers are chosen
-
-
-@dataclass(frozen=True, eq=False)
-class Lines:
-    """Lines of sight of any shape: range [km], altitude of the observer [km], elevation [degree]."""
-
-    range: Floats
-    altitude: Floats
-    elevation: Floats
-
-    def where(self) -> dict[str, Any]:
-        """As the tables are asked."""
-        return {"range": self.range, "altitude": self.altitude, "elevation": self.elevation}
-
-    def take(self, index: Any) -> Lines:
-        """Some of them."""
-        return Lines(self.range[index], self.altitude[index], self.elevation[index])
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +67,7 @@ class AirCoordinates:
         borders = [border for border in (1.0, 2.0, 3.0) if border in candidates[1]]
         return shares, np.unique(np.concatenate([directions, borders])), heights
 
-    def lines(self, shares: Floats, directions: Floats, heights: Floats) -> Lines:
+    def lines(self, shares: Floats, directions: Floats, heights: Floats) -> LinesOfSight:
         """Lines of sight (n3, n2, n1) of all combinations of nodes."""
         shape = (heights.size, directions.size, shares.size)
         ranges, elevations = np.empty(shape), np.empty(shape)
@@ -93,13 +76,13 @@ class AirCoordinates:
                 angle, way, _ = self.rays.line(float(height), float(direction), shares)
                 elevations[layer, row], ranges[layer, row] = np.clip(angle, -90.0, 90.0), way
         altitude = np.clip(self.rays.ground_km + heights**3, *self.altitude_km)
-        return Lines(
+        return LinesOfSight(
             np.clip(ranges, *self.range_km),
             np.broadcast_to(altitude[:, None, None], shape),
             elevations,
         )
 
-    def locate(self, lines: Lines) -> tuple[Floats, Floats, Floats]:
+    def locate(self, lines: LinesOfSight) -> tuple[Floats, Floats, Floats]:
         """Share, direction and height root of lines of sight."""
         places = self.rays.locate(lines.range, lines.altitude, lines.elevation)
         return places.share, places.direction, places.height_root

@@ -8,13 +8,13 @@ from functools import cached_property
 import numpy as np
 
 from skyshine.mat.gpu.container import GpuFile
-from skyshine.mat.gpu.coordinates import Lines
 from skyshine.mat.quantities.channels.coordinates import RayCoordinates
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.radiometry.lobe import specular_lobe
 from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.mat.radiometry.spherical_harmonics import face_normal, harmonics_at, irradiance_factors, level_share
 from skyshine.mat.runtime.pixel import Faces, View
-from skyshine.mat.tables.surface_tables import BandTable
+from skyshine.mat.tables.band import BandTable
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
@@ -101,7 +101,7 @@ class GpuAir:
         parts = [self.content.textures[f"air{group}"].texels.astype(float) for group in range(count)]
         return np.concatenate(parts, axis=-1)
 
-    def components(self, lines: Lines) -> Floats:
+    def components(self, lines: LinesOfSight) -> Floats:
         """Interpolated components (n, K) at lines of sight (n,)."""
         places = self.rays.locate(lines.range, lines.altitude, lines.elevation)
         axes = [np.array(nodes) for nodes in self.content.numbers["axes"]]
@@ -124,7 +124,7 @@ class GpuAir:
         """
         assert faces.temperature is not None
         numbers = self.content.numbers
-        air = self.components(Lines(view.centre_range, view.altitude, view.centre_elevation))
+        air = self.components(view.lines)
         row = np.searchsorted(numbers["material"], faces.codes)
         nodes = np.array(numbers["emission_temperature"])
         lower, part = _cell(nodes, faces.temperature)
@@ -152,7 +152,7 @@ class GpuAir:
     def path(self, air: Floats, view: View) -> Floats:
         """Path radiance (n,)."""
         numbers = self.content.numbers
-        angle = scattering_angle(view.centre_elevation, view.source_elevation, view.source_azimuth)
+        angle = scattering_angle(*view.lines.place[2:])
         axis = np.array(numbers["angle"])
         lower, part = _cell(axis, angle)
         upper = np.minimum(lower + 1, axis.size - 1)

@@ -17,13 +17,15 @@ from skyshine.mat.gpu.surface import export_surface
 from skyshine.mat.runtime.shade import SHADED_SKY
 from skyshine.mat.tables import response
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.band import BandTable
 from skyshine.mat.tables.catalog import CATALOG, open_catalog
-from skyshine.mat.tables.loader import open_table
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
+from skyshine.mat.tables.htt import TemperatureTable
+from skyshine.mat.tables.loader import open_as
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import open_tmm
 
 _AIR = (".atmq.h5", ".lunar_atmq.h5")
+_RENAMED = "give the file the name that mat build gave it"
 _FRAME_COMPONENTS = (8, 12)  # between which a frame of a limited size chooses
 
 
@@ -105,11 +107,9 @@ def air_sets(files: Iterable[Path]) -> list[AirSet]:
         for path in needed.values():
             if not path.is_file():
                 raise InputError(f"needs {path.name}, which is not beside it; export the whole folder", file=file)
-        air, materials, surface = open_table(file), open_table(needed["band"]), open_table(needed["htt"])
-        assert isinstance(air, AtmosphereTable)
-        assert isinstance(materials, BandTable)
-        assert isinstance(surface, TemperatureTable)
-        sets.append(AirSet(name, air, materials, surface))
+        air = open_as(AtmosphereTable, file, _RENAMED)
+        materials = open_as(BandTable, needed["band"], _RENAMED)
+        sets.append(AirSet(name, air, materials, open_as(TemperatureTable, needed["htt"], _RENAMED)))
     return sets
 
 
@@ -151,14 +151,13 @@ def export_gpu(
         if name.endswith(".tmm"):
             with open_tmm(file) as texture:
                 write(export_codes(texture, file.name), name)
-        elif name.endswith((".band", ".htt")):
-            table = open_table(file)
-            if isinstance(table, TemperatureTable):
-                hour = None if frame is None else frame.hour
-                sky = shaded_sky if response.KERNEL in table.root.variables else None
-                write(export_surface(table, hour=hour, shaded_sky=sky), name)
-            elif isinstance(table, BandTable):
-                write(export_band(table), name)
+        elif name.endswith(".htt"):
+            table = open_as(TemperatureTable, file, _RENAMED)
+            hour = None if frame is None else frame.hour
+            sky = shaded_sky if response.KERNEL in table.root.variables else None
+            write(export_surface(table, hour=hour, shaded_sky=sky), name)
+        elif name.endswith(".band"):
+            write(export_band(open_as(BandTable, file, _RENAMED)), name)
     if not written:
         raise InputError(f"holds nothing that can be exported ({ENDING})", file=folder)
     write_shaders(folder)

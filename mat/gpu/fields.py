@@ -13,17 +13,17 @@ from typing import Any
 
 import numpy as np
 
-from skyshine.mat.gpu.coordinates import Lines
 from skyshine.mat.quantities.formulas import BETA_FACTOR
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.radiometry.spherical_harmonics import zonal
 from skyshine.mat.runtime.by_wavelength import check_same_band
 from skyshine.mat.tables.ambient import stated_ground
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS
 from skyshine.mat.tables.axes import AxisRule
+from skyshine.mat.tables.band import BandTable
 from skyshine.mat.tables.gridded import ANGLE
 from skyshine.mat.tables.night import CIVIL_TWILIGHT, SOURCE_ELEVATION
-from skyshine.mat.tables.surface_tables import BandTable
 from skyshine.schemas.arrays import Booleans, Floats
 
 _PATH = "path_radiance_ratio"
@@ -97,45 +97,45 @@ class AirFields:
         nodes = np.unique(nodes)
         return np.concatenate([[self.dark], nodes[(nodes >= first) & (nodes <= last)]])
 
-    def transmittance(self, lines: Lines) -> Floats:
+    def transmittance(self, lines: LinesOfSight) -> Floats:
         """In-band transmittance (...), equation (9)."""
         return _transmittance(self, lines)
 
-    def emission(self, lines: Lines) -> Floats:
+    def emission(self, lines: LinesOfSight) -> Floats:
         """Share of the black body's radiance that materials send through paths, (..., M, T)."""
-        through = np.exp(-self.air.value_by_wavelength("optical_depth", **lines.where()))
+        through = np.exp(-self.air.value_by_wavelength("optical_depth", **lines.path))
         spectra = self.band.spectra(material=self.codes[:, None], temperature=self.temperatures)
         return np.asarray(np.einsum("...b,mtb->...mt", through, (1 - spectra.reflectance) * spectra.emission))
 
-    def path(self, lines: Lines, elevation: float, angles: Floats) -> Floats:
+    def path(self, lines: LinesOfSight, elevation: float, angles: Floats) -> Floats:
         """Path radiance (..., A) for source angles."""
-        where = {name: values[..., None] for name, values in lines.where().items()}
+        where = {name: values[..., None] for name, values in lines.path.items()}
         place: dict[str, Any] = {**where, SOURCE_ELEVATION: np.asarray(elevation), ANGLE: angles}
         ratio = self.air.value(_PATH, **place)
         return np.asarray(ratio * (1 - self.transmittance(lines))[..., None])
 
-    def met(self, lines: Lines, elevation: float, angles: Floats) -> Floats:
+    def met(self, lines: LinesOfSight, elevation: float, angles: Floats) -> Floats:
         """Source angles (..., A), moved to those that a line can be at from a source of an elevation."""
         least, most = self._span(lines, elevation)
         return np.clip(angles, least[..., None], most[..., None])
 
-    def reachable(self, lines: Lines, elevation: float) -> Booleans:
+    def reachable(self, lines: LinesOfSight, elevation: float) -> Booleans:
         """Whether lines (n,) can be within a cell of each of the nodes `angles` from the source, (n, A)."""
         least, most = self._span(lines, elevation)
         padded = np.pad(self.angles, 1, mode="edge")
         return np.asarray((least[:, None] <= padded[2:]) & (most[:, None] >= padded[:-2]))
 
-    def _span(self, lines: Lines, elevation: float) -> tuple[Floats, Floats]:
+    def _span(self, lines: LinesOfSight, elevation: float) -> tuple[Floats, Floats]:
         """Least and largest angle between lines and a source of an elevation."""
         return np.abs(lines.elevation - elevation), 180.0 - np.abs(lines.elevation + elevation)
 
-    def thermal_path(self, lines: Lines) -> Floats:
+    def thermal_path(self, lines: LinesOfSight) -> Floats:
         """Path radiance (...) without the source."""
         return self.path(lines, self.dark, self.angles[:1])[..., 0]
 
-    def sky(self, lines: Lines, elevation: float) -> Floats:
+    def sky(self, lines: LinesOfSight, elevation: float) -> Floats:
         """Reflected ambient light (..., M, 1 + H): of level faces, then by the coefficients of the harmonics."""
-        place = lines.where() | {SOURCE_ELEVATION: np.asarray(elevation)}
+        place = lines.path | {SOURCE_ELEVATION: np.asarray(elevation)}
         terms = [self.reflected("ambient_radiance", lines, place)]
         if self.harmonics.size:
             ground = _ground_light(self, lines)
@@ -144,11 +144,11 @@ class AirFields:
                 terms.append(light + ground.get(int(code), 0.0))
         return np.stack(terms, axis=-1)
 
-    def direct(self, lines: Lines, elevation: float) -> Floats:
+    def direct(self, lines: LinesOfSight, elevation: float) -> Floats:
         """Reflected direct light (..., M) of faces normal to it."""
-        return self.reflected("direct_radiance", lines, lines.where() | {SOURCE_ELEVATION: np.asarray(elevation)})
+        return self.reflected("direct_radiance", lines, lines.path | {SOURCE_ELEVATION: np.asarray(elevation)})
 
-    def reflected(self, quantity: str, lines: Lines, place: dict[str, Any]) -> Floats:
+    def reflected(self, quantity: str, lines: LinesOfSight, place: dict[str, Any]) -> Floats:
         """Light of a quantity at a place (..., M) that materials reflect and the path lets through."""
         light = self.air.value_by_wavelength(quantity, **place) * self.transmittance(lines)[..., None]
         spectra = self.band.spectra(material=self.codes, temperature=WARM_K)
@@ -157,17 +157,17 @@ class AirFields:
 
 # Source elevations share what does not depend on them: lines are kept by identity.
 @lru_cache(maxsize=8)
-def _transmittance(fields: AirFields, lines: Lines) -> Floats:
-    beta = fields.air.value("beta_star", **lines.where())
+def _transmittance(fields: AirFields, lines: LinesOfSight) -> Floats:
+    beta = fields.air.value("beta_star", **lines.path)
     return np.asarray(np.exp(-BETA_FACTOR * lines.range / beta))
 
 
 @lru_cache(maxsize=4)
-def _ground_light(fields: AirFields, lines: Lines) -> dict[int, Floats]:
+def _ground_light(fields: AirFields, lines: LinesOfSight) -> dict[int, Floats]:
     """What the stated ground emits and materials reflect (..., M), by harmonic."""
     stated = stated_ground(fields.air.path, fields.air.attributes)
     light = {}
     for code in zonal(fields.harmonics.size):
         place = {"ground_temperature": np.asarray(stated.temperature), "zonal_harmonic": np.asarray(code)}
-        light[code] = stated.radiance * fields.reflected(GROUND_HARMONICS, lines, lines.where() | place)
+        light[code] = stated.radiance * fields.reflected(GROUND_HARMONICS, lines, lines.path | place)
     return light

@@ -6,7 +6,6 @@ follows the Sun through the day.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -29,15 +28,13 @@ DATA = "surface.mesh"
 _MOST_TEXTURES = 8
 
 
-def write_scene_viewer(scene: LoadedScene, folder: Path, report: Callable[[Path], None] | None = None) -> Path:
+def write_scene_viewer(scene: LoadedScene, folder: Path) -> Path:
     """Write the page of a scene; nothing of it is asked for elsewhere.
 
     Parameters
     ----------
     scene : LoadedScene
     folder : Path
-    report : callable, optional
-        Gets the path of each file of data when it is written.
 
     Returns
     -------
@@ -88,7 +85,7 @@ def write_scene_viewer(scene: LoadedScene, folder: Path, report: Callable[[Path]
             "camera": camera,
         },
     }
-    return write_page(scene.model.name, settings, exported, folder, None, report, hour=scene.hours[0])
+    return write_page(scene.model.name, settings, exported, folder, None, hour=scene.hours[0])
 
 
 def _refuse_altitude(scene: LoadedScene, sets: list[AirSet], altitude: float) -> None:

@@ -9,9 +9,11 @@ import numpy as np
 from skyshine.mat.gpu.air import relative
 from skyshine.mat.gpu.container import GpuFile
 from skyshine.mat.gpu.evaluation import GpuAir
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight, direction
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
+from skyshine.mat.tables.band import BandTable
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.schemas.arrays import Floats
 
 PIXELS = 4000
@@ -48,24 +50,9 @@ def random_pixels(content: GpuFile, count: int, random: np.random.Generator, sou
     if not numbers["harmonic"]:
         slope[:] = 0.0
     azimuth, heading, line = (random.uniform(0.0, 360.0, count) for _ in range(3))
-    tilt, turn, up, along = (np.radians(v) for v in (slope, azimuth, np.full(count, source_elevation), heading))
-    down, way = np.radians(elevation), np.radians(line)
-    normal = np.stack([np.sin(tilt) * np.sin(turn), np.sin(tilt) * np.cos(turn), np.cos(tilt)], -1)
-    to_source = np.stack([np.cos(up) * np.sin(along), np.cos(up) * np.cos(along), np.sin(up)], -1)
-    to_observer = -np.stack([np.cos(down) * np.sin(way), np.cos(down) * np.cos(way), np.sin(down)], -1)
     temperature = random.uniform(295.0 - _SPREAD_K, 295.0 + _SPREAD_K, (count, 1))
-    view = View(
-        reach,
-        reach,
-        elevation,
-        altitude,
-        np.full(count, source_elevation),
-        heading - line,
-        normal,
-        to_source,
-        to_observer,
-        heading,
-    )
+    lines = LinesOfSight(reach, altitude, elevation, np.full(count, source_elevation), heading - line)
+    view = View.of(lines, line, direction(90.0 - slope, azimuth))
     zeros = np.zeros(count)
     return Pixels(Faces(codes, np.ones((count, 1)), zeros, azimuth, slope, zeros, temperature), view)
 

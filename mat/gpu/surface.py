@@ -17,7 +17,7 @@ from skyshine.mat.gpu.container import GpuFile, Texture, texture
 from skyshine.mat.runtime.shade import air_temperature, shaded_temperature
 from skyshine.mat.tables import film_response, response, shade
 from skyshine.mat.tables.axes import PERIODIC, AxisRule
-from skyshine.mat.tables.surface_tables import TemperatureTable
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.schemas.arrays import Floats
 
 _SCALED = (response.KERNEL, response.LOSS_SLOPE, response.LOSS_EXCESS, response.MELT)

@@ -8,7 +8,6 @@ from __future__ import annotations
 import base64
 import json
 import shutil
-from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -107,15 +106,13 @@ def plan_of_folder(
     return Plan(files, path, surface, altitude, metres_per_texel, image)
 
 
-def write_viewer(plan: Plan, folder: Path, report: Callable[[Path], None] | None = None) -> Path:
+def write_viewer(plan: Plan, folder: Path) -> Path:
     """Write the page with its data; nothing of it is asked for elsewhere.
 
     Parameters
     ----------
     plan : Plan
     folder : Path
-    report : callable, optional
-        Gets the path of each file when it is written.
 
     Returns
     -------
@@ -159,7 +156,7 @@ def write_viewer(plan: Plan, folder: Path, report: Callable[[Path], None] | None
         "range_km": [nearest, max(farthest, nearest)],
         "bands": bands_of(sets),
     }
-    return write_page(name.removesuffix(".tmm"), settings, exported, folder, plan.image, report)
+    return write_page(name.removesuffix(".tmm"), settings, exported, folder, plan.image)
 
 
 def write_page(
@@ -168,7 +165,6 @@ def write_page(
     exported: dict[str, GpuFile],
     folder: Path,
     image: Path | None,
-    report: Callable[[Path], None] | None,
     hour: float = _HOUR,
 ) -> Path:
     """Write a page with its data and its scripts.
@@ -182,8 +178,6 @@ def write_page(
     folder : Path
     image : Path, optional
         The photograph that the page shows in place of the picture.
-    report : callable, optional
-        Gets the path of each file of data when it is written.
     hour : float
         Local clock [h] that the page begins with.
 
@@ -196,8 +190,6 @@ def write_page(
         (folder / "data").mkdir(parents=True, exist_ok=True)
         for data, content in exported.items():
             write_whole(folder / "data" / f"{data}.js", _script(data, content))
-            if report is not None:
-                report(folder / "data" / f"{data}.js")
         photo = _copied(image, folder)
         for script in SCRIPTS:
             text = resources.files(__package__).joinpath(script).read_text(encoding="utf-8")

@@ -130,7 +130,6 @@ def load_job(
     _check_leaf_area(job, document, library)
     job, remarks = _with_soundings(_with_typical_aerosol(_with_profiles(job)))
     requested, warnings = with_weather_files(job, document)
-    _refuse_rain_in_gaps(requested, document)
     requested, seasons = with_ground(requested, job, document)
     site = job.site
     zone = [text for text in [zone_doubt(site.utc_offset_h, site.longitude_deg, "site:")] if text]
@@ -195,8 +194,7 @@ def _check_soil_moisture(job: Job, document: Document, library: MaterialLibrary)
     if given is None:
         return
     named = _materials_of(job, library)
-    if job.leaf_area_index is not None:
-        named += [stand.soil for name in named if (stand := library[name].stand) is not None and stand.soil in library]
+    named += [stand.soil for name in named if (stand := library[name].stand) is not None and stand.soil in library]
     soils = {name: soil for name in named if (soil := library[name].soil) is not None}
     try:
         if not check_moisture(given, soils):
@@ -219,20 +217,6 @@ def _check_leaf_area(job: Job, document: Document, library: MaterialLibrary) -> 
                 raise ValueError(f"found {name} in operated too; allowed: in one of them; remove it from one")
     except ValueError as error:
         raise document.error(("leaf_area_index",), f"leaf_area_index: {error}") from None
-
-
-def _refuse_rain_in_gaps(job: Job, document: Document) -> None:
-    """Refuse rain, if only zeros, where soil is seen between leaves: what drips from them is not known."""
-    if job.leaf_area_index is None:
-        return
-    for number, state in enumerate(job.states, 1):
-        if "rain_mm_h" in state.weather.water:
-            raise document.error(
-                ("leaf_area_index",),
-                f"leaf_area_index: found rain in the weather of state {number}; allowed: one of them, for what drips"
-                " from leaves to the soil between them is not known; remove the rain (rain: none with a file), or"
-                " leaf_area_index",
-            )
 
 
 def _with_series(job: Job, document: Document, context: dict[str, Any]) -> Job:

@@ -121,9 +121,10 @@ class Job(StrictModel):
         None,
         exclude=True,
         description=(
-            "Water in the pores of soil, sand and gravel: dry, moist (a quarter of the pores), wet (all), or m3/m3; for"
-            " all such materials, or by material. It moves conductivity, heat capacity, reflectance at all wavelengths"
-            " and evaporation together. By default they are as the library has them: dry above, half full below."
+            "Water in the pores of soil, sand and gravel: dry, moist (the least that keeps the surface moist), wet"
+            " (all), or m3/m3; for all such materials, or by material. It moves conductivity, heat capacity,"
+            " reflectance at all wavelengths and evaporation together. By default they are as the library has them: dry"
+            " above, half full below."
         ),
     )
     leaf_area_index: LeafAreaIndex | None = Field(
@@ -132,7 +133,8 @@ class Job(StrictModel):
         description=(
             "Area of one side of the leaves over that of the ground, m2/m2, by which soil is seen and lit through their"
             " gaps: 0 to 20, or library for the material's own; for all materials with a stand of leaves (grass,"
-            " shrub, crops, trees), or by material. By default stands are closed: one skin of leaves. Not with rain."
+            " shrub, crops, trees), or by material. By default library; closed, one skin of leaves, where a job"
+            " operates the stand."
         ),
     )
     atmosphere_grid: AtmosphereGrid = Field(AtmosphereGrid(), description="Nodes of the atmospheric tables.")

@@ -9,15 +9,11 @@ import pydantic
 from pydantic import Field
 
 from skyshine.mat.job.by_material import kind_of, value_for
+from skyshine.mat.surface.soil_moisture import drying_moisture
 from skyshine.mat.surface.weather_readings import MOST_MOISTURE
 from skyshine.materials.records import Soil
 from skyshine.schemas.errors import nearest
 from skyshine.tmm.job.materials import MaterialName
-
-# Share of the pores that is water. Dry and wet are those of Oke (1987), table 2.1; moist is chosen: ground some days
-# after rain, half as dark as wet.
-SATURATION = {"dry": 0.0, "moist": 0.25, "wet": 1.0}
-
 
 Moisture = Annotated[
     Annotated[Literal["dry", "moist", "wet"], pydantic.Tag("word")]
@@ -41,7 +37,10 @@ def water_fraction(value: float | str, name: str, soil: Soil) -> float:
         It exceeds the porosity.
     """
     if isinstance(value, str):
-        return SATURATION[value] * soil.porosity
+        # Dry and wet are those of Oke (1987), table 2.1; moist is chosen: ground some days after rain, the driest that
+        # is moist to its surface.
+        moist = min(drying_moisture(soil.texture), soil.porosity)
+        return {"dry": 0.0, "moist": moist, "wet": soil.porosity}[value]
     if value > soil.porosity:
         raise ValueError(
             f"found {value:g}; allowed: 0 to {soil.porosity:g}, the porosity of {name}; lower it, or give each material"

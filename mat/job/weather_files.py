@@ -18,6 +18,7 @@ from skyshine.mat.job.typical_years import Station, YearFile, is_tmy3, read_year
 from skyshine.mat.job.weather_netcdf import read_point
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface.weather_forms import form_of, is_station_archive, read_form, read_station_archive
+from skyshine.mat.surface.weather_history import NOTE, SUFFIX, read_history
 from skyshine.mat.surface.weather_readings import HEIGHT_COLUMNS, WEATHER_COLUMNS, Readings, read_readings
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.csv_table import read_text
@@ -64,9 +65,10 @@ def read_weather(
     Parameters
     ----------
     file : path
-        ``.epw``; TMY3; a table of one of `FORMS`; a station file of BSRN; netCDF of a point by time; or CSV with
-        columns time (08:30 of the local clock, or 2026-06-21T08:30Z, with a zone), air_temperature and any others of
-        `WEATHER_COLUMNS` in SI and percent; sunlight and longwave are means over the time since the row before.
+        ``.epw``; TMY3; a table of one of `FORMS`; a station file of BSRN; a ``.wth`` of DIRSIG; netCDF of a point by
+        time; or CSV with columns time (08:30 of the local clock, or 2026-06-21T08:30Z, with a zone), air_temperature
+        and any others of `WEATHER_COLUMNS` in SI and percent; sunlight and longwave are means over the time since the
+        row before.
     day : date
         Month and day are taken from a typical year.
     utc_offset_h : float
@@ -91,12 +93,6 @@ def read_weather(
         return _typical(read_year(file, "EPW"), days, utc_offset_h, radiation, given, rain)
     if is_tmy3(file):
         return _typical(read_year(file, "TMY3"), days, utc_offset_h, radiation, given, rain)
-    if file.suffix.lower() == ".wth":
-        raise InputError(
-            "is a weather history of DIRSIG, which is not read; write its columns as CSV: time,air_temperature[C],"
-            "relative_humidity,wind_speed,sw_down",
-            file=file,
-        )
     found = _day_tables(file, days, utc_offset_h, radiation)
     if rain == "file" and found.hourly.rain_mm_h is None:
         raise InputError("has no column 'rain', which rain: file asks for; add it, or remove rain", file=file)
@@ -165,6 +161,8 @@ def _table(file: Path, utc_offset_h: float) -> tuple[Readings, Station | None, b
     if is_netcdf(file):
         readings, point, notes = read_point(file)
         return _local(readings, utc_offset_h, notes), None if point is None else Station(*point, None), False
+    if file.suffix.lower() == SUFFIX:
+        return replace(read_history(file), notes=(NOTE,)), None, False
     if is_station_archive(file):
         readings, place = read_station_archive(file)
         return _local(readings, utc_offset_h, ("is read as BSRN, by UTC",)), Station(*place), False

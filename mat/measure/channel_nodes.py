@@ -60,7 +60,7 @@ class ChannelQuantity:
         """Values at places by the names of `gridded.AXES`."""
         names = {rule.name for rule in self.table.rules(self.name)}
         where = {name: values for name, values in places.items() if name in names}
-        return self.table.value(self.name, out_of_range="clamp", **where)
+        return self.table.clamped().value(self.name, **where)
 
 
 @dataclass(frozen=True)

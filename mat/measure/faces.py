@@ -136,9 +136,10 @@ class FaceProbes:
         at = {name: values[:, None] for name, values in self.places.items()}
         path = {name: at[name] for name in AXES[:3]} | {"ground_temperature": self.ground_temperature[:, None]}
         codes, axial = (table.root.axes[name].values for name in ("harmonic", "zonal_harmonic"))
-        light = table.value(AMBIENT_HARMONICS, out_of_range="clamp", **at, harmonic=codes)
-        ground = table.value(GROUND_HARMONICS, out_of_range="clamp", **path, zonal_harmonic=axial)
-        flat = table.value("ambient_radiance", out_of_range="clamp", **at)
+        table = table.clamped()
+        light = table.value(AMBIENT_HARMONICS, **at, harmonic=codes)
+        ground = table.value(GROUND_HARMONICS, **path, zonal_harmonic=axial)
+        flat = table.value("ambient_radiance", **at)
         in_the_open = ambient_of_faces(
             flat, light[:, None], ground[:, None], self.ground_radiance[:, None], self.normal
         )

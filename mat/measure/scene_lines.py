@@ -73,7 +73,8 @@ class SceneLines:
         shortest, longest = base.range_km[0], base.range_km[-1]
         on_ground = rays.ground & (end >= shortest) & (end <= longest) & (base.range_km.size > 1)
         ground = np.where(on_ground, end, longest)[:, None]
-        nearest = max(float(shortest), min(1e-3, float(longest)))
+        # Ranges of 0 alone have no logarithm.
+        nearest = max(float(shortest), min(1e-3, float(longest)), np.finfo(float).tiny)
         before = nearest * (np.maximum(ground, nearest) / nearest) ** generator.random(ranges.shape)
         ranges = np.sort(np.where(on_ground[:, None] & (ranges > ground), before, ranges), axis=1)
         ranges[on_ground, -1] = end[on_ground]

@@ -38,7 +38,6 @@ from skyshine.mat.quantities.channels.surface_light import EmittedLight, Surface
 from skyshine.mat.quantities.channels.wavelength_shares import PartedLight, SamplePaths, WavelengthShares
 from skyshine.mat.quantities.grid import PathGrid, lines_of_sight
 from skyshine.mat.quantities.line_sources import LineSources
-from skyshine.mat.radiometry.scattering_angle import azimuth_at
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.channels import ChannelContent, channel_group
 from skyshine.mat.tables.night import dark_elevation
@@ -58,7 +57,7 @@ _THROUGH = 300  # of the sample's transmittances, with which light on surfaces i
 _SHARE, _SOURCE_SHARE = 0.1, 0.06
 # Tolerance, of the radiance seen, for which placing starts from all of `NodeCounts`: from fewer where it is coarser, as
 # linear interpolation errs with the square of the step, but for this share of them.
-_START, _FEWEST = 0.01, 0.5
+_START, FEWEST = 0.01, 0.5
 # Of observers whose heights are limited: the fewest from which placing starts, and the span of the cube roots of
 # heights [km^(1/3)], 0 to 40 km, over which all of `NodeCounts` are spread.
 _FEWEST_HEIGHTS, _HEIGHT_SPAN = 3, 3.42
@@ -86,6 +85,16 @@ class SharedNodes:
 
     nodes: ChannelNodes
     sources: SourceParts
+
+
+def channel_nodes(base: PathGrid, ground_km: float, counts: NodeCounts) -> ChannelNodes:
+    """So many nodes between the ends of a job's axes, over a ground; fewer over few heights of observers."""
+    lowest, highest = (max(float(altitude) - ground_km, 0.0) for altitude in base.altitude_km[[0, -1]])
+    first, last = base.source_elevation_deg[[0, -1]]
+    span = float(np.cbrt(highest) - np.cbrt(lowest))
+    most = max(_FEWEST_HEIGHTS, math.ceil(counts.height * span / _HEIGHT_SPAN))
+    counts = replace(counts, height=min(counts.height, most))
+    return ChannelNodes.of(counts, (lowest, highest), (float(first), float(last)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +189,7 @@ class ChannelTables:
             low, high = np.clip(_LOW_SOURCE if along else _ANY_SOURCE, *ends)
             up = np.radians(generator.uniform(low, high, _POINT_SOURCES))
             angle = np.radians(180.0 * generator.random(_POINT_SOURCES) ** (4 if along else 1))
-            yield path, LineSources(up, *azimuth_at(path.elevation, up, angle))
+            yield path, LineSources.at_angle(path.elevation, up, angle)
 
     @cached_property
     def _sample(self) -> tuple[Floats, Floats]:
@@ -315,13 +324,7 @@ class ChannelTables:
 
     def nodes(self, counts: NodeCounts) -> ChannelNodes:
         """So many nodes between the ends of the job's axes."""
-        ground, base = self.air.air.state.surface_altitude / 1e3, self.base
-        lowest, highest = (max(float(altitude) - ground, 0.0) for altitude in base.altitude_km[[0, -1]])
-        first, last = base.source_elevation_deg[[0, -1]]
-        span = float(np.cbrt(highest) - np.cbrt(lowest))
-        most = max(_FEWEST_HEIGHTS, math.ceil(counts.height * span / _HEIGHT_SPAN))
-        counts = replace(counts, height=min(counts.height, most))
-        return ChannelNodes.of(counts, (lowest, highest), (float(first), float(last)))
+        return channel_nodes(self.base, self.air.air.state.surface_altitude / 1e3, counts)
 
     def table(self, nodes: ChannelNodes, sources: SourceParts | None = None) -> AtmosphereTable:
         """The table on some nodes, in memory; by default of the directions of the source that are chosen for it."""
@@ -404,7 +407,7 @@ class ChannelTables:
             ),
             Probes.along_the_horizon(self.direct, self.base, self.irradiance, generator),
         ]
-        nodes = self.nodes(NodeCounts().scaled(float(np.clip(self._effort, _FEWEST, 1.0))))
+        nodes = self.nodes(NodeCounts().scaled(float(np.clip(self._effort, FEWEST, 1.0))))
         fields = self._fields(self.sources(nodes).chosen_angle.size)
         return placed_channels(
             self.table,

@@ -17,7 +17,7 @@ from skyshine.mat.job.trim import hours_around
 from skyshine.mat.measure.probes import NIGHT_DEG
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.sampling import random_places
-from skyshine.mat.measure.surface_nodes import PERIODS, placed_times, refined_axes, within_period
+from skyshine.mat.measure.surface_nodes import PERIODS, RefinedAxes, placed_times, refined_axes, within_period
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.products.shade_error import SHADE_METHOD, shade_error
 from skyshine.mat.scene.atmosphere import materials_digest, without_air_time
@@ -38,6 +38,7 @@ from skyshine.mat.tables.htt import enclosure_attributes, htt_group, material_ax
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure
 from skyshine.mat.tables.tracks import track_fields, track_hours
+from skyshine.materials.records import Material
 from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.hdf5 import Group
 
@@ -87,39 +88,20 @@ class TemperatureProduct:
         """The temperatures of all materials, on nodes that the job names or that hold its tolerance."""
         job, state = context.loaded.trimmed, context.task.index
         materials = [context.library[name] for name in context.materials]
-        inputs = scene_inputs(job, state)
-        solver = _Solver(
-            surface_materials(materials, job.operated, inputs[1].wetting),
-            inputs,
-            {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()},
-        )
+        solver = state_solver(job, materials, state)
         codes, steps, seed = [material.code for material in materials], job.accuracy.solver_steps, job.accuracy.seed
-        requested = _axes(job)
+        start = StartAxes.of(job)
+        requested, whole_day, fixed = start.requested, start.whole_day, start.fixed
+        axes, placed = dict(start.axes), {}
+        limits = job.query_limits
 
         def temperature(at: Axes) -> Floats:
             return solver.table(at, steps).temperature.astype(float)
 
-        limits = job.query_limits
-        hours = None if limits is None else limits.hours
-        fixed = () if limits is None or limits.faces_deg is None else FACE_AXES
-        # The whole day is solved; the file holds the hours that are asked for.
-        times = hours_around(list(requested["time_h"]), hours)
-        whole_day = len(times) == requested["time_h"].size
-        axes, placed = requested | {"time_h": np.array(times)}, {}
-        if hours is not None and not whole_day:
-            requested["time_h"] = np.unique([hours[0], hours[1] + (24.0 if hours[1] < hours[0] else 0.0)])
         if job.surface_grid.tolerance is not None:
             with report.stage("grid"):
-                refined = refined_axes(
-                    temperature,
-                    axes,
-                    len(materials),
-                    tolerance_parts(job.surface_grid.tolerance)[0],
-                    seed=seed,
-                    max_nodes=job.surface_grid.most_nodes,
-                    whole_day=whole_day,
-                    fixed=fixed,
-                    insist=context.loaded.insists("surface_grid"),
+                refined = tolerance_axes(
+                    job, solver, start, job.surface_grid.most_nodes, insist=context.loaded.insists("surface_grid")
                 )
             axes, placed = dict(refined.axes), {"tolerance": job.surface_grid.tolerance}
             report.notes.append(
@@ -206,19 +188,75 @@ def _surroundings(state: State, enclosure: Enclosure | None) -> dict[str, Any]:
     return attributes
 
 
-def _axes(job: Job) -> Axes:
-    """The axes of the temperature table as the job names them."""
-    axes = {
-        "altitude_km": job.surface_altitudes_km,
-        "azimuth_deg": job.surface_grid.azimuth_deg,
-        "slope_deg": job.surface_grid.slope_deg,
-        "time_h": job.surface_grid.times,
-    }
-    return {name: np.asarray(nodes, float) for name, nodes in axes.items()}
+@dataclass(frozen=True, eq=False)
+class StartAxes:
+    """The axes of a temperature table before nodes are placed on them.
+
+    Attributes
+    ----------
+    requested : dict of str to (n,) array
+        As the job names them; between their ends errors are measured.
+    axes : dict of str to (n,) array
+        With the times around the hours that are asked for: the whole day is solved, the file holds these.
+    whole_day : bool
+        Whether the last time is followed by the first.
+    fixed : tuple of str
+        Axes that are read at their nodes alone.
+    """
+
+    requested: Axes
+    axes: Axes
+    whole_day: bool
+    fixed: tuple[str, ...]
+
+    @classmethod
+    def of(cls, job: Job) -> StartAxes:
+        """Those of a job."""
+        named = {
+            "altitude_km": job.surface_altitudes_km,
+            "azimuth_deg": job.surface_grid.azimuth_deg,
+            "slope_deg": job.surface_grid.slope_deg,
+            "time_h": job.surface_grid.times,
+        }
+        requested = {name: np.asarray(nodes, float) for name, nodes in named.items()}
+        limits = job.query_limits
+        hours = None if limits is None else limits.hours
+        times = hours_around(list(requested["time_h"]), hours)
+        whole_day = len(times) == requested["time_h"].size
+        axes = requested | {"time_h": np.array(times)}
+        if hours is not None and not whole_day:
+            requested["time_h"] = np.unique([hours[0], hours[1] + (24.0 if hours[1] < hours[0] else 0.0)])
+        return cls(requested, axes, whole_day, () if limits is None or limits.faces_deg is None else FACE_AXES)
+
+
+def state_solver(job: Job, materials: Sequence[Material], state: int) -> Solver:
+    """The heat balance of some materials in a state, counted from 1, on whose date the job's site is."""
+    inputs = scene_inputs(job, state)
+    given = {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()}
+    return Solver(surface_materials(materials, job.operated, inputs[1].wetting), inputs, given)
+
+
+def tolerance_axes(job: Job, solver: Solver, start: StartAxes, most_nodes: int, *, insist: bool) -> RefinedAxes:
+    """Axes that hold the tolerance of the job's surface_grid; arguments and errors as `refined_axes`."""
+
+    def temperature(at: Axes) -> Floats:
+        return solver.table(at, job.accuracy.solver_steps).temperature.astype(float)
+
+    return refined_axes(
+        temperature,
+        start.axes,
+        len(solver.materials),
+        tolerance_parts(str(job.surface_grid.tolerance))[0],
+        seed=job.accuracy.seed,
+        max_nodes=most_nodes,
+        whole_day=start.whole_day,
+        fixed=start.fixed,
+        insist=insist,
+    )
 
 
 @dataclass(frozen=True)
-class _Solver:
+class Solver:
     """The heat balance of the job's materials in one state."""
 
     materials: Sequence[SurfaceMaterial]
@@ -282,7 +320,7 @@ def _compared(steps: int) -> tuple[int, float]:
 
 
 def _errors(
-    solver: _Solver, table: SurfaceTemperatures, rules: Sequence[AxisRule], places: Axes, steps: int
+    solver: Solver, table: SurfaceTemperatures, rules: Sequence[AxisRule], places: Axes, steps: int
 ) -> tuple[ErrorMeasure, ErrorMeasure]:
     """Errors of interpolation and of the solver's step, at all combinations of the places."""
     exact = solver.table(places, steps).temperature.astype(float)

@@ -30,6 +30,7 @@ from skyshine.mat.quantities.formulas import beta_star, mean_transmittance
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.joined_paths import JoinedPaths, in_groups
 from skyshine.mat.quantities.line_sources import LineSources
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.quantities.path_radiance import radiance_along, scattered_light, thermal_light
 from skyshine.mat.quantities.results import QUANTITIES, AtmosphericQuantities, SpectralLines
 from skyshine.mat.quantities.scattering_points import ScatteringPoints
@@ -108,7 +109,7 @@ class BandAtmosphere:
         """
         irradiance = _checked(source_irradiance, self.band)
         ranges, elevation = grid.range_km * 1e3, np.radians(grid.elevation_deg)
-        source, last_axis = np.radians(grid.source_elevation_deg), np.radians(grid.source_azimuth_deg)
+        source, azimuth = np.radians(grid.source_elevation_deg), np.radians(grid.source_azimuth_deg)
         self.air.prepare()
         sky = None
         if "ambient" in wanted:
@@ -118,7 +119,7 @@ class BandAtmosphere:
 
         def line(rays: Rays, altitude: float, row: int) -> dict[str, Floats | Booleans]:
             path = LineOfSight.of(self.air, rays, row, altitude, elevation[row], ranges)
-            sources = LineSources.of_axes(elevation[row], source, last_axis, False)
+            sources = LineSources.of_axes(source, azimuth)
             return self._along([path], [sources], [source], irradiance, sky, wanted)[0]
 
         for place, altitude in enumerate(grid.altitude_km * 1e3):
@@ -130,20 +131,13 @@ class BandAtmosphere:
                 progress(elevation.size)
         return AtmosphericQuantities(**result)
 
-    def at_points(
-        self,
-        range_km: npt.ArrayLike,
-        altitude_km: npt.ArrayLike,
-        elevation_deg: npt.ArrayLike,
-        source_elevation_deg: npt.ArrayLike,
-        source_azimuth_deg: npt.ArrayLike,
-        source_irradiance: npt.ArrayLike,
-    ) -> AtmosphericQuantities:
+    def at_points(self, lines: LinesOfSight, source_irradiance: npt.ArrayLike) -> AtmosphericQuantities:
         """The quantities at single points, computed directly.
 
         Parameters
         ----------
-        range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg : (n,) arrays
+        lines : LinesOfSight
+            With the source; broadcast to (n,).
         source_irradiance : (P,) array
 
         Returns
@@ -152,11 +146,7 @@ class BandAtmosphere:
             Of (n,) arrays.
         """
         irradiance = _checked(source_irradiance, self.band)
-        ranges, altitude, elevation, source, azimuth = _in_si(
-            *np.broadcast_arrays(
-                *np.atleast_1d(range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg)
-            )
-        )
+        ranges, altitude, elevation, source, azimuth = _in_si(*np.broadcast_arrays(*np.atleast_1d(*lines.place)))
         points: dict[str, list[float | bool]] = {name: [] for name in _empty((), QUANTITIES)}
         for row, path in enumerate(lines_of_sight(self.air, ranges[:, None], altitude, elevation)):
             at = slice(row, row + 1)
@@ -166,27 +156,18 @@ class BandAtmosphere:
                 points[name].append(value.item())
         return AtmosphericQuantities(**{name: np.array(values) for name, values in points.items()})
 
-    def ambient_on_faces(
-        self,
-        range_km: npt.ArrayLike,
-        altitude_km: npt.ArrayLike,
-        elevation_deg: npt.ArrayLike,
-        source_elevation_deg: npt.ArrayLike,
-        source_irradiance: npt.ArrayLike,
-        faces: Faces,
-    ) -> Floats:
+    def ambient_on_faces(self, lines: LinesOfSight, source_irradiance: npt.ArrayLike, faces: Faces) -> Floats:
         """Ambient radiance (n,) of n faces, integrated over their hemispheres, W m^-2 sr^-1.
 
         Parameters
         ----------
-        range_km, altitude_km, elevation_deg, source_elevation_deg : (n,) arrays
+        lines : LinesOfSight
+            To the faces (n,), with the source.
         source_irradiance : (P,) array
         faces : Faces
         """
         irradiance = _checked(source_irradiance, self.band)
-        ranges, altitude, elevation, source, _ = _in_si(
-            range_km, altitude_km, elevation_deg, source_elevation_deg, source_elevation_deg
-        )
+        ranges, altitude, elevation, source, _ = _in_si(*lines.place)
         paths = list(lines_of_sight(self.air, ranges[:, None], altitude, elevation))
         end = np.array([path.surface_altitude[0] for path in paths])
         weight = np.array([radiance_weight(self.band, path)[0] for path in paths])
@@ -248,17 +229,9 @@ class BandAtmosphere:
         return AtmosphericQuantities(**{**dict.fromkeys(QUANTITIES), "ambient": ambient_light, **arrays})
 
     def spectral_at_points(
-        self,
-        range_km: npt.ArrayLike,
-        altitude_km: npt.ArrayLike,
-        elevation_deg: npt.ArrayLike,
-        source_elevation_deg: npt.ArrayLike,
-        source_azimuth_deg: npt.ArrayLike,
-        source_irradiance: npt.ArrayLike,
-        faces: Faces | None = None,
+        self, lines: LinesOfSight, source_irradiance: npt.ArrayLike, faces: Faces | None = None
     ) -> SpectralLines:
-        """The spectra whose integrals the quantities are, at n single points; arguments as in `at_points`, each an (n,)
-        array.
+        """The spectra whose integrals the quantities are, at n single points; arguments as in `at_points`.
 
         With n faces, the sky irradiance is that of each, by all around it, instead of that of a level surface.
 
@@ -267,7 +240,7 @@ class BandAtmosphere:
         SpectralLines
         """
         irradiance = _checked(source_irradiance, self.band)
-        places = _in_si(range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg)
+        places = _in_si(*(np.asarray(part, float) for part in lines.place))
         parts = []
         for start in range(0, irradiance.size, _SPECTRAL_CHUNK):
             index = np.arange(start, min(start + _SPECTRAL_CHUNK, irradiance.size))

@@ -65,47 +65,19 @@ class Faces:
         return Faces(self.normal[rows], self.ground_temperature[rows], altitude, walls)
 
 
-def facet_irradiance(
-    air: SpectralAir,
-    altitude: Floats,
-    source_elevation: Floats,
-    normal: Floats,
-    irradiance: Floats,
-    ground_temperature: Floats,
-) -> Floats:
-    """Irradiance of faces by sky, air and ground, but for the source itself.
-
-    Parameters
-    ----------
-    air : SpectralAir
-    altitude : (n,) array
-        m.
-    source_elevation : (n,) array
-        Geometric, rad.
-    normal : (n, F, 3) array
-        F faces at each place, of `spherical_harmonics.face_normal`.
-    irradiance : (P,) array
-        Of the source outside the atmosphere, normal to the beam, W m^-2 (cm^-1)^-1.
-    ground_temperature : (n,) array
-        K.
-
-    Returns
-    -------
-    (n, F, P) array
-        W m^-2 (cm^-1)^-1.
-    """
-    directions = Directions.of(ZENITHS, AZIMUTHS)
-    weights = [np.stack([directions.irradiance_weights(face) for face in faces]) for faces in normal]
-    light = _weighted_light(air, altitude, source_elevation, directions, weights, irradiance, ground_temperature)
-    return np.array(light).reshape((*normal.shape[:2], irradiance.size))
-
-
 def light_among_walls(
     air: SpectralAir, altitude: Floats, source_elevation: Floats, irradiance: Floats, faces: Faces
 ) -> Floats:
     """Irradiance (n, P) of n faces, W m^-2 (cm^-1)^-1; faces under one sky share its computation.
 
-    Altitudes (n,) [m], source elevations (n,) [rad] and irradiance as of `facet_irradiance`.
+    Parameters
+    ----------
+    air : SpectralAir
+    altitude, source_elevation : (n,) arrays
+        m; geometric, rad.
+    irradiance : (P,) array
+        Of the source outside the atmosphere, normal to the beam, W m^-2 (cm^-1)^-1; itself no part of the light.
+    faces : Faces
     """
     if not len(faces.normal):
         return np.zeros((0, irradiance.size))

@@ -33,26 +33,14 @@ class LineSources:
         return cls(elevation, azimuth, np.zeros(elevation.shape))
 
     @classmethod
-    def of_axes(
-        cls, line_elevation: float, source_elevation: Floats, last_axis: Floats, by_scattering_angle: bool
-    ) -> LineSources:
-        """All pairs of an elevation (SE,) and a coordinate of the last axis (SA,), S = SE * SA; all in rad.
+    def at_angle(cls, line_elevation: float, elevation: Floats, angle: Floats) -> LineSources:
+        """Sources by elevation and scattering angle (S,), of a line of sight at an elevation [rad]."""
+        return cls(elevation, *azimuth_at(line_elevation, elevation, angle))
 
-        Parameters
-        ----------
-        line_elevation : float
-            Of the line of sight.
-        source_elevation : (SE,) array
-        last_axis : (SA,) array
-            Azimuths, or scattering angles.
-        by_scattering_angle : bool
-        """
-        elevation, last = np.repeat(source_elevation, last_axis.size), np.tile(last_axis, source_elevation.size)
-        return (
-            cls(elevation, *azimuth_at(line_elevation, elevation, last))
-            if by_scattering_angle
-            else cls.at(elevation, last)
-        )
+    @classmethod
+    def of_axes(cls, elevation: Floats, azimuth: Floats) -> LineSources:
+        """All pairs of an elevation (SE,) and an azimuth (SA,) [rad], S = SE * SA."""
+        return cls.at(np.repeat(elevation, azimuth.size), np.tile(azimuth, elevation.size))
 
     def to_source(self, rays: Rays) -> Floats:
         """Cosine of the sources' zenith angle at the segment ends of one ray, (K+1, S)."""

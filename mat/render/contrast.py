@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight, direction
 from skyshine.mat.render.databases import BandTables, SceneTables, held_hours, in_twilight, refused
-from skyshine.mat.render.surface_mesh import direction
-from skyshine.mat.runtime.misclassification import equivalent_temperature
+from skyshine.mat.runtime.equivalent_temperature import equivalent_temperature
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
 from skyshine.mat.tables.dataset import dataset
 from skyshine.schemas.arrays import Floats
@@ -175,18 +175,14 @@ def seen_radiance(
         )
     track = tables.surface.source_track(source, time=hours)
     nearest, count = float(read.air.rules("beta_star")[0].nodes[0]), hours.size
-    view = View(
-        range=np.full(count, sight.range),
-        centre_range=np.full(count, max(sight.range, nearest)),
-        centre_elevation=np.full(count, sight.elevation),
-        altitude=np.full(count, altitude - sight.range * np.sin(np.radians(sight.elevation))),
-        source_elevation=track.elevation,
-        source_azimuth=np.mod(track.azimuth - sight.heading, 360.0),
-        normal=np.broadcast_to(normal, (count, 3)),
-        to_source=direction(track.elevation, track.azimuth),
-        to_observer=np.broadcast_to(-seen, (count, 3)),
-        source_heading=track.azimuth,
+    lines = LinesOfSight(
+        np.full(count, sight.range),
+        np.full(count, altitude - sight.range * np.sin(np.radians(sight.elevation))),
+        np.full(count, sight.elevation),
+        track.elevation,
+        track.azimuth - sight.heading,
     )
+    view = View.of(lines, np.full(count, sight.heading), np.broadcast_to(normal, (count, 3)), nearest=nearest)
     faces = _faces(tables, face, code, altitude, hours)
     return pixel_radiance(tables.surface, read.band, read.air, faces, view).radiance
 

@@ -5,22 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 
 from skyshine.mat.render.scene_file import LoadedScene
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.axes import PERIODIC, AxisRule
+from skyshine.mat.tables.band import BandTable
 from skyshine.mat.tables.catalog import CATALOG, Entry, open_catalog
-from skyshine.mat.tables.loader import open_table
+from skyshine.mat.tables.htt import TemperatureTable
+from skyshine.mat.tables.loader import TableType, open_as
 from skyshine.mat.tables.night import SOURCE_ELEVATION, Night
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
-from skyshine.mat.tables.table import Table
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import InputError, nearest
 
-TableType = TypeVar("TableType", bound=Table)
 Place = tuple[str | int, ...]
 Refuse = Callable[[Place, str], InputError]
 
@@ -173,7 +171,4 @@ def _file(entries: Sequence[Entry], filetype: str, band: int | None = None) -> s
 def _open(kind: type[TableType], folder: Path, name: str | None) -> TableType:
     if name is None:
         raise InputError(f"lacks a database that '{CATALOG}' should name; run mat build again", file=folder)
-    table = open_table(folder / name)
-    if not isinstance(table, kind):
-        raise InputError(f"holds a table of type {table.filetype}; run mat build again", file=folder / name)
-    return table
+    return open_as(kind, folder / name, "run mat build again")

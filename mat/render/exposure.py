@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyshine.mat.quantities.lines_of_sight import direction
 from skyshine.mat.render.rays import RayCaster
 from skyshine.mat.render.seen import SeenSurface
-from skyshine.mat.render.surface_mesh import SurfaceMesh, direction
+from skyshine.mat.render.surface_mesh import SurfaceMesh
 from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.progress import Advance, Progress, silent
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from skyshine.mat.job.fields import clock_text
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight, direction
 from skyshine.mat.render.alike import alike
 from skyshine.mat.render.camera import ViewRays, check_above_ground, is_still, view_rays
 from skyshine.mat.render.databases import BandTables, SceneTables, held_hours
@@ -18,15 +19,15 @@ from skyshine.mat.render.rays import RayCaster, ray_caster
 from skyshine.mat.render.scene_file import LoadedScene
 from skyshine.mat.render.seen import SeenSurface
 from skyshine.mat.render.surface import SurfaceMaterials, surface_of_scene
-from skyshine.mat.render.surface_mesh import SurfaceMesh, direction
+from skyshine.mat.render.surface_mesh import SurfaceMesh
 from skyshine.mat.render.temperatures import SeenTemperatures
-from skyshine.mat.runtime.misclassification import equivalent_temperature
+from skyshine.mat.runtime.equivalent_temperature import equivalent_temperature
 from skyshine.mat.runtime.pixel import Faces, PixelRadiance, View, pixel_radiance, sky_radiance
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.dataset import dataset
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.night import SOURCE_ELEVATION
 from skyshine.mat.tables.response import forcing_hours
-from skyshine.mat.tables.surface_tables import TemperatureTable
 from skyshine.mat.tables.tracks import SourceTrack
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.progress import Progress, silent
@@ -336,17 +337,12 @@ def _view(
 ) -> View:
     """Lines of sight of some pixels, over ranges [km]; all tables are read at the pixel itself."""
     nearest = float(air.rules("beta_star")[0].nodes[0])
-    count = pixel.size
-    towards = direction(source.elevation, source.azimuth)
-    return View(
-        range=distance,
-        centre_range=np.maximum(distance, nearest),
-        centre_elevation=rays.elevation[pixel],
-        altitude=rays.altitude[pixel],
-        source_elevation=np.full(count, float(source.elevation)),
-        source_azimuth=np.mod(source.azimuth - rays.azimuth[pixel], 360.0),
-        normal=normal,
-        to_source=np.broadcast_to(towards, (count, 3)),
-        to_observer=-rays.direction[pixel],
-        source_heading=np.full(count, float(source.azimuth)),
+    heading = rays.azimuth[pixel]
+    lines = LinesOfSight(
+        distance,
+        rays.altitude[pixel],
+        rays.elevation[pixel],
+        np.full(pixel.size, float(source.elevation)),
+        source.azimuth - heading,
     )
+    return View.of(lines, heading, normal, nearest=nearest)

@@ -8,6 +8,7 @@ Wavefront Technologies: Advanced Visualizer manual, appendices B1 (object files)
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 
@@ -153,13 +154,7 @@ def _texture_scales(file: Path, names: str) -> dict[str, tuple[Floats, Floats]]:
     A library that is not there, or not in the folder of the mesh, gives none: the scene names the materials.
     """
     scales = {}
-    for name in [names] if (file.parent / names).is_file() else names.split():
-        try:
-            library = job_path(file.parent, name.replace("\\", "/"))
-        except ValueError:
-            continue
-        if not library.is_file():
-            continue
+    for library in _libraries(file.parent, [names]) or _libraries(file.parent, names.split()):
         material = ""
         for number, key, words in _lines(library):
             if key == "newmtl":
@@ -168,6 +163,15 @@ def _texture_scales(file: Path, names: str) -> dict[str, tuple[Floats, Floats]]:
                 scale, offset = (_option(words, *each, library, number) for each in (("-s", 1.0), ("-o", 0.0)))
                 scales[material] = scale, offset
     return scales
+
+
+def _libraries(folder: Path, names: list[str]) -> list[Path]:
+    """Those of some names that are files of a folder."""
+    libraries = []
+    for name in names:
+        with suppress(ValueError):  # leads elsewhere, or is too long for a file
+            libraries.append(job_path(folder, name.replace("\\", "/")))
+    return [library for library in libraries if library.is_file()]
 
 
 def _option(words: list[str], option: str, default: float, file: Path, line: int) -> Floats:

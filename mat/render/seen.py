@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyshine.mat.quantities.lines_of_sight import slope_and_azimuth
 from skyshine.mat.render.camera import ViewRays
 from skyshine.mat.render.rays import RayCaster, start_height
 from skyshine.mat.render.surface import Mixtures, SurfaceMaterials
-from skyshine.mat.render.surface_mesh import SurfaceMesh, slope_azimuth
+from skyshine.mat.render.surface_mesh import SurfaceMesh
 from skyshine.schemas.arrays import Floats, Integers
 
 _GRAZING = 0.01  # least cosine by which a pixel's footprint is widened
@@ -63,7 +64,7 @@ class SeenSurface:
         towards = -np.sum(normal * ahead, axis=-1)
         normal = np.where(towards[:, None] < 0, -normal, normal)
         point = surface.points(face, weights)
-        slope, azimuth = slope_azimuth(normal)
+        slope, azimuth = slope_and_azimuth(normal)
         side = rays.side + rays.spread[pixel] * distance
         # An oblique face shows more of its texture in one direction: the mean of both sides of the footprint.
         footprint = side / np.sqrt(np.maximum(np.abs(towards), _GRAZING))

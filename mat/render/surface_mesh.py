@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from skyshine.mat.quantities.lines_of_sight import slope_and_azimuth
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 
@@ -76,12 +77,12 @@ class SurfaceMesh:
     @property
     def slope(self) -> Floats:
         """(F,) of the normals from the zenith [degree]."""
-        return slope_azimuth(self.normal)[0]
+        return slope_and_azimuth(self.normal)[0]
 
     @property
     def azimuth(self) -> Floats:
         """(F,) to which the normals point, from north eastward [degree]; 0 for level triangles."""
-        return slope_azimuth(self.normal)[1]
+        return slope_and_azimuth(self.normal)[1]
 
     @cached_property
     def bounds(self) -> Floats:
@@ -129,20 +130,6 @@ def surface_of(
     if not kept.any():
         raise InputError("holds no triangle with an area; allowed: at least one; name another file", file=file)
     return SurfaceMesh(corners[kept], np.asarray(covering, int)[kept], coverings, coordinates[kept], altitude)
-
-
-def slope_azimuth(normal: Floats) -> tuple[Floats, Floats]:
-    """Slope from the zenith and azimuth from north eastward (...,) of unit vectors (..., 3) [degree]."""
-    level = np.hypot(normal[..., 0], normal[..., 1])
-    slope = np.degrees(np.arctan2(level, normal[..., 2]))
-    azimuth = np.mod(np.degrees(np.arctan2(normal[..., 0], normal[..., 1])), 360.0)
-    return slope, np.where(level > 1e-12, azimuth, 0.0)
-
-
-def direction(elevation: npt.ArrayLike, azimuth: npt.ArrayLike) -> Floats:
-    """Unit vectors (..., 3) to east, north and up of directions in degree."""
-    up, turn = np.radians(np.asarray(elevation, float)), np.radians(np.asarray(azimuth, float))
-    return np.stack([np.cos(up) * np.sin(turn), np.cos(up) * np.cos(turn), np.sin(up) + 0.0 * turn], axis=-1)
 
 
 def _cross(triangles: Floats) -> Floats:

@@ -10,7 +10,7 @@ from skyshine.mat.render.alike import alike
 from skyshine.mat.render.exposure import SeenExposure
 from skyshine.mat.render.seen import SeenSurface
 from skyshine.mat.surface.surroundings import Exposure
-from skyshine.mat.tables.surface_tables import TemperatureTable
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.progress import Progress, silent
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.band import BandSpectra, BandTable
 from skyshine.mat.tables.channel_reader import SHORTEST_KM
-from skyshine.mat.tables.surface_tables import BandSpectra, BandTable
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 

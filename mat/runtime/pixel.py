@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.quantities.formulas import BETA_FACTOR
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight, direction
 from skyshine.mat.radiometry.lobe import specular_lobe
 from skyshine.mat.runtime.by_wavelength import check_same_band, emitted_share, reflected
 from skyshine.mat.runtime.by_wavelength import transmittance as transmittance_of
@@ -16,41 +17,54 @@ from skyshine.mat.runtime.shade import SHADED_SKY, air_temperature, shaded_tempe
 from skyshine.mat.runtime.walls import beside_walls
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
+from skyshine.mat.tables.band import BandTable
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """Where n pixels are seen from, and how they are lit; every array has the shape (n,).
+    """Where n pixels are seen from, and how they are lit.
 
     Attributes
     ----------
-    range : array
+    lines : LinesOfSight
+        Lines (n,) on which the atmospheric tables are read: those of the pixels, or of the centre of their frame.
+    range : (n,) array
         From the observer to the point of the pixel [km].
-    centre_range, centre_elevation : array
-        Range [km] and elevation [degree] at which the atmospheric tables are read.
-    altitude : array
-        Of the observer [km].
-    source_elevation, source_azimuth : array
-        Of Sun or Moon; azimuth relative to the line of sight [degree].
     normal, to_source, to_observer : (n, 3) array
         Directions from the points, of any length.
-    source_heading : array, optional
+    source_heading : (n,) array, optional
         Azimuth of Sun or Moon from north eastward [degree]; without it the sky of level faces is taken.
     """
 
+    lines: LinesOfSight
     range: Floats
-    centre_range: Floats
-    centre_elevation: Floats
-    altitude: Floats
-    source_elevation: Floats
-    source_azimuth: Floats
     normal: Floats
     to_source: Floats
     to_observer: Floats
     source_heading: Floats | None = None
+
+    @classmethod
+    def of(cls, lines: LinesOfSight, heading: npt.ArrayLike, normal: Floats, *, nearest: float = 0.0) -> View:
+        """Pixels at the ends of their own lines of sight.
+
+        Parameters
+        ----------
+        lines : LinesOfSight
+        heading : (n,) array
+            Of the lines, from north eastward [degree].
+        normal : (n, 3) array
+            East, north and up.
+        nearest : float
+            Shortest range of the tables [km]: those of nearer pixels are read there.
+        """
+        *_, source_elevation, source_azimuth = lines.place
+        azimuth = np.asarray(heading, float) + source_azimuth
+        to_source, to_observer = direction(source_elevation, azimuth), -direction(lines.elevation, heading)
+        read = replace(lines, range=np.maximum(lines.range, nearest))
+        return cls(read, lines.range, normal, to_source, to_observer, azimuth)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +178,7 @@ def pixel_radiance(
     fraction, shininess, normalisation = (
         band.value(name, material=codes) for name in ("specular_fraction", "shininess", "normalisation")
     )
-    beta = air.value("beta_star", **_line(view))
+    beta = air.value("beta_star", **view.lines.path)
     transmittance = air.transmittance(range=view.range, beta_star=beta)
     normal, to_source, to_observer = (_unit(each) for each in (view.normal, view.to_source, view.to_observer))
     incidence = np.maximum(np.sum(normal * to_source, axis=-1), 0.0)
@@ -173,9 +187,9 @@ def pixel_radiance(
     ambient = _ambient(surface, band, air, faces, view)
     # Inside the integral over the band: (5), (18), (26) and (33).
     spectra = band.spectra(material=codes, temperature=temperature)
-    direct = air.value_by_wavelength("direct_radiance", **_lit_line(view))
-    depth = air.value_by_wavelength("optical_depth", **_line(view))
-    through = transmittance_of(depth, np.asarray(view.centre_range, float), np.asarray(view.range, float))
+    direct = air.value_by_wavelength("direct_radiance", **view.lines.lit)
+    depth = air.value_by_wavelength("optical_depth", **view.lines.path)
+    through = transmittance_of(depth, np.asarray(view.lines.range, float), np.asarray(view.range, float))
     emitted, sky, beam = emitted_share(spectra, through), reflected(spectra, ambient), reflected(spectra, direct)
     sunlit = np.where(incidence > 0, transmittance, 0.0)
     sunlit = sunlit if faces.lit is None else sunlit * faces.lit
@@ -205,7 +219,7 @@ def sky_radiance(air: AtmosphereTable, view: View) -> Floats:
     InputError
         A value outside an axis.
     """
-    return _path(air, view, air.value("beta_star", **_line(view)))
+    return _path(air, view, air.value("beta_star", **view.lines.path))
 
 
 def pixel_value(radiance: npt.ArrayLike, *, bits: int, gain: float, buffer_gain: float, offset: float) -> Integers:
@@ -274,24 +288,16 @@ def _unit(vectors: Floats) -> Floats:
     return np.asarray(vectors / length)
 
 
-def _line(view: View) -> dict[str, Any]:
-    return {"range": view.centre_range, "altitude": view.altitude, "elevation": view.centre_elevation}
-
-
-def _lit_line(view: View) -> dict[str, Any]:
-    return _line(view) | {"source_elevation": view.source_elevation}
-
-
 def _path(air: AtmosphereTable, view: View, beta: Floats) -> Floats:
     """Path radiance (n,), equation (11)."""
-    ratio = air.value("path_radiance_ratio", **_lit_line(view), source_azimuth=view.source_azimuth)
+    ratio = air.value("path_radiance_ratio", **view.lines.whole)
     path: Floats = ratio * -np.expm1(-BETA_FACTOR * view.range / beta)
     return path
 
 
 def _ambient(surface: TemperatureTable, band: BandTable, air: AtmosphereTable, faces: Faces, view: View) -> Floats:
     """L_ambient of the faces by wavelength (n, B); of level ones where the file or the view says no more."""
-    place = _lit_line(view)
+    place = view.lines.lit
     if view.source_heading is None or AMBIENT_HARMONICS not in air.quantities:
         light = air.value_by_wavelength("ambient_radiance", **place)
     else:
@@ -306,9 +312,9 @@ def _ambient(surface: TemperatureTable, band: BandTable, air: AtmosphereTable, f
     def glow(kelvin: Floats) -> Floats:
         """Light of black bodies beside the faces, as `light`."""
         share = band.spectra(material=next(iter(band.materials)), temperature=kelvin).emission
-        depth = air.value_by_wavelength("optical_depth", **_line(view))
-        beta = air.value("beta_star", **_line(view))
-        tau = air.transmittance(range=view.centre_range, beta_star=beta)[:, None]
+        depth = air.value_by_wavelength("optical_depth", **view.lines.path)
+        beta = air.value("beta_star", **view.lines.path)
+        tau = air.transmittance(range=view.lines.range, beta_star=beta)[:, None]
         weight = np.divide(np.exp(-depth), tau, out=np.zeros_like(depth), where=tau > 0)
         return np.asarray(band.blackbody_radiance(kelvin)[:, None] * share * weight)
 

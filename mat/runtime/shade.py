@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from skyshine.mat.surface.surroundings import Exposure
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.response import StoredResponse, forcing_hours, need_parts
 from skyshine.mat.tables.shade import AIR
-from skyshine.mat.tables.surface_tables import TemperatureTable
 from skyshine.schemas.arrays import Floats, Integers
 
 # Open share of the sky above ground in the shade where nothing else is said: half, as at the foot of a long wall.

@@ -17,7 +17,7 @@ from skyshine.mat.job.moisture import water_fraction
 from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
 from skyshine.mat.radiometry.water_film import film_reflectance, moist_reflectance
 from skyshine.mat.scene.canopy import opened
-from skyshine.mat.surface.soil_moisture import evaporating_share, moist_stack, resistance
+from skyshine.mat.surface.soil_moisture import moist_stack, resistance
 from skyshine.mat.surface.wet_skin import FilmSkin, MoistSkin, film_capacity
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.materials.records import Material
@@ -26,13 +26,16 @@ from skyshine.schemas.arrays import Floats
 
 
 def job_library(job: Job) -> MaterialLibrary:
-    """The material library as a job changes it; without `soil_moisture` and `leaf_area_index` the library itself."""
+    """The material library as a job changes it: water in soils, and gaps between leaves.
+
+    Where a job has no `leaf_area_index`, stands have the library's own, unless it operates them.
+    """
     library = load_library()
     if job.soil_moisture is not None:
         library = _moist_library(library, _hashable(job.soil_moisture))
     if job.leaf_area_index is not None:
-        library = open_library(library, _hashable(job.leaf_area_index))
-    return library
+        return open_library(library, _hashable(job.leaf_area_index))
+    return open_library(library, "library", frozenset(job.operated))
 
 
 def _hashable(given: float | str | Mapping[str, Any]) -> Given:
@@ -40,10 +43,35 @@ def _hashable(given: float | str | Mapping[str, Any]) -> Given:
 
 
 @lru_cache(maxsize=4)
-def open_library(library: MaterialLibrary, given: Given) -> MaterialLibrary:
-    """A library whose stands have the gaps that a job's `leaf_area_index` gives them; what they stand on stays."""
+def open_library(library: MaterialLibrary, given: Given, closed: frozenset[str] = frozenset()) -> MaterialLibrary:
+    """A library whose stands have the gaps that a job's `leaf_area_index` gives them; what they stand on stays.
+
+    Parameters
+    ----------
+    library : MaterialLibrary
+    given : float, str or tuple
+        For all, or pairs of a name and a value.
+    closed : frozenset of str
+        Names of stands that stay closed.
+    """
     wanted = dict(given) if isinstance(given, tuple) else given
-    return library.changed(lambda material: opened(material, library, wanted))
+
+    def of(material: Material) -> Material:
+        value = None if material.name in closed else value_for(wanted, material.name)
+        stand = material.stand
+        if value is None or stand is None:
+            return material
+        return opened(material, _ground(library[stand.soil], stand.moisture), value)
+
+    return library.changed(of)
+
+
+def _ground(soil: Material, moisture: float | None) -> Material:
+    """The soil of a stand with the stand's own moisture, unless a job has given it another."""
+    untouched = load_library()[soil.name]
+    if moisture is None or (soil.thermal, soil.surface) != (untouched.thermal, untouched.surface):
+        return soil
+    return moist(soil, moisture)
 
 
 Given = float | str | tuple[tuple[str, float | str], ...]
@@ -72,8 +100,8 @@ def moist(material: Material, moisture: float) -> Material:
     reflectance = moist_reflectance(material.reflectance, material.wavelength, water_at(material.wavelength), moisture)
     surface = replace(
         material.surface,
-        wetness=float(evaporating_share(moisture)),
-        surface_resistance=float(resistance(moisture)),
+        wetness=1.0,
+        surface_resistance=float(resistance(material.soil.texture, moisture)),
     )
     return replace(
         material,
@@ -101,7 +129,7 @@ def moist_skin(dry: Material) -> MoistSkin | None:
     inside = tuple(moisture for moisture in _MOISTURES if moisture < dry.soil.porosity)
     moistures = (*inside, dry.soil.porosity)
     absorptances, emissivities = zip(*(optics(moist(dry, moisture)) for moisture in moistures), strict=True)
-    return MoistSkin(moistures, absorptances, emissivities)
+    return MoistSkin(dry.soil.texture, moistures, absorptances, emissivities)
 
 
 def film_skin(material: Material) -> FilmSkin | None:

@@ -183,6 +183,7 @@ def _open_stand(name: str, stand: OpenStand, wetting: Wetting) -> SurfaceMateria
     canopy = Canopy(stand.leaf_area, replace(leaves, name=name), soil)
     return replace(
         canopy.leaves,
+        film=None,
         solar_absorptance=mixed_absorptance(canopy),
         thermal_emissivity=mixed_emissivity(canopy),
         canopy=canopy,

@@ -4,22 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from skyshine.mat.job.by_material import value_for
 from skyshine.mat.job.model import Job
+from skyshine.mat.job.moisture import water_fraction
 from skyshine.mat.scene.material_summary import material_summary
 from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.surface.canopy import gap_towards
+from skyshine.mat.surface.soil_moisture import dry_layer
 from skyshine.materials.library import load_library
 from skyshine.materials.records import Material, OpenStand
 
 
 def surface_notes(job: Job, materials: Sequence[str]) -> list[str]:
     """A line for each material that the job's soil moisture changes, or whose leaves have gaps in it."""
-    if job.soil_moisture is None and job.leaf_area_index is None:
-        return []
     dry, moist = load_library(), job_library(job)
-    names = [name for name in materials if dry[name].soil is not None and moist[name].thermal != dry[name].thermal]
+    names = [name for name in materials if dry[name].soil is not None and moist[name].surface != dry[name].surface]
     stands = [stand for name in materials if (stand := moist[name].opened) is not None]
-    return [_moistened(dry[name], moist[name]) for name in names] + [_opened(stand) for stand in stands]
+    closed = [name for name in materials if dry[name].stand is not None and moist[name].opened is None]
+    return [
+        *(_moistened(dry[name], moist[name], value_for(job.soil_moisture, name)) for name in names),
+        *map(_opened, stands),
+        *(f"leaf_area_index: {name} without gaps between its leaves" for name in closed),
+    ]
 
 
 def _opened(stand: OpenStand) -> str:
@@ -31,21 +37,24 @@ def _opened(stand: OpenStand) -> str:
     )
 
 
-def _moistened(dry: Material, moist: Material) -> str:
+def _moistened(dry: Material, moist: Material, value: float | str | None) -> str:
     def layer(material: Material) -> tuple[float, float]:
         top = material.thermal.layers[0]
         return top.conductivity, 1e-6 * top.density * top.heat_capacity
 
     before, after = material_summary(dry), material_summary(moist)
-    water = 1e-3 * (moist.thermal.layers[0].density - dry.thermal.layers[0].density)
+    assert dry.soil is not None and value is not None
+    water = water_fraction(value, dry.name, dry.soil)
+    above = 0.0 if dry.soil.layers == 1 else dry_layer(dry.soil.texture, water)
     (conducts, holds), (conducted, held) = layer(moist), layer(dry)
     optical = ", ".join(
         f"{name.replace('_', ' ')} {before[name]:.3f} -> {after[name]:.3f}"
         for name in ("solar_absorptance", "thermal_emissivity")
     )
     resistance = moist.surface.surface_resistance
+    fell_dry = f"its upper {1e3 * above:.0f} mm are dry, " if above else ""
     return (
-        f"soil_moisture: {dry.name} with {water:.3g} m3/m3 of water: conductivity {conducted:.3g} -> {conducts:.3g}"
-        f" W/m/K, heat capacity {held:.3g} -> {holds:.3g} MJ/m3/K, {optical}, "
-        + (f"evaporates through {resistance:.0f} s/m" if moist.surface.wetness else "does not evaporate")
+        f"soil_moisture: {dry.name} with {water:.3g} m3/m3 of water: {fell_dry}conductivity {conducted:.3g} ->"
+        f" {conducts:.3g} W/m/K, heat capacity {held:.3g} -> {holds:.3g} MJ/m3/K, {optical}, "
+        f"evaporates through {resistance:.3g} s/m"
     )

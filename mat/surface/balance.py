@@ -27,7 +27,7 @@ from skyshine.mat.surface.convection import (
     natural_coefficients,
 )
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.soil_moisture import evaporating_share, resistance
+from skyshine.mat.surface.soil_moisture import resistance
 from skyshine.mat.surface.stability import Stability
 from skyshine.mat.surface.stomata import canopy_resistance
 from skyshine.mat.surface.vapour import surface_vapour, surface_vapour_and_slopes
@@ -36,6 +36,7 @@ from skyshine.materials.records import SurfaceProperties
 from skyshine.schemas.arrays import Floats, Integers, Reals
 from skyshine.schemas.errors import InputError
 
+CELLS_RATED = 298.15  # K: of the standard test conditions, IEC 60904-3
 MELTING_POINT = ZERO_CELSIUS  # K, of ice at any pressure of the air
 # Psychrometer constant over pressure [1/K]: FAO Irrigation and Drainage Paper 56 (Allen et al. 1998), eq. 8.
 PSYCHROMETER_RATIO = 0.665e-3
@@ -74,6 +75,8 @@ class Forcing:
         On level ground, mean of the step that ends at the time [kg m^-2 s^-1]; None: surfaces know no film of water.
     film : ndarray or None
         Share of the surface under a film of water, 0 to 1.
+    film_below : ndarray or None
+        Of the soil in the gaps of leaves, as `film`.
     soil_moisture : ndarray or None
         Volume fraction of water in soils, 0 to 1.
     snow_age : ndarray or None
@@ -102,6 +105,7 @@ class Forcing:
     open_light: Floats = field(default_factory=lambda: np.empty((0, 0)))
     rain: Floats | None = None
     film: Floats | None = None
+    film_below: Floats | None = None
     soil_moisture: Floats | None = None
     snow_age: Floats | None = None
     albedo: Floats | None = None
@@ -202,7 +206,7 @@ def skin_of(material: SurfaceMaterial, forcing: Forcing) -> Skin:
         moisture = np.minimum(forcing.soil_moisture, table.moisture[-1])
         absorptance = np.interp(moisture, table.moisture, table.solar_absorptance)
         emissivity = np.interp(moisture, table.moisture, table.thermal_emissivity)
-        wetness, resists = evaporating_share(moisture), resistance(moisture)
+        wetness, resists = 1.0, resistance(table.texture, moisture)
     if surface.snow and forcing.snow_age is not None:
         absorptance = 1 - aged_albedo(1 - material.solar_absorptance, forcing.snow_age, forcing.air_temperature)
     if forcing.albedo is not None:
@@ -233,13 +237,18 @@ class Balance:
     101, 93-105; Garratt 1980, ibid. 106, 803-819). Evaporation is the bulk latent flux wetness rho cp / gamma
     (e_sat(T) - e) / (r_a + r_s), r_a = rho cp / h, r_s the surface resistance (Penman 1948, Monteith 1965); the same
     path carries condensation when e > e_sat(T). Below freezing e_sat is that over ice and the flux carries the heat of
-    sublimation: the water is frost.
+    sublimation: the water is frost. Cells deliver the share delivered (1 + b (T - 25 C)) of the light on them as power
+    (Evans 1977, Proc. IEEE Photovoltaic Spec. Conf., as Skoplaki and Palyvos 2009, Solar Energy 83, 614-624, have it).
     """
 
     def __init__(self, forcing: Forcing, material: SurfaceMaterial) -> None:
         self.shape = forcing.shape
         self.forcing, self.material, self.skin = forcing, material, skin_of(material, forcing)
         self.absorbed = self.shortwave + self.longwave
+        self.delivers = bool(material.surface.delivered)
+        self.delivered_slope = material.surface.delivered * material.surface.delivered_per_kelvin * self.received
+        if self.delivers:
+            self.absorbed = self.absorbed - self._delivered_at_zero
         self.emission = self.skin.thermal_emissivity * Stefan_Boltzmann
         self.air_temperature = forcing.air_temperature
         surface = material.surface
@@ -256,14 +265,30 @@ class Balance:
     @property
     def shortwave(self) -> Floats:
         """Absorbed from Sun, sky and ground [W m^-2]."""
+        return self.skin.solar_absorptance * self.received
+
+    @property
+    def received(self) -> Floats:
+        """Sunlight on the plane [W m^-2]."""
         forcing = self.forcing
-        received = forcing.shortwave_direct + forcing.shortwave_diffuse + forcing.shortwave_reflected
-        return self.skin.solar_absorptance * received
+        return forcing.shortwave_direct + forcing.shortwave_diffuse + forcing.shortwave_reflected
+
+    @property
+    def _delivered_at_zero(self) -> Floats:
+        """Power that the law of the cells has at 0 K [W m^-2]."""
+        surface = self.material.surface
+        power: Floats = surface.delivered * (1 - surface.delivered_per_kelvin * CELLS_RATED) * self.received
+        return power
 
     @property
     def longwave(self) -> Floats:
         """Absorbed from sky and ground [W m^-2]."""
         return self.skin.thermal_emissivity * (self.forcing.longwave_sky + self.forcing.longwave_ground)
+
+    @property
+    def bends(self) -> bool:
+        """Whether the exchange with the air bends at the temperature of the air, as that of a field does."""
+        return not self.airless and self.stability is not None
 
     def columns(self, chosen: slice | Integers) -> Balance:
         """The balance of a slice or index array of columns."""
@@ -312,6 +337,8 @@ class Balance:
         net *= net if temperature.min() >= 0 else temperature * np.abs(temperature)
         net *= self.emission
         net -= self.absorbed
+        if self.delivers:
+            net += self.delivered_slope * temperature
         if self.airless:
             return net
         difference = temperature - self.air_temperature
@@ -330,6 +357,9 @@ class Balance:
         net = slope * temperature
         net -= self.absorbed
         slope *= 4.0
+        if self.delivers:
+            net += self.delivered_slope * temperature
+            slope = slope + self.delivered_slope
         if self.airless:
             return net, slope
         difference = temperature - self.air_temperature
@@ -458,10 +488,13 @@ class Balance:
         return flux, slopes
 
     def fluxes(self, temperature: Reals) -> dict[str, Reals]:
-        """Each flux by name [W m^-2], (columns, N): absorbed ones positive inwards, the others positive outwards."""
+        """Each flux by name [W m^-2], (columns, N): absorbed ones positive inwards, the others positive outwards.
+
+        Sunlight is less the power that is delivered.
+        """
         zero = np.zeros(self.shape)
         parts: dict[str, Reals] = {
-            "shortwave_absorbed": self.shortwave + zero,
+            "shortwave_absorbed": self.shortwave - self._delivered_at_zero - self.delivered_slope * temperature + zero,
             "longwave_absorbed": self.longwave + zero,
             "longwave_emitted": self.emission * np.abs(temperature) * temperature**3 + zero,
             "convection": zero,

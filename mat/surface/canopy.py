@@ -15,6 +15,7 @@ and Humes (1995), Agric. For. Meteorol. 77, 263-293.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -110,7 +111,7 @@ class CanopyBalance:
     Raises
     ------
     InputError
-        There is no air, rain may wet the leaves, or nothing tells where the direct light comes from.
+        There is no air, or nothing tells where the direct light comes from.
     """
 
     def __init__(self, forcing: Forcing, material: SurfaceMaterial) -> None:
@@ -120,6 +121,7 @@ class CanopyBalance:
         _refuse_unknown(forcing, material.name)
         columns, steps = forcing.shape
         self.shape = columns, 2 * steps
+        self.air_temperature = np.tile(forcing.air_temperature + np.zeros((1, steps)), 2)
         self.gap = gap_to_sky(canopy.leaf_area)
         self.cover = max(1.0 - self.gap, _LEAST_COVER)
         beam, spread = light_shares(canopy, forcing)
@@ -127,7 +129,8 @@ class CanopyBalance:
         self.leaves = Balance(
             _lit(forcing, direct * (1 - beam) / self.cover, even * (1 - spread) / self.cover), canopy.leaves
         )
-        self.soil = Balance(_lit(forcing, 0.0 * direct, 0.0 * even), canopy.soil)
+        below = replace(forcing, film=forcing.film_below)
+        self.soil = Balance(_lit(below, 0.0 * direct, 0.0 * even), canopy.soil)
         heat_capacity = air_density(forcing.pressure, forcing.air_temperature) * AIR_HEAT_CAPACITY
         self.calm = CALM_SOIL * heat_capacity
         self.soil_light = self.soil.skin.solar_absorptance * (direct * beam + even * spread) + np.zeros(forcing.shape)
@@ -135,6 +138,18 @@ class CanopyBalance:
     def columns(self, chosen: slice | Integers) -> CanopyBalance:
         """The balance of a slice or index array of columns."""
         return CanopyBalance(self.forcing.columns(chosen), self.material)
+
+    @property
+    def bends(self) -> bool:
+        """As `Balance.bends`, of leaves or soil."""
+        return self.leaves.bends or self.soil.bends
+
+    def single(self) -> CanopyBalance:
+        """The same in single precision."""
+        balance = copy(self)
+        balance.leaves, balance.soil = self.leaves.single(), self.soil.single()
+        balance.calm, balance.soil_light = self.calm.astype(np.float32), self.soil_light.astype(np.float32)
+        return balance
 
     def loss(self, temperature: Reals) -> Reals:
         """Net outward flux (columns, 2 N) [W m^-2]."""
@@ -190,11 +205,9 @@ def _lit(forcing: Forcing, direct: Floats, even: Floats) -> Forcing:
 
 def _refuse_unknown(forcing: Forcing, name: str) -> None:
     if not np.any(forcing.pressure):
-        raise InputError(f"found '{name}' with gaps between its leaves where there is no air; allowed: a closed skin")
-    if forcing.rain is not None:
         raise InputError(
-            f"found rain on '{name}' with gaps between its leaves; allowed: one of them, for what drips from leaves to"
-            " soil is not known; remove the rain or leaf_area_index"
+            f"found '{name}' with gaps between its leaves where there is no air; allowed: a closed skin; remove"
+            " leaf_area_index"
         )
     if forcing.sun_cosine is None and np.any(forcing.shortwave_direct):
         raise InputError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -13,18 +14,21 @@ from skyshine.mat.surface.canopy import CanopyBalance, seen_temperature
 from skyshine.mat.surface.canopy_conduction import CanopyConduction, CanopyDay
 from skyshine.mat.surface.conduction import Conduction, delayed_responses
 from skyshine.mat.surface.day_blocks import day_block, left_by_days_before, mean_air
+from skyshine.mat.surface.film import solve_with_film
+from skyshine.mat.surface.film_canopy import WetStand
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.newton import solve_newton
-from skyshine.mat.surface.relaxation import TOLERANCE
+from skyshine.mat.surface.newton import DENSE_STEPS, solve_newton
+from skyshine.mat.surface.relaxation import TOLERANCE, Relaxation, first_guess
 from skyshine.mat.surface.solution import Method, Solution
 from skyshine.mat.surface.solver import (
     DAY,
     METHODS,
     STURDY_STEPS,
-    ConvergenceError,
     bound_excess,
     by_sturdier_schemes,
+    chunks,
     clock,
+    refuse_unsettled,
 )
 from skyshine.schemas.arrays import Floats, Integers
 
@@ -61,7 +65,7 @@ def solve_canopy(
     Raises
     ------
     InputError
-        The forcing holds values that no balance can have, or what an open canopy does not know: rain, no air.
+        The forcing holds values that no balance can have, or there is no air.
     ConvergenceError
         Newton's method does not solve a column.
 
@@ -103,6 +107,7 @@ def _last_day(
         _, from_back = delayed_responses(soil.thermal, period / steps, len(forcings) * steps, scheme)
         back = [day_block(from_back, steps, day) for day in range(len(forcings))]
     before: list[Floats] = []
+    film: Floats | None = None
     drives: list[Floats] = []
     solution: Solution | None = None
     for forcing in forcings:
@@ -117,44 +122,71 @@ def _last_day(
             source = source - left_by_days_before(before, lagged, periodic.matrix)
             ends = np.array([(day.min(axis=1), day.max(axis=1)) for day in (*before, *drives[:-1])])
             below = below.after(to_soil, ends[:, 0].min(axis=0)[:, None], ends[:, 1].max(axis=0)[:, None])
-        method = Method(METHODS[scheme] + 1)  # by Newton
-        solution = _solve(
-            CanopyBalance(forcing, material),
-            one_day if before else periodic,
-            replace(below, source=source),
-            method,
-            names,
-        )
+        method = METHODS[scheme]
+        operator, whole = one_day if before else periodic, replace(below, source=source)
+        solve = partial(_solve_parts, material, operator, whole, method, names)
+        if forcing.rain is None:
+            solution = solve(forcing, np.arange(forcing.shape[0]))
+        else:
+            solution = solve_with_film(WetStand(material), forcing, period / steps, solve, film)
+            assert solution.film is not None
+            film = solution.film[:, [steps - 1, 2 * steps - 1]]
         assert solution.sources is not None
         before.append(solution.sources)
     assert solution is not None
     return solution
 
 
+def _solve_parts(
+    material: SurfaceMaterial,
+    operator: CanopyConduction,
+    back_flux: BackFlux,
+    method: Method,
+    names: Integers,
+    forcing: Forcing,
+    chosen: Integers,
+) -> Solution:
+    """Some columns, whose forcing this is, part by part."""
+    parts = []
+    for part in chunks(forcing.shape[0], operator.steps):
+        rows = chosen[part]
+        balance = CanopyBalance(forcing.columns(part), material)
+        parts.append(_solve(balance, operator, back_flux.columns(rows), method, names[rows]))
+    return Solution.stacked(parts)
+
+
 def _solve(
     balance: CanopyBalance, conduction: CanopyConduction, back_flux: BackFlux, method: Method, names: Integers
 ) -> Solution:
-    """Leaves and soil of one period together, by damped Newton from the temperature of the air."""
+    """Leaves and soil of one period together: as a batch, and those that do not settle by damped Newton from the
+    temperature of the air.
+    """
     source = back_flux.source
     columns, unknowns = balance.shape
-    air = balance.forcing.air_temperature + np.zeros(balance.forcing.shape)
-    result = solve_newton(balance, conduction, source, np.tile(air, 2), None, TOLERANCE)
-    worst = int(np.argmax(np.where(np.isfinite(result.residual), result.residual, np.inf)))
-    if not result.residual[worst] <= TOLERANCE:
-        raise ConvergenceError(
-            f"material '{balance.material.name}', column {names[worst]}: damped Newton of leaves and soil stopped at a"
-            f" residual of {result.residual[worst]:.3g} W/m2 (allowed: {TOLERANCE:g}); check the material's numbers and"
-            " the weather of this column"
-        )
-    loss = balance.loss(result.temperature)
-    imbalance = balance.by_ground(loss + conduction.flux(result.temperature) - source)
+    temperature = first_guess(balance)
+    residual, iterations = np.full(columns, np.inf), np.zeros(columns, np.int32)
+    methods = np.full(columns, method, np.uint8)
+    if unknowns <= DENSE_STEPS:
+        relaxation = Relaxation.of_all_steps(balance, conduction, source)
+        temperature, _, _, imbalance, iterations = relaxation.solve(balance, conduction, source)
+        residual = np.abs(imbalance).max(axis=1)
+    left = np.flatnonzero(~(residual <= TOLERANCE))
+    if left.size:
+        unsettled = balance.columns(left)
+        result = solve_newton(unsettled, conduction, source[left], first_guess(unsettled), None, TOLERANCE)
+        refuse_unsettled(result.residual, balance.material, conduction, names[left])
+        temperature[left], residual[left] = result.temperature, result.residual
+        iterations[left] += result.iterations
+        methods[left] = Method(method + 1)
+    loss = balance.loss(temperature)
+    imbalance = balance.by_ground(loss + conduction.flux(temperature) - source)
     return Solution(
-        seen_temperature(balance.canopy, result.temperature),
+        seen_temperature(balance.canopy, temperature),
         np.zeros((columns, unknowns // 2)),
-        result.residual,
+        residual,
         imbalance.mean(axis=1),
-        bound_excess(balance, result.temperature, loss, back_flux, None),
-        np.full(columns, method, np.uint8),
-        result.iterations,
-        sources=result.temperature,
+        bound_excess(balance, temperature, loss, back_flux, None),
+        methods,
+        iterations,
+        sources=temperature,
     )

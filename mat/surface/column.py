@@ -57,7 +57,7 @@ class ColumnResult:
     notes : tuple of str
         What stands for what a record does not hold.
     film : ndarray or None
-        Water on the surface [kg m^-2]; None without rain.
+        Water on the surface, of an open stand on its leaves [kg m^-2]; None without rain.
     leaf_temperature, soil_temperature : ndarray or None
         Of leaves and of the soil in their gaps [K], which `temperature` holds together; None of a skin.
     """
@@ -233,7 +233,7 @@ def _result(
     if solution.sources is None:
         fluxes = Balance(solution.under(forcing, material), material).fluxes(solution.temperature)
     else:
-        fluxes = CanopyBalance(forcing, material).fluxes(solution.sources)
+        fluxes = CanopyBalance(solution.under(forcing, material), material).fluxes(solution.sources)
         leaves, soil = np.split(solution.sources[0], 2)
     gain = fluxes["shortwave_absorbed"] + fluxes["longwave_absorbed"]
     spent = fluxes["longwave_emitted"] + fluxes["convection"] + fluxes["evaporation"] + solution.melt
@@ -249,7 +249,7 @@ def _result(
         bound_excess=float(solution.bound_excess[0]),
         method=Method(solution.method[0]).name.lower(),
         iterations=int(solution.iterations[0]),
-        film=None if solution.film is None else solution.film[0, ::every],
+        film=None if solution.film is None else solution.film[0, : surface.size : every],
         leaf_temperature=None if leaves is None else leaves[::every],
         soil_temperature=None if soil is None else soil[::every],
         depth_temperature=None

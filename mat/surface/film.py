@@ -8,7 +8,8 @@ evaporates in a step is the share with which the balance was solved: latent heat
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -146,8 +147,35 @@ def _returning(skin: FilmSkin, gain: Floats, potential: Floats) -> Floats:
     return before
 
 
+@dataclass(frozen=True, eq=False)
+class WetSkin:
+    """How water lies on a material and what follows from temperatures; `film_canopy` has leaves over soil."""
+
+    material: SurfaceMaterial
+    sources: ClassVar[int] = 1  # rows of times that a column has
+
+    def filmed(self, forcing: Forcing, share: Floats) -> Forcing:
+        """A forcing with films that cover shares (columns, sources N)."""
+        return replace(forcing, film=share)
+
+    def loss(self, forcing: Forcing, temperature: Floats) -> Floats:
+        """Heat loss under a forcing with films (columns, sources N) [W m^-2]."""
+        whole: Floats = Balance(forcing, self.material).loss(temperature)
+        return whole
+
+    def temperature(self, solution: Solution) -> Floats:
+        """Those of the sources (columns, sources N) [K]."""
+        return solution.temperature
+
+    def next_film(
+        self, forcing: Forcing, temperature: Floats, step: float, before: Floats | None
+    ) -> tuple[Floats, Floats]:
+        """Film and share that follow from temperatures (columns, sources N) [K]."""
+        return _next_film(self.material, forcing, temperature, step, before)
+
+
 def solve_with_film(
-    material: SurfaceMaterial,
+    skin: WetSkin,
     forcing: Forcing,
     step: float,
     solve: Callable[[Forcing, Integers], Solution],
@@ -157,15 +185,15 @@ def solve_with_film(
 
     Parameters
     ----------
-    material : SurfaceMaterial
-        With a film.
+    skin : WetSkin
+        Of a material with a film.
     forcing : Forcing
         With rain.
     step : float
         [s]
     solve : callable
         Solves some columns under a forcing with a film.
-    before : (columns,) ndarray or None
+    before : (columns,) or (columns, sources) ndarray or None
         As `film_of`.
 
     Returns
@@ -173,23 +201,20 @@ def solve_with_film(
     Solution
         Its `residual` holds what the last film would still change.
     """
-    skin = material.film
-    assert skin is not None and forcing.rain is not None
     columns = forcing.shape[0]
     active = np.arange(columns)
-    still = np.atleast_2d(forcing.air_temperature) + np.zeros(forcing.shape)
-    share = _next_film(material, forcing, still, step, before)[1]
-    film, whole = np.zeros(forcing.shape), None
-    part_way, away = np.full((columns, 1), 0.5), np.zeros(forcing.shape)
+    still = np.tile(np.atleast_2d(forcing.air_temperature) + np.zeros(forcing.shape), skin.sources)
+    share = skin.next_film(forcing, still, step, before)[1]
+    film, whole = np.zeros(share.shape), None
+    part_way, away = np.full((columns, 1), 0.5), np.zeros(share.shape)
     for number in range(ROUNDS):
-        part = replace(forcing.columns(active), film=share[active])
+        dry = forcing.columns(active)
+        part = skin.filmed(dry, share[active])
         solution = solve(part, active)
-        start = None if before is None else before[active]
-        film[active], following = _next_film(material, part, solution.temperature, step, start)
-        left = np.abs(
-            Balance(replace(part, film=following), material).loss(solution.temperature)
-            - Balance(part, material).loss(solution.temperature)
-        ).max(axis=1)
+        start, temperature = None if before is None else before[active], skin.temperature(solution)
+        film[active], following = skin.next_film(part, temperature, step, start)
+        changed = skin.loss(skin.filmed(dry, following), temperature) - skin.loss(part, temperature)
+        left = np.abs(changed).max(axis=1)
         solution = replace(solution, residual=np.maximum(solution.residual, left), film=film[active])
         whole = solution if whole is None else whole.with_columns(active, solution)
         keep = left > TOLERANCE

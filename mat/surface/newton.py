@@ -41,6 +41,9 @@ class HeatFlux(Protocol):
     def steps(self) -> int: ...
 
     @property
+    def scheme(self) -> str: ...
+
+    @property
     def admittance(self) -> Complexes: ...
 
     @property

@@ -15,6 +15,10 @@ from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.mat.surface.weather import Wetting
 from skyshine.schemas.arrays import Floats
+from skyshine.schemas.errors import InputError
+
+# m, ISO 2533: where temperature stops falling and where it rises again, and R T / (M g) at 216.65 K between them.
+_TROPOPAUSE, _HIGHEST, _SCALE_HEIGHT = 11e3, 20e3, 6341.6
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +71,7 @@ class Record:
         series["relative_humidity"] = np.minimum(series["relative_humidity"], 100.0)
         notes = []
         if "pressure" not in series:
-            pressure = STANDARD_PRESSURE * (1 - 0.0065 * altitude / 288.15) ** 5.25588
+            pressure = standard_pressure(altitude)
             series["pressure"] = np.full(steps, pressure)
             notes.append(f"no pressure: {pressure / 100:.0f} hPa stands for it, that of ISO 2533 at {altitude:g} m")
         cloud = series.pop("cloud_fraction", None)
@@ -116,6 +120,30 @@ class Record:
         at = np.arange(self.steps + 1)
         values = {name: np.interp(grid, at, np.append(series, series[0])) for name, series in self.values.items()}
         return replace(self, step=self.step / factor, values=values)
+
+
+def standard_pressure(altitude: float) -> float:
+    """Pressure of ISO 2533 [Pa] at an altitude of up to 20 km [m].
+
+    Raises
+    ------
+    InputError
+        It is higher.
+
+    Examples
+    --------
+    The tables have 226.32 hPa at 11 km and 54.75 hPa at 20 km:
+
+    >>> round(standard_pressure(11e3)), round(standard_pressure(20e3))
+    (22632, 5475)
+    """
+    if altitude > _HIGHEST:
+        raise InputError(
+            f"found no pressure at {altitude / 1e3:g} km; allowed: without it to {_HIGHEST / 1e3:g} km, as high as its"
+            " standard law goes; add a column pressure (0 is a vacuum)"
+        )
+    lower = STANDARD_PRESSURE * (1 - 0.0065 * min(altitude, _TROPOPAUSE) / 288.15) ** 5.25588
+    return float(lower * np.exp(-max(altitude - _TROPOPAUSE, 0.0) / _SCALE_HEIGHT))
 
 
 def _interval_means(grid: Floats, seconds: Floats, means: Floats) -> Floats:

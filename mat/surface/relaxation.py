@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from skyshine.mat.surface.acceleration import Anderson, OwnSlopes, steeper
 from skyshine.mat.surface.balance import MELTING_POINT, Balance, Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.newton import HeatFlux, HeatLoss
 from skyshine.schemas.arrays import Booleans, Floats, Integers, Reals
 
 # Largest residual of the balance at any time [W m^-2]: with at least 2 W m^-2 K^-1 of convection below 5 mK. On library
@@ -36,12 +38,24 @@ _SAMPLE, _RENEWALS = 32, 3  # columns and coarse matrices that determine the rel
 _COARSE_STEPS = 96
 
 
+class Exchange(HeatLoss, Protocol):
+    """A balance whose columns are iterated together."""
+
+    material: SurfaceMaterial
+    air_temperature: Floats
+
+    @property
+    def bends(self) -> bool: ...
+
+    def single(self) -> Self: ...
+
+
 def sampled(columns: int) -> Integers:
     """Indices of at most 32 columns, spread evenly over all."""
     return np.unique(np.linspace(0, columns - 1, min(columns, _SAMPLE)).astype(int))
 
 
-def imbalance_of(balance: Balance, conduction: Conduction, source: Floats, temperature: Floats) -> tuple[Reals, Floats]:
+def imbalance_of(balance: Exchange, conduction: HeatFlux, source: Floats, temperature: Floats) -> tuple[Reals, Floats]:
     """f(T), and f(T) + C T - source [W m^-2], each (columns, N)."""
     loss = balance.loss(temperature)
     flux = conduction.flux(temperature)
@@ -56,9 +70,9 @@ def plausible(temperature: Reals) -> Booleans:
     return inside
 
 
-def first_guess(balance: Balance) -> Floats:
+def first_guess(balance: Exchange) -> Floats:
     """Air temperature [K], (columns, N); without air the temperature that radiates the mean absorbed flux."""
-    if balance.airless:
+    if isinstance(balance, Balance) and balance.airless:
         mean = np.mean(balance.absorbed + np.zeros(balance.shape), axis=1, keepdims=True)
         radiator: Floats = (np.maximum(mean, 1e-6) / max(float(np.max(balance.emission)), 1e-12)) ** 0.25
         return np.clip(radiator, 3.0, 2000.0) + np.zeros(balance.shape)
@@ -84,7 +98,7 @@ class Relaxation:
         temperature and `melting` (u - T_m) the heat spent on melting where u exceeds T_m.
     melting : float
         [W m^-2 K^-1]
-    stiffness : ndarray, shape (1,)
+    stiffness : ndarray, shape (N,)
         Diagonal of C [W m^-2 K^-1].
     coarse : Relaxation or None
         In coarse steps, in which the iteration begins.
@@ -142,7 +156,16 @@ class Relaxation:
         return replace(whole, coarse=cls._about(coarse_balance, few, about, start))
 
     @classmethod
-    def _converging(cls, balance: Balance, conduction: Conduction, source: Floats) -> tuple[Floats, Floats | None]:
+    def of_all_steps(cls, balance: Exchange, conduction: HeatFlux, source: Floats) -> Relaxation:
+        """The relaxation that suits a sample of the columns, found in all their steps: of leaves and soil, whose times
+        lie one after the other.
+        """
+        sample = sampled(balance.shape[0])
+        few, source = balance.columns(sample), source[sample]
+        return cls._about(few, conduction, *cls._converging(few, conduction, source))
+
+    @classmethod
+    def _converging(cls, balance: Exchange, conduction: HeatFlux, source: Floats) -> tuple[Floats, Floats | None]:
         """Temperatures (columns, N) [K] near the solution, by matrices renewed about them, and their mean (1, N); no
         mean where the iteration diverges.
         """
@@ -158,7 +181,7 @@ class Relaxation:
         return temperature, start
 
     @classmethod
-    def _about(cls, balance: Balance, conduction: Conduction, temperature: Floats, start: Floats | None) -> Relaxation:
+    def _about(cls, balance: Exchange, conduction: HeatFlux, temperature: Floats, start: Floats | None) -> Relaxation:
         """The relaxation about temperatures (columns, N) [K]."""
         cap = melting_cap(balance.material)
         _, slopes = balance.loss_and_slope(temperature if cap is None else np.minimum(temperature, cap))
@@ -169,7 +192,7 @@ class Relaxation:
         melting = 2 * ends.prod() / ends.sum()
         origin = temperature.mean(axis=0, keepdims=True)
         return cls(
-            slope, inverse, start, origin, conduction.flux(origin), cap, float(melting), conduction.matrix[0, :1]
+            slope, inverse, start, origin, conduction.flux(origin), cap, float(melting), np.diagonal(conduction.matrix)
         )
 
     @cached_property
@@ -183,7 +206,7 @@ class Relaxation:
         )
 
     def solve(
-        self, balance: Balance, conduction: Conduction, source: Floats
+        self, balance: Exchange, conduction: HeatFlux, source: Floats
     ) -> tuple[Floats, Floats, Reals, Floats, Integers]:
         """Iterate in single precision, then in double until the imbalance is within the tolerance.
 
@@ -227,13 +250,13 @@ class Relaxation:
             unknown = memory.next(unknown + change, change).astype(float, copy=False)
         return temperature, melt, loss, imbalance, np.full(len(unknown), single_count + count, np.int32)
 
-    def _approach(self, balance: Balance, source: Floats, tolerance: float) -> tuple[Floats, int, OwnSlopes | None]:
+    def _approach(self, balance: Exchange, source: Floats, tolerance: float) -> tuple[Floats, int, OwnSlopes | None]:
         """Unknowns to some tolerance [K] (`_NEAR_NEWTON` at least, after Newton's step), iterated in single precision,
         the count of iterations, and the slopes of each column where it has its own.
         """
         start = self._coarse_start(balance, source)
         guess = self._begin(balance, source) if start is None else _between(start, balance.shape[1])
-        newton = self.cap is None and not balance.airless and balance.stability is not None
+        newton = self.cap is None and balance.bends
         change, count, own = self.single.iterate(
             balance.single(),
             (source - self.origin_flux).astype(np.float32),
@@ -245,9 +268,9 @@ class Relaxation:
         )
         return change + self.origin, count, own
 
-    def _coarse_start(self, balance: Balance, source: Floats) -> Floats | None:
+    def _coarse_start(self, balance: Exchange, source: Floats) -> Floats | None:
         """Unknowns in coarse steps (columns, fewer steps); None where there are none or they diverge."""
-        if self.coarse is None:
+        if self.coarse is None or not isinstance(balance, Balance):
             return None
         every = balance.shape[1] // self.coarse.slope.size
         times = np.arange(0, balance.shape[1], every)
@@ -261,7 +284,7 @@ class Relaxation:
             unknown += (self.coarse.melting / self.melting - 1.0) * excess
         return unknown
 
-    def _begin(self, balance: Balance, source: Floats) -> Floats:
+    def _begin(self, balance: Exchange, source: Floats) -> Floats:
         return first_guess(balance) if self.start is None else np.repeat(self.start, len(source), axis=0)
 
     @property
@@ -270,7 +293,7 @@ class Relaxation:
 
     def iterate(
         self,
-        balance: Balance,
+        balance: Exchange,
         source: Reals,
         unknown: Reals,
         max_iterations: int,
@@ -331,7 +354,7 @@ class Relaxation:
         return OwnSlopes.of(slope, self.slope, self.stiffness, self.inverse)
 
     def _relaxed(
-        self, balance: Balance, source: Reals, unknown: Reals, origin: Reals | float, loss: Reals | None = None
+        self, balance: Exchange, source: Reals, unknown: Reals, origin: Reals | float, loss: Reals | None = None
     ) -> Reals:
         """The unknown less the relaxed imbalance; `loss` is that of the balance where it is known."""
         temperature = unknown + origin

@@ -137,7 +137,7 @@ def _fill(
     response: SurfaceResponse, material: SurfaceMaterial, forcing: Forcing, columns: Integers, solution: Solution
 ) -> None:
     """Put the response of columns that were solved alike."""
-    forcing = under_film(forcing, DRY_FILM)
+    forcing = under_film(forcing, DRY_FILM) if material.canopy is None else solution.under(forcing, material)
     temperature, melt = (in_steps(values, FINE_STEPS) for values in (solution.temperature, solution.melt))
     at_hours = np.arange(RESPONSE_HOURS.size) * (FINE_STEPS // RESPONSE_HOURS.size)
     if solution.sources is None:
@@ -163,7 +163,7 @@ def _fill(
     for number, offset in enumerate(OFFSETS):
         moved = np.maximum(origin + offset, _COLDEST)
         response.loss_excess[columns, :, number] = lost(moved) - loss - slope * (moved - origin)
-    if response.film is not None and solution.film is not None:
+    if response.film is not None and solution.film is not None and material.canopy is None:
         temperatures = [np.maximum(origin + offset, _COLDEST) for offset in OFFSETS]
         film = film_response(material, forcing.times(at_hours), temperatures, solution.film[:, 0])
         response.film.put(columns, film)
@@ -210,6 +210,7 @@ class ResponseTable:
     melt : ndarray, shape (M, A, S, 24)
         As in `SurfaceResponse`.
     solar_absorptance, thermal_emissivity : ndarray, shape (M,)
+        Of sunlight, what becomes heat: less the power that cells deliver at 25 C.
     highest : ndarray, shape (M,)
         Melting point of surfaces that cannot exceed it [K]; `NO_LIMIT` of others.
     film : FilmTable or None
@@ -311,7 +312,7 @@ def response_table(
         table("loss_slope"),
         rounded_bits(table("loss_excess"), _DIGITS),
         table("melt"),
-        np.array([material.solar_absorptance for material in materials], np.float32),
+        np.array([material.solar_absorptance - material.surface.delivered for material in materials], np.float32),
         np.array([material.thermal_emissivity for material in materials], np.float32),
         np.array([melting_cap(material) or NO_LIMIT for material in materials], np.float32),
         _film_table(materials, [response.film for response in responses], days, shape, given),

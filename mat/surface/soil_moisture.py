@@ -4,44 +4,76 @@ References
 ----------
 Conductivity: Cote and Konrad (2005), Can. Geotech. J. 42, 443-458, equations (14), (15) and table of kappa, chi and eta
 for unfrozen soils; saturated conductivity as the geometric mean of solids and water (Johansen 1975). Heat capacity: de
-Vries (1963), in van Wijk, Physics of Plant Environment: parts add by volume. Resistance: van de Griend and Owe (1994),
-Water Resour. Res. 30, 181-188.
+Vries (1963), in van Wijk, Physics of Plant Environment: parts add by volume. Supply of water to a drying surface:
+Gardner and Hillel (1962), J. Geophys. Res. 67, 4319-4325, with the diffusivity of van Genuchten (1980), Soil Sci. Soc.
+Am. J. 44, 892-898, equation (11), parameters by texture of Carsel and Parrish (1988), Water Resour. Res. 24, 755-769,
+of organic soil those of HYPRES (Wosten et al. 1999, Geoderma 90, 169-185). Resistance of wet soil: van de Griend and
+Owe (1994), Water Resour. Res. 30, 181-188.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
+from scipy.optimize import brentq
 
 from skyshine.materials.records import Layer, Soil, ThermalStack
 from skyshine.schemas.arrays import Floats
 
 WATER_CONDUCTIVITY = 0.60  # W m^-1 K^-1, at 20 C: as Cote and Konrad take it
 WATER_DENSITY, WATER_HEAT_CAPACITY = 1000.0, 4180.0  # kg m^-3, J kg^-1 K^-1
-# Volume fraction of water in the topmost soil at which its resistance is that of free molecules alone, that resistance
-# [s m^-1], and its growth as the soil dries: van de Griend and Owe (1994), equation (8).
-_MOIST, _LEAST_RESISTANCE, _GROWTH = 0.15, 10.0, 35.63
-# They measured down to some 4 %. Below, chosen: the evaporating share goes to 0 with the water, so that a soil without
-# water gives none off.
-_DRIEST = 0.04
+# s m^-1: of a soil that is wet to its surface, van de Griend and Owe (1994), equation (8).
+_LEAST_RESISTANCE = 10.0
+DEPTH = 0.1  # m: over which the moisture of a soil is the mean, and which supplies its surface
+# Evaporation that wet ground loses in a day of fair summer, 5 mm (FAO Irrigation and Drainage Paper 56, table 2: 4 to 6
+# mm in moderately warm semi-arid climates) [kg m^-2 s^-1], and the deficit of vapour density that drives it through the
+# 174 s/m of that paper's reference surface under 2 m/s (equations 4 and 5) [kg m^-3].
+_DEMAND = 5.0 / 86400.0
+_DEFICIT = 174.0 * _DEMAND
+_LEAST_DRY = 1e-3  # m: chosen; thinner dry soil hardly changes what a day conducts
+_LEAST_SUPPLY = 1e-9  # kg m^-2 s^-1: chosen, 0.1 mm in three years; keeps the resistance finite
 
 
 @dataclass(frozen=True)
 class _Texture:
-    """Parameters of Cote and Konrad: of the relative conductivity, and of the dry one [W m^-1 K^-1] by porosity."""
+    """Parameters of a class of grains.
+
+    Attributes
+    ----------
+    kappa, chi, eta : float
+        Cote and Konrad: of the relative conductivity, and of the dry one [W m^-1 K^-1] by porosity.
+    residual, saturated : float
+        Volume fractions of water that does not flow, and of full pores.
+    alpha, n : float
+        Van Genuchten's [m^-1] and [1].
+    flow : float
+        Hydraulic conductivity of full pores [m s^-1].
+    """
 
     kappa: float
     chi: float
     eta: float
+    residual: float
+    saturated: float
+    alpha: float
+    n: float
+    flow: float
 
 
+_GRAVEL, _SAND, _FINE, _ORGANIC = (4.60, 1.70, 1.80), (3.55, 0.75, 1.20), (1.90, 0.75, 1.20), (0.60, 0.30, 0.87)
+_DAY = 0.01 / 86400.0  # m s^-1 in a cm/d
+# Gravel is drained as sand, the coarsest class of Carsel and Parrish.
 TEXTURES = {
-    "gravel": _Texture(4.60, 1.70, 1.80),
-    "sand": _Texture(3.55, 0.75, 1.20),
-    "fine": _Texture(1.90, 0.75, 1.20),
-    "organic": _Texture(0.60, 0.30, 0.87),
+    "gravel": _Texture(*_GRAVEL, 0.045, 0.43, 14.5, 2.68, 712.8 * _DAY),
+    "sand": _Texture(*_SAND, 0.045, 0.43, 14.5, 2.68, 712.8 * _DAY),
+    "sandy_loam": _Texture(*_SAND, 0.065, 0.41, 7.5, 1.89, 106.1 * _DAY),
+    "loam": _Texture(*_FINE, 0.078, 0.43, 3.6, 1.56, 24.96 * _DAY),
+    "silt": _Texture(*_FINE, 0.034, 0.46, 1.6, 1.37, 6.0 * _DAY),
+    "clay": _Texture(*_FINE, 0.068, 0.38, 0.8, 1.09, 4.8 * _DAY),
+    "organic": _Texture(*_ORGANIC, 0.010, 0.766, 1.3, 1.2039, 8.0 * _DAY),
 }
 
 
@@ -68,17 +100,78 @@ def conductivity(soil: Soil, moisture: npt.ArrayLike) -> Floats:
     return whole
 
 
-def resistance(moisture: npt.ArrayLike) -> Floats:
-    """Resistance of the topmost soil to evaporation [s m^-1] at a volume fraction of water."""
-    below = np.maximum(_MOIST - np.asarray(moisture, float), 0.0)
-    whole: Floats = _LEAST_RESISTANCE * np.exp(_GROWTH * below)
+def diffusivity(texture: str, moisture: npt.ArrayLike) -> Floats:
+    """Diffusivity of water in a soil [m^2 s^-1] at volume fractions of it, by van Genuchten (1980), equation (11)."""
+    soil = TEXTURES[texture]
+    m = 1.0 - 1.0 / soil.n
+    water = (np.asarray(moisture, float) - soil.residual) / (soil.saturated - soil.residual)
+    water = np.clip(water, 1e-9, 1.0 - 1e-6)
+    full = water ** (1.0 / m)
+    # (1 - x)^-m + (1 - x)^m - 2, of which powers of a small x would leave no digits.
+    bend = 4.0 * np.sinh(0.5 * m * np.log1p(-full)) ** 2
+    scale = (1.0 - m) * soil.flow / (soil.alpha * m * (soil.saturated - soil.residual))
+    whole: Floats = scale * water ** (0.5 - 1.0 / m) * bend
     return whole
 
 
-def evaporating_share(moisture: npt.ArrayLike) -> Floats:
-    """Share of the surface that evaporates through `resistance`, 0 to 1."""
-    share: Floats = np.minimum(np.asarray(moisture, float) / _DRIEST, 1.0)
-    return share
+def supply(texture: str, moisture: npt.ArrayLike) -> Floats:
+    """Water that the upper 0.1 m of a soil can bring to its surface, D (w - w_r) pi^2 / (4 L).
+
+    Parameters
+    ----------
+    texture : str
+        A name of `TEXTURES`.
+    moisture : array_like
+        Mean volume fraction w of water in these 0.1 m.
+
+    Returns
+    -------
+    ndarray
+        [kg m^-2 s^-1]
+
+    References
+    ----------
+    Gardner and Hillel (1962): the falling rate of a layer L that is closed below, D at its mean water.
+
+    Examples
+    --------
+    Millimetres a day, of loam and of sand:
+
+    >>> (86400 * supply("loam", [0.15, 0.25])).round(2), (86400 * supply("sand", [0.05, 0.10])).round(2)
+    (array([0.66, 19.4 ]), array([0.  , 7.15]))
+    """
+    wet = np.maximum(np.asarray(moisture, float) - TEXTURES[texture].residual, 0.0)
+    whole: Floats = WATER_DENSITY * diffusivity(texture, moisture) * wet * np.pi**2 / (4 * DEPTH)
+    return whole
+
+
+def resistance(texture: str, moisture: npt.ArrayLike) -> Floats:
+    """Resistance of a soil to evaporation [s m^-1]: that through which its supply passes under the deficit of a fair
+    day, over that of wet soil.
+    """
+    whole: Floats = _LEAST_RESISTANCE + _DEFICIT / np.maximum(supply(texture, moisture), _LEAST_SUPPLY)
+    return whole
+
+
+@lru_cache(maxsize=16)
+def drying_moisture(texture: str) -> float:
+    """Moisture below which a fair day's evaporation exceeds the supply, so that the surface falls dry."""
+    soil = TEXTURES[texture]
+    return float(brentq(lambda w: float(supply(texture, w)) - _DEMAND, soil.residual, soil.saturated - 1e-3))
+
+
+def dry_layer(texture: str, moisture: float) -> float:
+    """Depth of dry soil [m] above what is as moist as when the surface fell dry, which together hold the water.
+
+    Examples
+    --------
+    Sand with 0.05 m3/m3 is dry but for its lowest centimetre, with 0.15 m3/m3 it is moist to its surface:
+
+    >>> round(dry_layer("sand", 0.05), 3), dry_layer("sand", 0.15)
+    (0.09, 0.0)
+    """
+    residual, moist = TEXTURES[texture].residual, drying_moisture(texture)
+    return DEPTH * min(max((moist - moisture) / (moist - residual), 0.0), 1.0)
 
 
 def moist_stack(stack: ThermalStack, soil: Soil, moisture: float) -> ThermalStack:
@@ -95,17 +188,25 @@ def moist_stack(stack: ThermalStack, soil: Soil, moisture: float) -> ThermalStac
     Returns
     -------
     ThermalStack
-        Skin and first layer hold the water. A second layer of the same soil does so where it held less; where it held
-        more, it keeps that.
+        Skin and first layer hold the water. Of soil in both layers they are dry where the surface has fallen dry, and
+        the second begins below the dry soil. It holds the water of what is moist above, less where little of that is,
+        where it held less; where it held more, it keeps that.
     """
 
-    def moist(layer: Layer) -> Layer:
+    def moist(layer: Layer, moisture: float) -> Layer:
         density = stack.layers[0].density + moisture * WATER_DENSITY
         capacity = stack.layers[0].density * stack.layers[0].heat_capacity
         capacity += moisture * WATER_DENSITY * WATER_HEAT_CAPACITY
         return Layer(layer.thickness, float(conductivity(soil, moisture)), density, capacity / density)
 
     first, second = stack.layers
-    if soil.layers == 2 and (deep := moist(second)).density >= second.density:
+    if soil.layers == 1:
+        return replace(stack, skin=moist(stack.skin, moisture), layers=(moist(first, moisture), second))
+    dry = dry_layer(soil.texture, moisture)
+    below = (1 - dry / DEPTH) * min(drying_moisture(soil.texture), soil.porosity) if dry else moisture
+    if (deep := moist(second, below)).density >= second.density:
         second = deep
-    return replace(stack, skin=moist(stack.skin), layers=(moist(first), second))
+    if dry < _LEAST_DRY:
+        return replace(stack, skin=moist(stack.skin, moisture), layers=(moist(first, moisture), second))
+    second = replace(second, thickness=second.thickness + first.thickness - dry)
+    return replace(stack, layers=(replace(first, thickness=dry), second))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from enum import IntEnum
 from typing import Any
@@ -46,8 +47,8 @@ class Solution:
         A `Method`.
     iterations : ndarray of int32, shape (columns,)
         Beyond those that found the material's common matrix and starting point.
-    film : ndarray or None, shape (columns, N)
-        Water on the surface [kg m^-2]; None where none may be.
+    film : ndarray or None, shape (columns, N) or (columns, 2 N)
+        Water on the surface [kg m^-2], of leaves and then of the soil in their gaps; None where none may be.
     sources : ndarray or None, shape (columns, 2 N)
         Temperatures of leaves, then of the soil in their gaps [K], whose radiation together is that of `temperature`;
         None of a skin.
@@ -69,6 +70,11 @@ class Solution:
         values = ((field.name, getattr(self, field.name)) for field in fields(self))
         return {name: array for name, array in values if array is not None}
 
+    @classmethod
+    def stacked(cls, parts: Sequence[Solution]) -> Solution:
+        """The columns of several solutions, one after the other."""
+        return cls(**{name: np.concatenate([part.given[name] for part in parts]) for name in parts[0].given})
+
     def columns(self, chosen: Integers) -> Solution:
         """The solution of an index array of columns."""
         return Solution(**{name: values[chosen] for name, values in self.given.items()})
@@ -81,8 +87,16 @@ class Solution:
 
     def under(self, forcing: Forcing, material: SurfaceMaterial) -> Forcing:
         """A forcing of its columns, at any number of steps, with the film that it has."""
-        if self.film is None or material.film is None:
+        if self.film is None:
             return forcing
-        share = material.film.share(self.film)
-        known, wanted = (np.arange(count) / count for count in (share.shape[1], forcing.shape[1]))
-        return replace(forcing, film=np.stack([np.interp(wanted, known, row, period=1.0) for row in share]))
+        canopy = material.canopy
+        skins = [material.film] if canopy is None else [canopy.leaves.film, canopy.soil.film]
+        steps = self.temperature.shape[1]
+        known, wanted = (np.arange(count) / count for count in (steps, forcing.shape[1]))
+        films = {}
+        for name, skin, film in zip(
+            ("film", "film_below"), skins, np.split(self.film, len(skins), axis=1), strict=False
+        ):
+            share = film if skin is None else skin.share(film)
+            films[name] = np.stack([np.interp(wanted, known, row, period=1.0) for row in share])
+        return replace(forcing, **films)

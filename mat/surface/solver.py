@@ -16,9 +16,9 @@ import numpy as np
 from skyshine.mat.surface.back_boundary import BackFlux
 from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.conduction import Conduction
-from skyshine.mat.surface.film import solve_with_film
+from skyshine.mat.surface.film import WetSkin, solve_with_film
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.newton import DENSE_STEPS, HeatLoss, solve_newton
+from skyshine.mat.surface.newton import DENSE_STEPS, HeatFlux, HeatLoss, solve_newton
 from skyshine.mat.surface.relaxation import (
     TOLERANCE,
     Relaxation,
@@ -179,7 +179,7 @@ def solve_by(
     def solve(part: Forcing, chosen: Integers) -> Solution:
         return _solve_chunks(material, part, conduction, back_flux.columns(chosen), method, names[chosen])
 
-    return solve_with_film(material, forcing, conduction.period / conduction.steps, solve, film_before)
+    return solve_with_film(WetSkin(material), forcing, conduction.period / conduction.steps, solve, film_before)
 
 
 def _solve_chunks(
@@ -204,12 +204,12 @@ def _solve_chunks(
             method,
             names[chosen],
         )
-        for chosen in _chunks(*forcing.shape)
+        for chosen in chunks(*forcing.shape)
     ]
-    return Solution(**{name: np.concatenate([part.given[name] for part in parts]) for name in parts[0].given})
+    return Solution.stacked(parts)
 
 
-def _chunks(columns: int, steps: int) -> list[slice]:
+def chunks(columns: int, steps: int) -> list[slice]:
     size = max(1, _CHUNK // steps)
     return [slice(start, min(start + size, columns)) for start in range(0, columns, size)]
 
@@ -249,7 +249,7 @@ def _solve_chunk(
         diverged = ~plausible(guess)
         guess[diverged] = first_guess(unsettled_balance)[diverged]
         result = solve_newton(unsettled_balance, conduction, source[unsettled], guess, cap, TOLERANCE)
-        _refuse_unsettled(result.residual, material, conduction, names[unsettled])
+        refuse_unsettled(result.residual, material, conduction, names[unsettled])
         temperature[unsettled], melt[unsettled] = result.temperature, result.melt
         residual[unsettled] = result.residual
         iterations[unsettled] += result.iterations
@@ -266,7 +266,8 @@ def _solve_chunk(
     )
 
 
-def _refuse_unsettled(residual: Floats, material: SurfaceMaterial, conduction: Conduction, names: Integers) -> None:
+def refuse_unsettled(residual: Floats, material: SurfaceMaterial, conduction: HeatFlux, names: Integers) -> None:
+    """ConvergenceError where a residual (columns,) [W m^-2] of Newton's method exceeds the tolerance."""
     wrong = ~(residual <= TOLERANCE)
     if np.any(wrong):
         worst = int(np.argmax(np.where(np.isfinite(residual), residual, np.inf)))

@@ -7,7 +7,6 @@ vacuum; showers; long records of melting snow. The ranges are chosen wider than 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
@@ -15,7 +14,6 @@ from scipy.constants import Stefan_Boltzmann
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.vapour import saturation_pressure
-from skyshine.mat.surface.wet_skin import FilmSkin, film_capacity
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
 from skyshine.schemas.arrays import Floats
 
@@ -104,28 +102,6 @@ def random_forcing(generator: np.random.Generator) -> Callable[[int], Forcing]:
         )
 
     return forcing
-
-
-def random_rain(
-    generator: np.random.Generator, material: SurfaceMaterial, forcing: Callable[[int], Forcing]
-) -> tuple[SurfaceMaterial, Callable[[int], Forcing]] | None:
-    """A material and forcing with a shower, from drizzle to a cloudburst, over a film of any size; None for snow and
-    open water.
-    """
-    capacity = film_capacity(material.surface, None) * float(generator.choice([0.1, 1.0, 1.0]))
-    if not capacity:
-        return None
-    absorptance, emissivity = (
-        float(generator.uniform(dry, 1)) for dry in (material.solar_absorptance, material.thermal_emissivity)
-    )
-    begin, length, rate = generator.uniform(0, 24), generator.uniform(0, 6), _log(generator, 1e-6, 1e-2)
-
-    def with_rain(steps: int) -> Forcing:
-        hours = np.arange(steps) * (24.0 / steps)
-        rain = np.where((hours >= begin) & (hours < begin + length), rate, 0.0)
-        return replace(forcing(steps), rain=rain[None])
-
-    return replace(material, film=FilmSkin(absorptance, emissivity, capacity)), with_rain
 
 
 def random_snow(generator: np.random.Generator) -> tuple[SurfaceMaterial, Forcing, float]:

@@ -127,6 +127,7 @@ def loss(ca: Any, material: SymbolicMaterial, surface: Any, parameter: Any) -> A
         skin += [properties.surface_resistance, 0.0]
     absorptance, emissivity, wetness, resists, film = skin
     net = emissivity * (Stefan_Boltzmann * surface**4 - long) - absorptance * short
+    net += properties.delivered * (1.0 + properties.delivered_per_kelvin * (surface - 298.15)) * short
     volumetric = pressure / (AIR_GAS_CONSTANT * air) * AIR_HEAT_CAPACITY
     difference = surface - air
     width = ca.sqrt(difference**2 + 0.01)

@@ -55,11 +55,14 @@ class MoistSkin:
 
     Attributes
     ----------
+    texture : str
+        Of its grains.
     moisture : tuple of float
         From 0 to the porosity.
     solar_absorptance, thermal_emissivity : tuple of float
     """
 
+    texture: str
     moisture: tuple[float, ...]
     solar_absorptance: tuple[float, ...]
     thermal_emissivity: tuple[float, ...]

@@ -16,8 +16,6 @@ from skyshine.mat.tables.axes import AxisRule
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group
 
-Policy = str | Mapping[str, str] | None
-
 
 class Readable(Protocol):
     """A table as `loader.Table` is."""
@@ -34,7 +32,7 @@ class Readable(Protocol):
     @property
     def quantities(self) -> list[str]: ...
 
-    def rules(self, quantity: str, out_of_range: Policy = None) -> list[AxisRule]: ...
+    def rules(self, quantity: str) -> list[AxisRule]: ...
 
 
 @dataclass(frozen=True)
@@ -80,7 +78,6 @@ def ambient_radiance(
     azimuth: npt.ArrayLike,
     ground_temperature: npt.ArrayLike | None,
     blackbody: Callable[[npt.ArrayLike], npt.NDArray[np.float64]] | None,
-    out_of_range: Policy,
     where: Mapping[str, Any],
     *,
     by_wavelength: bool,
@@ -88,7 +85,7 @@ def ambient_radiance(
     """As `loader.AtmosphereTable.ambient_radiance`, whose values `read` gives, parted by wavelength along a last axis
     or not; `blackbody` gives the band radiance (7) of temperatures in K.
     """
-    level = read("ambient_radiance", out_of_range=out_of_range, **where)
+    level = read("ambient_radiance", **where)
     parts = level.shape[-1:] if by_wavelength else ()
     if AMBIENT_HARMONICS not in table.quantities:
         if np.any(np.asarray(slope) != 0):
@@ -106,9 +103,9 @@ def ambient_radiance(
     if ground_temperature is not None and blackbody is not None:
         kelvin = np.asarray(ground_temperature, float)
         emitted = stated.emissivity * blackbody(kelvin)
-    light = _coefficients(table, read, AMBIENT_HARMONICS, "harmonic", out_of_range, where)
+    light = _coefficients(table, read, AMBIENT_HARMONICS, "harmonic", where)
     of_ground = {**where, "ground_temperature": kelvin}
-    ground = _coefficients(table, read, GROUND_HARMONICS, "zonal_harmonic", out_of_range, of_ground)
+    ground = _coefficients(table, read, GROUND_HARMONICS, "zonal_harmonic", of_ground)
     normal = face_normal(slope, azimuth)
     if by_wavelength:
         light, ground = np.swapaxes(light, -1, -2), np.swapaxes(ground, -1, -2)
@@ -121,12 +118,9 @@ def _coefficients(
     read: Callable[..., npt.NDArray[np.float64]],
     quantity: str,
     harmonic: str,
-    out_of_range: Policy,
     where: Mapping[str, Any],
 ) -> npt.NDArray[np.float64]:
     """Values of a quantity at places, for all harmonics along the axis behind that of the places."""
     rules = {rule.name: rule for rule in table.rules(quantity)}
     place = {name: np.asarray(values)[..., None] for name, values in where.items() if name in rules}
-    if isinstance(out_of_range, Mapping):
-        out_of_range = {name: policy for name, policy in out_of_range.items() if name in rules}
-    return read(quantity, out_of_range=out_of_range, **place, **{harmonic: rules[harmonic].nodes})
+    return read(quantity, **place, **{harmonic: rules[harmonic].nodes})

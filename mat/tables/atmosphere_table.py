@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,10 +15,12 @@ from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.mat.tables.ambient import ambient_radiance, stated_ground
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS, RADIANCE, VALID
-from skyshine.mat.tables.axes import FOLDED, AxisRule, Policy, with_policy
+from skyshine.mat.tables.axes import FOLDED, AxisRule
+from skyshine.mat.tables.band import BandTable
 from skyshine.mat.tables.channel_reader import ChannelReader
+from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ
 from skyshine.mat.tables.gridded import ANGLE, AXES
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.errors import InputError, nearest
 
@@ -46,8 +48,10 @@ _STORED = {AMBIENT_HARMONICS: "scattered_harmonics", GROUND_HARMONICS: "ground_h
 class AtmosphereTable(Table):
     """An ``.atmq`` or ``.lunar_atmq`` database.
 
-    Its quantities are computed from the channels when they are read; `part` keeps the whole file, which is small.
+    Its quantities are computed from the channels when they are read.
     """
+
+    filetypes = (ATMQ.name, LUNAR_ATMQ.name)
 
     @property
     def quantities(self) -> list[str]:
@@ -61,13 +65,16 @@ class AtmosphereTable(Table):
 
     @cached_property
     def _reader(self) -> ChannelReader:
-        return ChannelReader.of(self.root, self.attributes)
+        return ChannelReader.of(self.root, self.attributes, self.out_of_range)
 
-    def rules(self, quantity: str, out_of_range: Policy = None) -> list[AxisRule]:
+    def _axis_names(self) -> set[str]:
+        return super()._axis_names() | {ANGLE}
+
+    def rules(self, quantity: str) -> list[AxisRule]:
         """Axes by which a quantity is read, with the ends of what the file is for as nodes."""
         if quantity not in (*self.quantities, VALID, DEPTH):
             raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, self.quantities)}", file=self.path)
-        return with_policy([self._rule(name) for name in _READ_BY[quantity]], out_of_range, (*AXES, ANGLE))
+        return [self.out_of_range.applied(self._rule(name)) for name in _READ_BY[quantity]]
 
     def _rule(self, name: str) -> AxisRule:
         ends = {
@@ -81,24 +88,21 @@ class AtmosphereTable(Table):
             return AxisRule(name, np.array([0.0, 180.0]), FOLDED, 360.0)
         return AxisRule.of(name, self.root.axes[name])
 
-    def value(self, quantity: str, *, out_of_range: Policy = None, **where: Any) -> npt.NDArray[np.float64]:
+    def value(self, quantity: str, **where: Any) -> npt.NDArray[np.float64]:
         """As `Table.value`.
 
         Below the lowest source elevation the light of the source falls as in `night`, down to what the air emits.
         """
         if quantity == DEPTH:
             raise InputError("'optical_depth' is read by wavelength alone; call value_by_wavelength", file=self.path)
-        return self._read(quantity, out_of_range, where, by_wavelength=False)
+        return self._read(quantity, where, by_wavelength=False)
 
-    def _read(
-        self, quantity: str, out_of_range: Policy, where: dict[str, Any], *, by_wavelength: bool
-    ) -> npt.NDArray[np.float64]:
-        where = {**self.fixed_axes, **where}
-        rules = {rule.name: rule for rule in self.rules(quantity, out_of_range)}
+    def _read(self, quantity: str, where: dict[str, Any], *, by_wavelength: bool) -> npt.NDArray[np.float64]:
+        rules = {rule.name: rule for rule in self.rules(quantity)}
         angle = where.pop(ANGLE, None) if AXES[-1] in rules else None
         wanted = set(rules) - ({AXES[-1]} if angle is not None else set())
         for name in where:
-            if name not in wanted and name not in self.fixed_axes:
+            if name not in wanted:
                 raise InputError(f"found the axis '{name}'; {nearest(name, sorted(wanted))}", file=self.path)
         if missing := sorted(wanted - set(where)):
             raise InputError(f"the axis '{missing[0]}' is missing; give a value for it", file=self.path)
@@ -126,20 +130,18 @@ class AtmosphereTable(Table):
             return reader.ground_harmonics(paths, place["ground_temperature"], place["zonal_harmonic"], **parted)
         source = place["source_elevation"]
         if quantity == "ambient_radiance":
-            return reader.ambient_radiance(paths, source, out_of_range, **parted)
+            return reader.ambient_radiance(paths, source, **parted)
         if quantity == "direct_radiance":
             _within(rules["source_elevation"], np.maximum(source, rules["source_elevation"].nodes[0]))
             return reader.direct_radiance(paths, source, **parted)
         if quantity == AMBIENT_HARMONICS:
-            return reader.harmonics(paths, source, place["harmonic"], out_of_range, **parted)
+            return reader.harmonics(paths, source, place["harmonic"], **parted)
         turned = place[ANGLE] if angle is not None else scattering_angle(place["elevation"], source, place[AXES[-1]])
         if angle is None:
             source = entry.source_elevation(source, place[AXES[-1]])
-        return reader.path_radiance_ratio(paths, source, turned, out_of_range)
+        return reader.path_radiance_ratio(paths, source, turned)
 
-    def value_by_wavelength(
-        self, quantity: str, *, out_of_range: Policy = None, **where: Any
-    ) -> npt.NDArray[np.float64]:
+    def value_by_wavelength(self, quantity: str, **where: Any) -> npt.NDArray[np.float64]:
         """A quantity parted by wavelength, along a last axis of B: ``band_wavelength`` of the file.
 
         Light on surfaces sums to `value` over the wavelengths; the optical depth of emitted light, -ln tau_b, is one
@@ -152,7 +154,7 @@ class AtmosphereTable(Table):
         ----------
         quantity : str
             ``optical_depth``, or one of light on surfaces: ``ambient_radiance``, ``direct_radiance`` or harmonics.
-        out_of_range, **where
+        **where
             As in `value`.
 
         Raises
@@ -163,7 +165,7 @@ class AtmosphereTable(Table):
         parted = [DEPTH, *(name for name in self.quantities if name not in _OF_THE_BAND)]
         if quantity not in parted:
             raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, parted)}", file=self.path)
-        return self._read(quantity, out_of_range, where, by_wavelength=True)
+        return self._read(quantity, where, by_wavelength=True)
 
     def nodes_of(self, axis: str) -> npt.NDArray[np.float64]:
         """Values of an axis of the quantities at which the table is well looked at."""
@@ -184,23 +186,6 @@ class AtmosphereTable(Table):
             return np.linspace(0.0, 180.0, 13)
         return np.asarray(self.root.axes[axis].values, float)
 
-    def part(self, *, out_of_range: Policy = None, **where: Any) -> Self:
-        """The table with some axes fixed; pairs of values are checked, and change nothing.
-
-        Raises
-        ------
-        InputError
-            An unknown axis, or a value outside its axis.
-        """
-        known = {rule.name: rule for quantity in self.quantities for rule in self.rules(quantity)}
-        for name, value in where.items():
-            if name not in known and name != ANGLE:
-                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(known))}", file=self.path)
-            if name in _PATH:
-                _within(with_policy([known[name]], out_of_range, (*AXES, ANGLE))[0], np.asarray(value, float))
-        fixed = {name: float(value) for name, value in where.items() if np.ndim(value) == 0}
-        return replace(self, fixed_axes=self.fixed_axes | fixed)
-
     def ambient_radiance(
         self,
         *,
@@ -209,7 +194,6 @@ class AtmosphereTable(Table):
         ground_temperature: npt.ArrayLike | None = None,
         band: BandTable | None = None,
         by_wavelength: bool = False,
-        out_of_range: Policy = None,
         **where: Any,
     ) -> npt.NDArray[np.float64]:
         """Ambient radiance of faces of any direction in W m^-2 sr^-1, in place of L_ambient in equation (19).
@@ -226,8 +210,6 @@ class AtmosphereTable(Table):
             Of the same band; needed with `ground_temperature`.
         by_wavelength : bool
             Parted by wavelength along a last axis, as `value_by_wavelength`.
-        out_of_range
-            As in `value`.
         **where
             range, altitude, elevation and source_elevation, as for the quantity ``ambient_radiance``.
 
@@ -241,7 +223,7 @@ class AtmosphereTable(Table):
         glow = None if band is None else band.blackbody_radiance
         read = self.value_by_wavelength if by_wavelength else self.value
         return ambient_radiance(
-            self, read, slope, azimuth, ground_temperature, glow, out_of_range, where, by_wavelength=by_wavelength
+            self, read, slope, azimuth, ground_temperature, glow, where, by_wavelength=by_wavelength
         )
 
     def ground_temperature(self, surface: TemperatureTable, *, time: npt.ArrayLike) -> npt.NDArray[np.float64]:

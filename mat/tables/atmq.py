@@ -87,6 +87,11 @@ class GridTable(Table):
     """
 
 
+# From space the source is higher or lower at the entry of a line into the air than at its observer. Beyond the ends of
+# the channels they are read at them: so are they where their tolerance is tested, and the file states the error.
+_CLAMPED = "source_elevation"
+
+
 def tables_on_axes(air: Table, grid: PathGrid) -> dict[str, Gridded]:
     """The four quantities at the nodes of five axes, evaluated from the channels.
 
@@ -105,12 +110,13 @@ def tables_on_axes(air: Table, grid: PathGrid) -> dict[str, Gridded]:
     sparse = np.meshgrid(*(getattr(grid, field) for field in FIELDS), indexing="ij", sparse=True)
     nodes = dict(zip(AXES, sparse, strict=True))
     parts: dict[str, list[np.ndarray]] = {name: [] for name in (VALID, *QUANTITIES)}
+    light = air.clamped(_CLAMPED)
     for altitude in grid.altitude_km:  # one at a time, for all channels of all nodes would take much memory
         place = nodes | {"altitude": np.full((1,) * len(AXES), altitude)}
         for name, values in parts.items():
             count = QUANTITIES.get(name, ("", len(PATH)))[1]
             behind = (slice(None),) * count + (0,) * (len(AXES) - count)
-            values.append(air.value(name, **{axis: place[axis][behind] for axis in AXES[:count]}))
+            values.append(light.value(name, **{axis: place[axis][behind] for axis in AXES[:count]}))
     arrays = {name: np.concatenate(values, axis=1) for name, values in parts.items()}
     arrays["beta_star"] = _falling(arrays["beta_star"], grid.range_km)
     arrays = {name: values.astype(np.float32) for name, values in arrays.items()}

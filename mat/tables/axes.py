@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.schemas.errors import InputError, nearest
+from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis
 
 RULES = LINEAR, PERIODIC, FOLDED, EXACT = "linear", "linear_periodic", "linear_folded", "exact"
 CLOCK_UNIT = "h"  # of hours of the local clock, whatever midnight a file counts them from
-POLICIES = ("error", "clamp")
+POLICIES = ERROR, CLAMP = "error", "clamp"
 DARK_BELOW = "dark_below"  # attribute of axes of source elevation
-Policy = str | Mapping[str, str] | None  # one of `POLICIES`, or one of them by axis name; None: what the file states
 
 
 @dataclass(frozen=True)
@@ -45,7 +43,7 @@ class AxisRule:
     nodes: np.ndarray
     interpolation: str = LINEAR
     period: float = 0.0
-    out_of_range: str = "error"
+    out_of_range: str = ERROR
     dark_below: float = np.nan
 
     @classmethod
@@ -63,7 +61,7 @@ class AxisRule:
             nodes,
             str(attributes.get("interpolation", LINEAR)),
             _number(attributes.get("period", 0.0)),
-            str(attributes.get("out_of_range", "error")),
+            str(attributes.get("out_of_range", ERROR)),
             _number(attributes.get(DARK_BELOW, np.nan)),
         )
         numbers = nodes.ndim == 1 and nodes.size > 0 and nodes.dtype.kind in "iuf" and np.all(np.isfinite(nodes))
@@ -132,11 +130,11 @@ class AxisRule:
     ) -> np.ndarray:
         if lowest >= nodes[0] and highest <= nodes[-1]:
             return values
-        if self.out_of_range == "error":
+        if self.out_of_range == ERROR:
             outside = np.ravel((values if given is None else given)[(values < nodes[0]) | (values > nodes[-1])])[0]
             raise InputError(
-                f"{self.name}: found {outside:g}; allowed: {nodes[0]:g} to {nodes[-1]:g}; stay inside, or ask for "
-                "out_of_range='clamp'"
+                f"{self.name}: found {outside:g}; allowed: {nodes[0]:g} to {nodes[-1]:g}; stay inside, or read "
+                "the nearest node with table.clamped() or --clamp"
             )
         return np.asarray(np.clip(values, nodes[0], nodes[-1]))
 
@@ -150,33 +148,6 @@ class AxisRule:
             known = ", ".join(f"{node:g}" for node in self.nodes[:64])
             raise InputError(f"{self.name}: found {unknown}; allowed: {known}; name one of them")
         return position, position, np.zeros(values.shape)
-
-
-def with_policy(rules: Sequence[AxisRule], out_of_range: Policy, known: Collection[str] = ()) -> list[AxisRule]:
-    """Rules of axes whose `out_of_range` the caller may override.
-
-    Parameters
-    ----------
-    rules : sequence of AxisRule
-    out_of_range : Policy
-    known : collection of str, optional
-        Further axes that a mapping may name.
-
-    Raises
-    ------
-    InputError
-        A policy or an axis that does not exist.
-    """
-    if out_of_range is None:
-        return list(rules)
-    names = [rule.name for rule in rules]
-    chosen = out_of_range if isinstance(out_of_range, Mapping) else dict.fromkeys(names, out_of_range)
-    for name, policy in chosen.items():
-        if policy not in POLICIES:
-            raise InputError(f"found out_of_range {policy!r}; allowed: 'error', 'clamp', or one of them by axis")
-        if name not in names and name not in known:
-            raise InputError(f"found the axis '{name}' in out_of_range; {nearest(name, sorted({*names, *known}))}")
-    return [replace(rule, out_of_range=chosen.get(rule.name, rule.out_of_range)) for rule in rules]
 
 
 def _number(value: Any) -> float:
@@ -196,7 +167,7 @@ def table_axis(
     standard_name: str | None = None,
 ) -> Axis:
     """An axis for a file, with the rule by which readers interpolate on it, and its name in the CF conventions."""
-    attributes: dict[str, Any] = {"interpolation": interpolation, "out_of_range": "error"}
+    attributes: dict[str, Any] = {"interpolation": interpolation, "out_of_range": ERROR}
     if period:
         attributes["period"] = period
     if standard_name is not None:

@@ -1,18 +1,22 @@
-"""Layout of the ``.band`` database: what a runtime needs of a band beside the atmosphere."""
+"""The ``.band`` database, written and read: what a runtime needs of a band beside the atmosphere."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.radiometry.band_wavelengths import band_wavelengths, emission_shares, reflectance_spectra
 from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
 from skyshine.mat.radiometry.lobe import SOURCE_ANGLES, normalisation, shininess
 from skyshine.mat.radiometry.reflectance import band_emissivity, band_reflectance
 from skyshine.mat.tables.axes import EXACT, table_axis
+from skyshine.mat.tables.files import BAND
 from skyshine.mat.tables.named_materials import with_names
+from skyshine.mat.tables.table import Table
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 if TYPE_CHECKING:
@@ -110,3 +114,54 @@ def _lobes(materials: Sequence[Material]) -> dict[str, Variable]:
         "normalisation": Variable(per_material, by_angle.mean(axis=1), "1", "N_s, mean of (43) over source angles"),
         "normalisation_by_angle": Variable(("material", "source_angle"), by_angle, "1", "N_s by source angle, (43)"),
     }
+
+
+@dataclass(frozen=True, eq=False)
+class BandSpectra:
+    """Spectra in a band, linear between B wavelengths.
+
+    Attributes
+    ----------
+    wavelength : (B,) array
+        um.
+    reflectance : (..., B) array
+    emission : (..., B) array
+        Share of each wavelength in the radiance of a black body.
+    """
+
+    wavelength: npt.NDArray[np.float64]
+    reflectance: npt.NDArray[np.float64]
+    emission: npt.NDArray[np.float64]
+
+
+class BandTable(Table):
+    """A ``.band`` database."""
+
+    filetypes = (BAND.name,)
+
+    def blackbody_radiance(self, temperature: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Band radiance of a black body, equation (7), W m^-2 sr^-1, at `temperature` in kelvin."""
+        return self.value("blackbody_radiance", temperature=temperature)
+
+    def spectra(self, *, material: Any, temperature: npt.ArrayLike) -> BandSpectra:
+        """Reflectance and emission by wavelength, of materials at temperatures in kelvin.
+
+        Temperatures beyond those of the table have the shares at its ends.
+
+        Raises
+        ------
+        InputError
+            A material that the table lacks.
+        """
+        nodes = np.asarray(self.root.axes[WAVELENGTH].values, float)
+        where: dict[str, Any] = {WAVELENGTH: nodes}
+        codes, kelvin = self.material_codes(material)[..., None], np.asarray(temperature, float)[..., None]
+        return BandSpectra(
+            nodes,
+            self.value("reflectance_spectrum", material=codes, **where),
+            self.clamped("planck_temperature").value("emission_share", planck_temperature=kelvin, **where),
+        )
+
+    def normalisation(self, *, material: Any, angle: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """N_s of (43) at angles of incidence in degree, 0 to 75."""
+        return self.value("normalisation_by_angle", material=material, source_angle=angle)

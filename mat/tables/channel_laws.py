@@ -8,10 +8,17 @@ from typing import Any
 import numpy as np
 
 from skyshine.mat.tables.axes import EXACT, AxisRule
-from skyshine.mat.tables.band import WAVELENGTH
-from skyshine.mat.tables.channels import END_RISE, NODES, SOURCE_SHARE, THERMAL_SHARE
+from skyshine.mat.tables.channel_fields import (
+    END_RISE,
+    GROUND_EMISSION,
+    HARMONIC_LIGHT,
+    NOT_READ,
+    SOURCE_ELEVATION,
+    SOURCE_SHARE,
+    THERMAL_SHARE,
+    fields_of,
+)
 from skyshine.mat.tables.limits import ROUNDING, Limits
-from skyshine.mat.tables.night import SOURCE_ELEVATION
 from skyshine.schemas.hdf5 import Group
 
 _NUMBERS = {
@@ -19,32 +26,7 @@ _NUMBERS = {
     "scale_height_km": Limits("above 0, up to 1000", 0.0, 1000.0, above=True),
 }
 _SPANS = {"range_km": Limits("0 or above", 0.0, 1e9), "altitude_km": Limits("-1 or above", -1.0, 1e9)}
-# Axes of each array, and of those that stand together or not at all.
-_ARRAYS: dict[str, tuple[str, ...]] = {
-    "effective_radius": ("height_root",),
-    "log_mean_extinction": ("absorber", *NODES),
-    "absorber_factor": ("channel", "absorber"),
-    "channel_weight": ("channel",),
-    "thermal_reference": ("channel",),
-    "thermal_ratio": NODES,
-    "source_reference": ("channel",),
-    "scattered_ratio": ("source_part", *NODES),
-    "source_factor": ("source_part", SOURCE_ELEVATION, "scattering_angle"),
-    "source_rise": ("target_height",),
-}
-_LIGHT: dict[str, tuple[str, ...]] = {
-    "direct_light": ("target_height", "elevation_above_rise"),
-    "thermal_sky": ("surface_height",),
-    "scattered_sky": ("surface_height", "sky_source_elevation"),
-}
-_HARMONICS: dict[str, tuple[str, ...]] = {
-    "thermal_harmonics": ("surface_height", "harmonic"),
-    "scattered_harmonics": ("surface_height", "sky_source_elevation", "harmonic"),
-    "ground_harmonics": ("surface_height", "zonal_harmonic"),
-}
-_WAVELENGTHS = dict.fromkeys((THERMAL_SHARE, SOURCE_SHARE), ("channel", WAVELENGTH))
 _LAST_NUMBER = 65535  # of channels and of parts
-_EMISSION = ("ground_temperature", "channel")
 
 
 def broken_channel_laws(root: Group) -> Iterator[str]:
@@ -71,9 +53,9 @@ def broken_channel_laws(root: Group) -> Iterator[str]:
     weight = root.variables.get("channel_weight")
     if weight is not None and abs(total := float(np.sum(np.asarray(weight.data, float))) - 1) > ROUNDING:
         yield f"channel_weight: the weights sum to {1 + total:g}; allowed: 1"
-    for name, dims in _WAVELENGTHS.items():
+    for name in (THERMAL_SHARE, SOURCE_SHARE):
         shares = root.variables.get(name)
-        if shares is not None and tuple(shares.dims) == dims:
+        if shares is not None and tuple(shares.dims) == wanted[name]:
             off = np.abs(np.asarray(shares.data, float).sum(axis=1) - 1).max(initial=0.0)
             if not off <= ROUNDING:
                 yield f"{name}: the shares of a channel sum to 1 within {off:g} only; allowed: 1"
@@ -81,12 +63,9 @@ def broken_channel_laws(root: Group) -> Iterator[str]:
 
 def _wanted(root: Group) -> dict[str, tuple[str, ...]]:
     """Axes of the arrays that the file must hold."""
-    harmonics = {*_HARMONICS, "ground_emission"} & set(root.variables)
-    light = _LIGHT | (_HARMONICS if harmonics else {})
-    parts = {name: (f"{name}_part", *dims) for name, dims in light.items()}
-    factors = {f"{name}_factor": ("channel", f"{name}_part") for name in light}
-    bent = {END_RISE: NODES} if END_RISE in root.variables else {}
-    return _ARRAYS | parts | factors | bent | _WAVELENGTHS | ({"ground_emission": _EMISSION} if harmonics else {})
+    harmonics = bool({*HARMONIC_LIGHT, GROUND_EMISSION} & set(root.variables))
+    fields = fields_of(harmonics=harmonics, bent=END_RISE in root.variables)
+    return {name: field.dims for name, field in fields.items() if name != NOT_READ}
 
 
 def _axes(root: Group, wanted: dict[str, tuple[str, ...]]) -> Iterator[str]:

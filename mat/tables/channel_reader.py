@@ -23,14 +23,27 @@ import numpy.typing as npt
 
 from skyshine.mat.quantities.channels.coordinates import RayCoordinates, RayPlaces
 from skyshine.mat.quantities.formulas import beta_star, mean_transmittance
-from skyshine.mat.tables.axes import AxisRule, Policy, with_policy
-from skyshine.mat.tables.channels import END_RISE, NODES, SOURCE_SHARE, THERMAL_SHARE
+from skyshine.mat.tables.axes import CLAMP, AxisRule
+from skyshine.mat.tables.channel_fields import (
+    ABOVE_RISE,
+    END_RISE,
+    GROUND_EMISSION,
+    NODES,
+    SKY_ELEVATION,
+    SOURCE_ELEVATION,
+    SOURCE_SHARE,
+    SURFACE,
+    TARGET,
+    THERMAL_SHARE,
+)
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.night import Night
+from skyshine.mat.tables.out_of_range import AS_STATED, OutOfRange
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.hdf5 import Group
 
-SKY_ELEVATION = "sky_source_elevation"
+# Coordinates of the channels: what lies outside them was refused by range, altitude or elevation before.
+_INNER = {*NODES, SURFACE, TARGET, ABOVE_RISE}
 SHORTEST_KM = 1e-12  # of air that stands for a range of 0, where the path radiance ratio has its limit
 
 
@@ -61,16 +74,20 @@ class ChannelReader:
     root : Group
     ground_km, scale_height_km : float
         Root attributes of the file.
+    out_of_range : OutOfRange
+        For the axes by which a user asks.
     """
 
     root: Group
     ground_km: float
     scale_height_km: float
+    out_of_range: OutOfRange
 
     @classmethod
-    def of(cls, root: Group, attributes: Mapping[str, Any]) -> ChannelReader:
+    def of(cls, root: Group, attributes: Mapping[str, Any], out_of_range: OutOfRange = AS_STATED) -> ChannelReader:
         """Of a file's root and its attributes."""
-        return cls(root, float(attributes["ground_altitude_km"]), float(attributes["scale_height_km"]))
+        ground, scale = float(attributes["ground_altitude_km"]), float(attributes["scale_height_km"])
+        return cls(root, ground, scale, out_of_range)
 
     @cached_property
     def rays(self) -> RayCoordinates:
@@ -101,9 +118,7 @@ class ChannelReader:
         local = paths.extinction @ weight / 1e3
         return beta_star(np.asarray(range_km, float) * 1e3 + np.zeros(local.shape), self._mean(paths)[0], local)
 
-    def path_radiance_ratio(
-        self, paths: ChannelPaths, source_elevation: npt.ArrayLike, angle: npt.ArrayLike, out_of_range: Policy = None
-    ) -> Floats:
+    def path_radiance_ratio(self, paths: ChannelPaths, source_elevation: npt.ArrayLike, angle: npt.ArrayLike) -> Floats:
         """Path radiance over absorptance, for a scattering angle [degree]."""
         absorbed = -np.expm1(-paths.depth)
         thermal = self._fields("thermal_ratio", paths.places)
@@ -112,13 +127,12 @@ class ChannelReader:
         night = self._night()
         factor = self._read(
             "source_factor",
-            out_of_range,
             source_part=self._numbers("source_part", np.broadcast_shapes(height.shape, np.shape(angle))),
             source_elevation=night.within(height),
             scattering_angle=angle,
         )
         parts = self._fields("scattered_ratio", paths.places)
-        scattered = np.maximum(np.sum(factor * parts, axis=0), 0.0) * night.share(height, out_of_range)
+        scattered = np.maximum(np.sum(factor * parts, axis=0), 0.0) * night.share(height)
         radiance = radiance + scattered * (absorbed @ self._array("source_reference"))
         absorptance = self._mean(paths)[1]
         return np.asarray(radiance / np.where(absorptance > 0, absorptance, np.inf))
@@ -140,30 +154,24 @@ class ChannelReader:
     ) -> Floats:
         """Direct irradiance over pi, (36); its part at each wavelength, (..., B), on request."""
         height = self._surface_height(paths)
-        above = np.asarray(source_elevation, float) - self._read("source_rise", "clamp", target_height=height)
+        above = np.asarray(source_elevation, float) - self._read("source_rise", target_height=height)
         place = {"target_height": height, "elevation_above_rise": above}
-        light = self._light("direct_light", paths, "clamp", shares=self._shares(SOURCE_SHARE, by_wavelength), **place)
+        light = self._light("direct_light", paths, shares=self._shares(SOURCE_SHARE, by_wavelength), **place)
         up = above[..., None] >= 0 if by_wavelength else above >= 0
         return np.where(up, np.maximum(light, 0.0), 0.0)
 
     def ambient_radiance(
-        self,
-        paths: ChannelPaths,
-        source_elevation: npt.ArrayLike,
-        out_of_range: Policy = None,
-        *,
-        by_wavelength: bool = False,
+        self, paths: ChannelPaths, source_elevation: npt.ArrayLike, *, by_wavelength: bool = False
     ) -> Floats:
         """Sky irradiance over pi, (20); its part at each wavelength, (..., B), on request."""
         names = "thermal_sky", "scattered_sky"
-        return np.maximum(self._sky(*names, paths, source_elevation, out_of_range, {}, by_wavelength), 0.0)
+        return np.maximum(self._sky(*names, paths, source_elevation, {}, by_wavelength), 0.0)
 
     def harmonics(
         self,
         paths: ChannelPaths,
         source_elevation: npt.ArrayLike,
         harmonic: npt.ArrayLike,
-        out_of_range: Policy = None,
         *,
         by_wavelength: bool = False,
     ) -> Floats:
@@ -173,7 +181,6 @@ class ChannelReader:
             "scattered_harmonics",
             paths,
             source_elevation,
-            out_of_range,
             {"harmonic": np.asarray(harmonic)},
             by_wavelength,
         )
@@ -185,11 +192,11 @@ class ChannelReader:
         height = self._surface_height(paths)
         channels = np.asarray(self.root.axes["channel"].values)
         emission = self._read(
-            "ground_emission", None, ground_temperature=np.asarray(kelvin, float)[..., None], channel=channels
+            GROUND_EMISSION, ground_temperature=np.asarray(kelvin, float)[..., None], channel=channels
         )
         place = {"surface_height": height, "zonal_harmonic": np.asarray(harmonic)}
         shares = self._shares(THERMAL_SHARE, by_wavelength)
-        return self._light("ground_harmonics", paths, "clamp", emission, shares=shares, **place)
+        return self._light("ground_harmonics", paths, emission, shares=shares, **place)
 
     def _sky(
         self,
@@ -197,29 +204,23 @@ class ChannelReader:
         scattered: str,
         paths: ChannelPaths,
         source_elevation: npt.ArrayLike,
-        out_of_range: Policy,
         place: dict[str, Any],
         by_wavelength: bool,
     ) -> Floats:
         height, night = self._surface_height(paths), self._night()
         elevation = np.asarray(source_elevation, float)
         emitted = self._light(
-            thermal, paths, "clamp", shares=self._shares(THERMAL_SHARE, by_wavelength), surface_height=height, **place
+            thermal, paths, shares=self._shares(THERMAL_SHARE, by_wavelength), surface_height=height, **place
         )
-        policy = {"surface_height": "clamp"}
-        if out_of_range is not None:
-            chosen = out_of_range if isinstance(out_of_range, str) else out_of_range.get("source_elevation")
-            policy |= {SKY_ELEVATION: chosen} if chosen else {}
         at = {"surface_height": height, SKY_ELEVATION: night.within(elevation)} | place
-        lit = self._light(scattered, paths, policy, shares=self._shares(SOURCE_SHARE, by_wavelength), **at)
-        share = night.share(elevation, out_of_range)
+        lit = self._light(scattered, paths, shares=self._shares(SOURCE_SHARE, by_wavelength), **at)
+        share = night.share(elevation)
         return emitted + lit * (share[..., None] if by_wavelength else share)
 
     def _light(
         self,
         name: str,
         paths: ChannelPaths,
-        out_of_range: Policy,
         spectrum: Floats | None = None,
         *,
         shares: Floats | None = None,
@@ -230,7 +231,7 @@ class ChannelReader:
         """
         shape = np.broadcast_shapes(paths.depth.shape[:-1], *(np.shape(values) for values in place.values()))
         part = self._numbers(f"{name}_part", shape)
-        value = self._read(name, out_of_range, **{f"{name}_part": part}, **place)
+        value = self._read(name, **{f"{name}_part": part}, **place)
         relative = np.exp(paths.depth.min(axis=-1, keepdims=True) - paths.depth)
         through = relative if spectrum is None else relative * spectrum
         factor = self._array(f"{name}_factor")
@@ -256,7 +257,7 @@ class ChannelReader:
         return logarithm.reshape(shape), absorptance.reshape(shape)
 
     def _night(self) -> Night:
-        return Night(AxisRule.of("source_elevation", self.root.axes["source_elevation"]))
+        return Night(self._rule(SOURCE_ELEVATION))
 
     def _fields(self, name: str, places: RayPlaces) -> Floats:
         """A field at places, one for each part in front where it has parts."""
@@ -264,20 +265,23 @@ class ChannelReader:
         first = self.root.variables[name].dims[0]
         if first not in NODES:
             place[first] = self._numbers(first, np.shape(places.share))
-        # Observers beyond the heights of the file are refused by altitude, before.
-        return self._read(name, "clamp", **place)
+        return self._read(name, **place)
 
     def _numbers(self, axis: str, shape: tuple[int, ...]) -> npt.NDArray[Any]:
         """Numbers of the parts of an axis, in front of a shape."""
         numbers = np.asarray(self.root.axes[axis].values)
         return numbers.reshape(-1, *[1] * len(shape))
 
-    def _read(self, name: str, out_of_range: Policy, **place: npt.ArrayLike) -> Floats:
+    def _read(self, name: str, **place: npt.ArrayLike) -> Floats:
         variable = self.root.variables[name]
-        rules = [AxisRule.of(dim, self.root.axes[dim]) for dim in variable.dims]
         places = {axis: np.asarray(values) for axis, values in place.items()}
-        known = [*(rule.name for rule in rules), "source_azimuth", "range", "altitude", "elevation", "harmonic"]
-        return interpolate(np.asarray(variable.data), with_policy(rules, out_of_range, known), places)
+        return interpolate(np.asarray(variable.data), [self._rule(dim) for dim in variable.dims], places)
+
+    def _rule(self, axis: str) -> AxisRule:
+        rule = AxisRule.of(axis, self.root.axes[axis])
+        if axis in _INNER:
+            return replace(rule, out_of_range=CLAMP)
+        return self.out_of_range.applied(rule, SOURCE_ELEVATION if axis == SKY_ELEVATION else None)
 
     def _array(self, name: str) -> Floats:
         return np.asarray(self.root.variables[name].data, float)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,10 +10,23 @@ import numpy as np
 
 from skyshine.mat.quantities.ambient_harmonics import GROUND_TEMPERATURES
 from skyshine.mat.radiometry.spherical_harmonics import HARMONICS, zonal
-from skyshine.mat.tables.atmq import RADIANCE
 from skyshine.mat.tables.axes import DARK_BELOW, EXACT, table_axis
 from skyshine.mat.tables.band import WAVELENGTH
-from skyshine.schemas.hdf5 import Axis, Group, Variable
+from skyshine.mat.tables.channel_fields import (
+    ABOVE_RISE,
+    END_RISE,
+    GROUND_EMISSION,
+    HARMONIC_LIGHT,
+    LIGHT,
+    SKY_ELEVATION,
+    SOURCE_ELEVATION,
+    SOURCE_SHARE,
+    SURFACE,
+    TARGET,
+    THERMAL_SHARE,
+    fields_of,
+)
+from skyshine.schemas.hdf5 import Axis, Group
 
 if TYPE_CHECKING:
     from skyshine.mat.quantities.channels.coordinates import RayCoordinates
@@ -25,9 +38,6 @@ if TYPE_CHECKING:
     from skyshine.mat.quantities.channels.wavelength_shares import WavelengthShares
     from skyshine.schemas.arrays import Floats
 
-NODES = ("share", "height_root", "direction")
-END_RISE = "end_rise"
-THERMAL_SHARE, SOURCE_SHARE = "thermal_wavelength_share", "source_wavelength_share"
 _LOG_STEP = 2.0**-11  # of the logarithm of mean extinction: a quarter of a thousandth of optical depth
 _KEPT_BITS = 13
 
@@ -84,159 +94,45 @@ def channel_group(content: ChannelContent, accuracy: Group, attributes: Mapping[
     attributes : mapping
         Band edges, state and source, for the root.
     """
-    part = Group({}, {})
-    for added in (_paths(content), _sources(content), _surfaces(content), _wavelengths(content.shares)):
-        part.axes.update(added.axes)
-        part.variables.update(added.variables)
+    known = fields_of(harmonics=content.surface.thermal_harmonics is not None, bent=content.bends_paths)
+    arrays = _paths(content) | _sources(content) | _surfaces(content)
+    arrays |= {THERMAL_SHARE: content.shares.thermal, SOURCE_SHARE: content.shares.source}
     own = {
         "ground_altitude_km": content.rays.ground_km,
         "scale_height_km": content.rays.scale_height_km,
         "range_km": list(content.range_km),
         "altitude_km": list(content.altitude_km),
     }
-    return Group(part.axes, part.variables, {"accuracy": accuracy}, dict(attributes) | own)
+    variables = {name: known[name].variable(values) for name, values in arrays.items()}
+    return Group(_axes(content), variables, {"accuracy": accuracy}, dict(attributes) | own)
 
 
-def _paths(content: ChannelContent) -> Group:
-    """Transmittance and thermal light of paths."""
-    nodes, fields = content.nodes, content.fields
+def _axes(content: ChannelContent) -> dict[str, Axis]:
+    nodes, sources, surface = content.nodes, content.sources, content.surface
     axes = {
         "share": table_axis(nodes.share, "1", "share of the way"),
         "height_root": table_axis(nodes.height_root, "1", "cube root of the observer's height above the ground in km"),
         "direction": table_axis(nodes.direction, "1", "direction of the line of sight: 0 to 1 ground, 2 to 4 space"),
         "channel": _numbers(content.weight.size, "monochromatic channel"),
         "absorber": _numbers(content.absorbers.count, "absorber"),
-    }
-    mean = np.log(fields.extinction)
-    variables = {
-        "effective_radius": Variable(
-            ("height_root",),
-            content.rays.effective_radius,
-            "km",
-            "radius of an Earth without refraction that has the same horizon at that height",
-        ),
-        "log_mean_extinction": Variable(
-            ("absorber", *NODES),
-            np.round(mean / _LOG_STEP) * _LOG_STEP,
-            "1",
-            "logarithm of the mean extinction of an absorber along the path, in km^-1",
-        ),
-        "absorber_factor": Variable(
-            ("channel", "absorber"), content.absorbers.factor, "1", "optical depth of a channel per absorber's"
-        ),
-        "channel_wavenumber": Variable(("channel",), content.wavenumber, "cm^-1", "wavenumber of the channel"),
-        "channel_weight": Variable(
-            ("channel",), content.weight / content.weight.sum(), "1", "weight in the band's transmittance"
-        ),
-        "thermal_reference": Variable(
-            ("channel",), content.light.thermal, RADIANCE, "black body at 288 K in the channel, with its weight"
-        ),
-        "thermal_ratio": Variable(
-            NODES, _rounded(fields.thermal), "1", "thermal path radiance over that of air at 288 K"
-        ),
-    }
-    if content.bends_paths:
-        variables[END_RISE] = Variable(
-            NODES,
-            _rounded(fields.end_rise),
-            "1",
-            "height of the end of the path above that of a straight line, over the range",
-        )
-    return Group(axes, variables)
-
-
-def _wavelengths(shares: WavelengthShares) -> Group:
-    """Where in the band the light of the channels lies."""
-    comment = {
-        "comment": "linear between the wavelengths, as reflectance_spectrum of the .band file; each row sums to 1"
-    }
-    axes = {WAVELENGTH: table_axis(shares.wavelength, "um", "wavelength in the band")}
-    variables = {
-        THERMAL_SHARE: Variable(
-            ("channel", WAVELENGTH),
-            shares.thermal,
-            "1",
-            "share of a wavelength in the emitted light of a channel",
-            comment,
-        ),
-        SOURCE_SHARE: Variable(
-            ("channel", WAVELENGTH),
-            shares.source,
-            "1",
-            "share of a wavelength in the source's light in a channel",
-            comment,
-        ),
-    }
-    return Group(axes, variables)
-
-
-def _sources(content: ChannelContent) -> Group:
-    """Scattered light of paths."""
-    sources = content.sources
-    axes = {
         "source_part": _numbers(max(sources.chosen_angle.size, 1), "direction of the source that the tables hold"),
-        "source_elevation": _source_elevation(sources.elevation, content.dark_below),
+        SOURCE_ELEVATION: _source_elevation(sources.elevation, content.dark_below),
         "scattering_angle": table_axis(
             sources.angle, "degree", "angle between the line of sight and the source, at the observer"
         ),
-    }
-    shape = content.nodes.shape
-    scattered = content.fields.scattered if sources.chosen_angle.size else np.zeros((1, *shape))
-    factor = sources.factor if sources.chosen_angle.size else np.zeros((1, *sources.factor.shape[1:]))
-    variables = {
-        "source_reference": Variable(
-            ("channel",), content.light.source, "1", "the source's light in the channel, with its weight"
-        ),
-        "scattered_ratio": Variable(
-            ("source_part", *NODES),
-            _rounded(scattered),
-            RADIANCE,
-            "scattered path radiance over sum of source_reference (1 - exp(-optical depth))",
-        ),
-        "source_factor": Variable(
-            ("source_part", "source_elevation", "scattering_angle"), factor, "1", "share of each part by direction"
-        ),
-    }
-    return Group(axes, variables)
-
-
-def _surfaces(content: ChannelContent) -> Group:
-    """Light on the surfaces at the ends of paths."""
-    surface = content.surface
-    axes: dict[str, Axis] = {
-        "surface_height": table_axis(surface.height_km, "km", "height of the surface point above the ground"),
-        "target_height": table_axis(
-            surface.target_height_km, "km", "height above the ground of the target of the beam"
-        ),
-        "sky_source_elevation": _source_elevation(surface.sky_elevation, content.dark_below),
-        "elevation_above_rise": table_axis(
+        SURFACE: table_axis(surface.height_km, "km", "height of the surface point above the ground"),
+        TARGET: table_axis(surface.target_height_km, "km", "height above the ground of the target of the beam"),
+        SKY_ELEVATION: _source_elevation(surface.sky_elevation, content.dark_below),
+        ABOVE_RISE: table_axis(
             surface.above_rise, "degree", "elevation of the source above the one at which it rises there"
         ),
     }
-    variables = {
-        "source_rise": Variable(
-            ("target_height",), surface.rise, "degree", "geometric elevation at which the source rises"
-        )
-    }
 
-    def add(name: str, light: LightParts | None, dims: tuple[str, ...], words: str) -> None:
-        if light is None:
-            return
-        axes[f"{name}_part"] = _numbers(len(light.value), f"spectrum of {name}")
-        variables[name] = Variable((f"{name}_part", *dims), light.value, RADIANCE, words)
-        variables[f"{name}_factor"] = Variable(
-            ("channel", f"{name}_part"), light.factor, "1", f"of {name} in each channel"
-        )
+    def parts(names: Collection[str]) -> dict[str, Axis]:
+        light = _light(surface)
+        return {f"{n}_part": _numbers(len(light[n].value), f"spectrum of {n}") for n in names if n in light}
 
-    height, source = "surface_height", "sky_source_elevation"
-    add(
-        "direct_light",
-        surface.direct,
-        ("target_height", "elevation_above_rise"),
-        "direct irradiance over pi, normal to the beam",
-    )
-    add("thermal_sky", surface.thermal_sky, (height,), "what the air emits on a level surface, over pi")
-    add("scattered_sky", surface.scattered_sky, (height, source), "scattered light on a level surface, over pi")
+    axes |= parts(LIGHT)
     if surface.thermal_harmonics is not None:
         count = surface.thermal_harmonics.value.shape[-1]
         axes["harmonic"] = table_axis(
@@ -249,23 +145,55 @@ def _surfaces(content: ChannelContent) -> Group:
             np.array(zonal(count), np.int32), "1", "spherical harmonic without azimuth, 10 l", interpolation=EXACT
         )
         axes["ground_temperature"] = table_axis(np.array(GROUND_TEMPERATURES), "K", "temperature of the ground")
-        add("thermal_harmonics", surface.thermal_harmonics, (height, "harmonic"), "harmonics of what the air emits")
-        add(
-            "scattered_harmonics",
-            surface.scattered_harmonics,
-            (height, source, "harmonic"),
-            "harmonics of scattered light around the surface",
-        )
-        add(
-            "ground_harmonics",
-            surface.ground_harmonics,
-            (height, "zonal_harmonic"),
-            "harmonics of the transmittance to the ground",
-        )
-        variables["ground_emission"] = Variable(
-            ("ground_temperature", "channel"), surface.ground_emission, "cm", "emission of the ground, per unit in band"
-        )
-    return Group(axes, variables)
+        axes |= parts(HARMONIC_LIGHT)
+    return axes | {WAVELENGTH: table_axis(content.shares.wavelength, "um", "wavelength in the band")}
+
+
+def _paths(content: ChannelContent) -> dict[str, Floats]:
+    """Transmittance and thermal light of paths."""
+    fields = content.fields
+    arrays = {
+        "effective_radius": content.rays.effective_radius,
+        "log_mean_extinction": np.round(np.log(fields.extinction) / _LOG_STEP) * _LOG_STEP,
+        "absorber_factor": content.absorbers.factor,
+        "channel_wavenumber": content.wavenumber,
+        "channel_weight": content.weight / content.weight.sum(),
+        "thermal_reference": content.light.thermal,
+        "thermal_ratio": _rounded(fields.thermal),
+    }
+    return arrays | ({END_RISE: _rounded(fields.end_rise)} if content.bends_paths else {})
+
+
+def _sources(content: ChannelContent) -> dict[str, Floats]:
+    """Scattered light of paths; one direction without light where there is none."""
+    sources, lit = content.sources, content.sources.chosen_angle.size > 0
+    return {
+        "source_reference": content.light.source,
+        "scattered_ratio": _rounded(content.fields.scattered if lit else np.zeros((1, *content.nodes.shape))),
+        "source_factor": sources.factor if lit else np.zeros((1, *sources.factor.shape[1:])),
+    }
+
+
+def _surfaces(content: ChannelContent) -> dict[str, Floats]:
+    """Light on the surfaces at the ends of paths."""
+    surface = content.surface
+    arrays = {"source_rise": surface.rise}
+    for name, light in _light(surface).items():
+        arrays |= {name: light.value, f"{name}_factor": light.factor}
+    return arrays | ({GROUND_EMISSION: surface.ground_emission} if surface.thermal_harmonics is not None else {})
+
+
+def _light(surface: SurfaceLight) -> dict[str, LightParts]:
+    """Light in parts by its name in the file, as far as there is some."""
+    light = {
+        "direct_light": surface.direct,
+        "thermal_sky": surface.thermal_sky,
+        "scattered_sky": surface.scattered_sky,
+        "thermal_harmonics": surface.thermal_harmonics,
+        "scattered_harmonics": surface.scattered_harmonics,
+        "ground_harmonics": surface.ground_harmonics,
+    }
+    return {name: parts for name, parts in light.items() if parts is not None}
 
 
 def _source_elevation(nodes: Floats, dark_below: float) -> Axis:

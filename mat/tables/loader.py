@@ -6,20 +6,25 @@ Arrays are read from their file when they are first asked for (a flat export sta
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TypeVar, cast
 
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import GRID, GridTable
+from skyshine.mat.tables.band import BandTable
 from skyshine.mat.tables.channel_laws import broken_channel_laws
-from skyshine.mat.tables.files import ATMQ, BAND, FORMATS, HTT, LUNAR_ATMQ
+from skyshine.mat.tables.files import BAND, FORMATS
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.laws import broken_rules_of_axes, broken_spectrum_laws
 from skyshine.mat.tables.limits import refuse_values
 from skyshine.mat.tables.raw import ENDING, read_raw
 from skyshine.mat.tables.stored_layout import refuse_layout
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.hdf5 import check_version, read_file
 from skyshine.schemas.paths import StrPath
+
+TableType = TypeVar("TableType", bound=Table)
+_KINDS: tuple[type[Table], ...] = (TemperatureTable, BandTable, AtmosphereTable)
 
 
 def open_table(path: StrPath, *, grid: bool = False) -> Table:
@@ -74,7 +79,7 @@ def open_table(path: StrPath, *, grid: bool = False) -> Table:
     check_version(path, filetype, version, FORMATS[filetype].major)
     for line in (*broken_rules_of_axes(root), *(broken_spectrum_laws(root) if filetype == BAND.name else ())):
         raise InputError(f"{line}; build the file again", file=path)
-    if filetype in (ATMQ.name, LUNAR_ATMQ.name):
+    if filetype in AtmosphereTable.filetypes:
         for line in broken_channel_laws(root):
             raise InputError(f"{line}; build the file again", file=path)
         if grid and GRID not in root.groups:
@@ -83,12 +88,31 @@ def open_table(path: StrPath, *, grid: bool = False) -> Table:
                 " source_azimuth_deg under atmosphere_grid of the job and build it again, or use mat export --axes",
                 file=path,
             )
-        return (
-            GridTable(path, filetype, root.groups[GRID], attributes)
-            if grid
-            else AtmosphereTable(path, filetype, root, attributes)
-        )
-    if grid:
+        if grid:
+            return GridTable(path, filetype, root.groups[GRID], attributes)
+    elif grid:
         raise InputError(f"holds '{filetype}'; allowed with grid: atmq, lunar_atmq; leave grid out", file=path)
-    kind = TemperatureTable if filetype == HTT.name else BandTable
+    kind = next(kind for kind in _KINDS if filetype in kind.filetypes)
     return kind(path, filetype, root, attributes)
+
+
+def open_as(kind: type[TableType], path: StrPath, remedy: str) -> TableType:
+    """Open a database that must be of one class.
+
+    Parameters
+    ----------
+    kind : type
+        `TemperatureTable`, `BandTable` or `AtmosphereTable`.
+    path : path
+    remedy : str
+        What to do where the file is of another type, for the message.
+
+    Raises
+    ------
+    InputError
+        The file is of another type, or as `open_table`.
+    """
+    table = open_table(path)
+    if table.filetype not in kind.filetypes:
+        raise InputError(f"holds '{table.filetype}'; allowed: {', '.join(kind.filetypes)}; {remedy}", file=table.path)
+    return cast(TableType, table)

@@ -12,8 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
-from skyshine.mat.tables.axes import AxisRule, Policy, with_policy
-from skyshine.mat.tables.gridded import ANGLE, AXES
+from skyshine.mat.tables.axes import CLAMP, AxisRule
 from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.errors import InputError
 
@@ -62,14 +61,8 @@ class Night:
         lacking: Booleans = (self.lowest > CIVIL_TWILIGHT) & (height < self.lowest) & (height > self.dark_below)
         return lacking
 
-    def share(self, elevation: npt.ArrayLike, out_of_range: Policy) -> Floats:
+    def share(self, elevation: npt.ArrayLike) -> Floats:
         """Share of the light of the lowest node at elevations [degree]; 1 at and above that node.
-
-        Parameters
-        ----------
-        elevation : array_like
-        out_of_range : Policy
-            In place of what the file states for elevations in a twilight that it does not hold.
 
         Raises
         ------
@@ -79,7 +72,7 @@ class Night:
         height = np.asarray(elevation, float)
         fading = self.lacks(height)
         if np.any(fading):
-            if with_policy([self.rule], out_of_range, (*AXES, ANGLE, "harmonic"))[0].out_of_range == "clamp":
+            if self.rule.out_of_range == CLAMP:
                 return np.where(height > self.dark_below, 1.0, 0.0)
             raise InputError(
                 f"{SOURCE_ELEVATION}: found {np.ravel(height[fading])[0]:g}; allowed: {self.lowest:g} and above, or"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,8 +12,9 @@ import numpy.typing as npt
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.axes import PERIODIC
+from skyshine.mat.tables.files import ATMQ, BAND, HTT, LUNAR_ATMQ
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.loader import open_table
-from skyshine.mat.tables.surface_tables import TemperatureTable
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.chart_style import (
     AMOUNT,
@@ -50,15 +52,11 @@ def draw(file: StrPath, picture: StrPath) -> Path:
     """
     table = open_table(file)
     with chart_style():
-        figure = new_figure(*((11.5, 9.2) if isinstance(table, AtmosphereTable) else (12.5, 4.6)), arranged=False)
+        drawn, size = _DRAWN[table.filetype]
+        figure = new_figure(*size, arranged=False)
         names = ", ".join(str(table.attributes[key]) for key in NAMED if key in table.attributes)
         figure.suptitle(f"{table.path.name}  ({table.attributes['title']})  {names}".rstrip(), fontsize=10)
-        if isinstance(table, TemperatureTable):
-            _temperatures(figure, table)
-        elif isinstance(table, AtmosphereTable):
-            _atmosphere(figure, table)
-        else:
-            _band(figure, table)
+        drawn(figure, table)
         return save_figure(figure, picture)
 
 
@@ -292,3 +290,12 @@ def _plain_powers(axis: Any) -> None:
 
     axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+
+
+# Function and size in inches of the picture of each file type.
+_DRAWN: dict[str, tuple[Callable[..., None], tuple[float, float]]] = {
+    HTT.name: (_temperatures, (12.5, 4.6)),
+    BAND.name: (_band, (12.5, 4.6)),
+    ATMQ.name: (_atmosphere, (11.5, 9.2)),
+    LUNAR_ATMQ.name: (_atmosphere, (11.5, 9.2)),
+}

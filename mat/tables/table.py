@@ -1,19 +1,18 @@
-"""A database that is open: its quantities, read linearly in every axis, and the part of it that one frame reads."""
+"""A database that is open: its quantities, read linearly in every axis."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.tables.axes import CLOCK_UNIT, AxisRule, Policy, with_policy
-from skyshine.mat.tables.frame import part_of
-from skyshine.mat.tables.gridded import ANGLE, AXES
+from skyshine.mat.tables.axes import CLOCK_UNIT, AxisRule
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.named_materials import AXIS, COORDINATES, NAMES
+from skyshine.mat.tables.out_of_range import AS_STATED, OutOfRange
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.hdf5 import Group
 
@@ -32,20 +31,21 @@ class Table:
     root : Group
     attributes : dict
         The root attributes.
-    fixed_axes : dict of str to float
-        Of a part of a table: axes that are gone, with the value that they were read at.
+    out_of_range : OutOfRange
+        What is done with values outside the axes.
     """
+
+    filetypes: ClassVar[tuple[str, ...]] = ()  # those whose files are of this class
 
     path: Path
     filetype: str
     root: Group
     attributes: dict[str, Any]
-    fixed_axes: dict[str, float] = field(default_factory=dict)
+    out_of_range: OutOfRange = AS_STATED
 
     def __repr__(self) -> str:
         """Type, file, axes and quantities, in a few lines."""
         axes = [f"{name} {np.size(axis.values)}" for name, axis in self.root.axes.items()]
-        axes += [f"{name} = {value:g}" for name, value in self.fixed_axes.items()]
         quantities = [f"{name} [{self.units(name)}]" for name in self.quantities]
         return (
             f"<{type(self).__name__} {self.filetype} {self.attributes.get('format_version')} '{self.path}'\n"
@@ -61,25 +61,41 @@ class Table:
         """Units of a quantity."""
         return self.root.variables[quantity].units
 
-    def rules(self, quantity: str, out_of_range: Policy = None) -> list[AxisRule]:
-        """Axes of a quantity, by their names without that of the quantity; `out_of_range` overrides the file's."""
+    def clamped(self, *axes: str) -> Self:
+        """The same table, in which a value outside an axis reads its nearest node.
+
+        Parameters
+        ----------
+        *axes : str
+            Names of the axes on which it does; by default all.
+
+        Raises
+        ------
+        InputError
+            An axis that the table lacks.
+        """
+        return replace(self, out_of_range=OutOfRange.clamping(axes, self._axis_names()))
+
+    def _axis_names(self) -> set[str]:
+        """Names by which the axes of all quantities are asked for."""
+        return {rule.name for quantity in self.quantities for rule in self.rules(quantity)}
+
+    def rules(self, quantity: str) -> list[AxisRule]:
+        """Axes of a quantity, by their names without that of the quantity."""
         if quantity not in self.root.variables:
             raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, self.quantities)}", file=self.path)
         dims = self.root.variables[quantity].dims
         if not set(dims) <= set(self.root.axes):
             raise InputError(f"'{quantity}' has an axis that the file lacks; build it again", file=self.path)
-        rules = [AxisRule.of(dim.removeprefix(f"{quantity}_"), self.root.axes[dim]) for dim in dims]
-        return with_policy(rules, out_of_range)
+        return [self.out_of_range.rule(dim.removeprefix(f"{quantity}_"), self.root.axes[dim]) for dim in dims]
 
-    def value(self, quantity: str, *, out_of_range: Policy = None, **where: Any) -> npt.NDArray[np.float64]:
+    def value(self, quantity: str, **where: Any) -> npt.NDArray[np.float64]:
         """Interpolated values of a quantity.
 
         Parameters
         ----------
         quantity : str
             One of `quantities`.
-        out_of_range : {'error', 'clamp'} or mapping of axis name to one of them, optional
-            Overrides what the file states for its axes.
         **where
             A number or an array for each axis, broadcast against each other; a material may be named.
 
@@ -93,54 +109,13 @@ class Table:
         InputError
             Unknown quantity, axis or material, missing axis, or a value outside its axis.
         """
-        rules = self.rules(quantity, out_of_range)
+        rules = self.rules(quantity)
         if "material" in where:
             where["material"] = self.material_codes(where["material"])
         data = self.root.variables[quantity].data
         if data.shape != tuple(rule.nodes.size for rule in rules) or data.dtype.kind not in "iuf":
             raise InputError(f"'{quantity}' does not fit its axes; build the file again", file=self.path)
         return interpolate(data, rules, where)
-
-    def part(self, *, out_of_range: Policy = None, **where: Any) -> Self:
-        """The part of the table that one frame reads; reading it gives what the whole table gives, with fewer values.
-
-        Parameters
-        ----------
-        out_of_range
-            As in `value`.
-        **where
-            For an axis, a number: its quantities are read there, and the axis is gone; or a pair, the least and the
-            most that will be asked for: the nodes around them stay. Other axes stay whole.
-
-        Returns
-        -------
-        Table
-            Of the same type, in memory.
-
-        Raises
-        ------
-        InputError
-            An unknown axis, a value outside its axis, or a pair on an axis that repeats.
-        """
-        if "material" in where:
-            where["material"] = self.material_codes(where["material"])
-        rules: dict[str, list[AxisRule]] = {}
-        places: dict[str, dict[str, Any]] = {}
-        for quantity in self.quantities:
-            rules[quantity] = self.rules(quantity)
-            places[quantity] = self._coordinates(quantity, where)
-        known = {rule.name for axis_rules in rules.values() for rule in axis_rules}
-        known |= {AXES[-1]} if ANGLE in known else set()
-        for name in where:
-            if name not in known:
-                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(known))}", file=self.path)
-        rules = {name: with_policy(axis_rules, out_of_range, known) for name, axis_rules in rules.items()}
-        fixed = {name: float(value) for name, value in where.items() if np.ndim(value) == 0}
-        return replace(self, root=part_of(self.root, rules, places), fixed_axes=self.fixed_axes | fixed)
-
-    def _coordinates(self, quantity: str, where: dict[str, Any]) -> dict[str, Any]:
-        """What `part` reads or cuts of a quantity's own axes."""
-        return where
 
     def error(self, quantity: str) -> dict[str, float]:
         """The interpolation error that the file states for a quantity.
@@ -193,7 +168,7 @@ class Table:
             coordinates[AXIS] = arrays.pop(NAMES)
         if "date" in self.attributes:
             coordinates["date"] = ((), np.datetime64(str(self.attributes["date"]), "ns"), {"long_name": "local day"})
-        return xarray.Dataset(arrays, coordinates, self.attributes | self.fixed_axes)
+        return xarray.Dataset(arrays, coordinates, self.attributes)
 
     @property
     def materials(self) -> dict[str, int]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import skyshine.mat
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
@@ -58,13 +59,13 @@ def by_library(files, frame, **faces):
     tables = [skyshine.mat.open(files[name]) for name in TABLES]
     of, one = {name: np.array(frame[name]) for name in LISTS}, np.ones(len(frame["range"]))
     ground = frame.get("ground_material")
+    names = ("centre_range", "altitude", "centre_elevation", "source_elevation")
+    lines = LinesOfSight(
+        *(frame[name] * one for name in names), (frame["source_heading"] - frame["centre_heading"]) * one
+    )
     view = View(
-        range=of["range"],
-        centre_range=frame["centre_range"] * one,
-        centre_elevation=frame["centre_elevation"] * one,
-        altitude=frame["altitude"] * one,
-        source_elevation=frame["source_elevation"] * one,
-        source_azimuth=(frame["source_heading"] - frame["centre_heading"]) * one,
+        lines,
+        of["range"],
         source_heading=frame["source_heading"] * one,
         normal=directions(90 - of["surface_slope"], of["surface_azimuth"]),
         to_source=directions(frame["source_elevation"] * one, frame["source_heading"] * one),

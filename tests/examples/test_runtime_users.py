@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import skyshine.mat
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
@@ -73,12 +74,8 @@ def expected(files: list[Path]) -> dict[str, float]:
         air,
         faces,
         View(
-            range=1.2 * one,
-            centre_range=1.3 * one,
-            centre_elevation=-12 * one,
-            altitude=0.6 * one,
-            source_elevation=30 * one,
-            source_azimuth=70 * one,
+            LinesOfSight(1.3 * one, 0.6 * one, -12 * one, 30 * one, 70 * one),
+            1.2 * one,
             source_heading=150 * one,
             normal=np.array([[0.3, -0.2, 0.9]]),
             to_source=np.array([[0.5, 0.5, 0.6]]),

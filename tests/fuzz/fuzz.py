@@ -8,6 +8,7 @@ how many inputs were tried.
 The targets ``table``, ``flat``, ``classifier`` and ``database`` change the bytes of files that a build made, in the
 folder SKYSHINE_FUZZ_TABLES. The target ``structure`` changes what stands in small databases of its own: arrays,
 attributes, dimension scales, storage and links (hostile_random.py); ``fuzz.py structure --seconds 180`` runs it alone.
+Of texts a third of the inputs have other numbers, words, fields, lines or values (text_changes.py).
 """
 
 import argparse
@@ -61,7 +62,7 @@ class Watch:
         )
 
 
-def fuzz(target: str, seconds: float) -> None:
+def fuzz(target: str, seconds: float, seed_of_draws: int) -> None:
     """Fuzz a target in this process, which ends here."""
     import atheris
 
@@ -71,7 +72,7 @@ def fuzz(target: str, seconds: float) -> None:
 
         from skyshine.schemas.errors import InputError
 
-    corpus, tried, draw = readers.seeds(target), 0, random.Random(1)
+    corpus, tried, draw = readers.seeds(target), 0, random.Random(seed_of_draws)
     if not corpus:
         print(f"{target}: no seeds; set SKYSHINE_FUZZ_TABLES to a folder of databases", flush=True)
         return
@@ -89,8 +90,10 @@ def fuzz(target: str, seconds: float) -> None:
 
     def one(data: bytes) -> None:
         nonlocal tried, found
-        # Half of the inputs are bred from good ones, so that they reach what stands behind the syntax.
-        data = mutated(draw.choice(corpus), draw) if tried % 2 else data
+        # Most inputs are bred from good ones, so that they reach what comes after the syntax; a third by coverage.
+        if tried % 3:
+            seed = draw.choice(corpus)
+            data = (readers.changed(target, seed, draw) if tried % 3 == 1 else None) or mutated(seed, draw)
         begin, tried = time.process_time(), tried + 1
         try:
             watch.armed = tried > 1  # the first loads what readers import late
@@ -130,14 +133,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("targets", nargs="*", metavar="TARGET")
     parser.add_argument("--seconds", type=float, default=600)
+    parser.add_argument("--seed", type=int, default=1, help="Of the draws: another gives other inputs.")
     options = parser.parse_args()
     if len(options.targets) == 1:
-        fuzz(options.targets[0], options.seconds)
+        fuzz(options.targets[0], options.seconds, options.seed)
         return
     targets = options.targets or _names()
     failed = []
     for target in targets:
         command = [sys.executable, __file__, target, "--seconds", str(options.seconds / len(targets))]
+        command += ["--seed", str(options.seed)]
         done = subprocess.run(command, capture_output=True, text=True)
         words = [line for line in (done.stdout + done.stderr).splitlines() if not line.startswith(("INFO", "WARNING"))]
         print(

@@ -217,7 +217,7 @@ def _atmosphere_accuracy() -> Group:
 def with_shade(path: Path) -> Path:
     """Give a texture a layer of shade, of shares drawn for each level, so that no level follows from another."""
     root, attributes = read_file(path)
-    header = Header("tmm", "1.5.0", *(str(attributes[name]) for name in ("data_version", "job", "title")))
+    header = Header("tmm", "1.6.0", *(str(attributes[name]) for name in ("data_version", "job", "title")))
     draw, levels = np.random.default_rng(3), root.groups["levels"]
     shaded = {}
     for name, level in levels.groups.items():

@@ -10,6 +10,7 @@ import lzma
 import os
 import random
 import re
+import struct
 import sys
 import tempfile
 from collections.abc import Callable
@@ -40,8 +41,7 @@ from skyshine.tmm.classify.model_file import read_model
 from skyshine.tmm.database.reader import open_tmm
 from skyshine.tmm.exchange.cdb_materials import load_map
 from skyshine.tmm.exchange.cdb_table import read_table
-from skyshine.tmm.exchange.indexed_png import read_indices
-from skyshine.tmm.exchange.legend import read_legend
+from skyshine.tmm.exchange.rasters import read_plane
 from skyshine.tmm.images.georeference import read_georeference
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.job.load import load_job as load_textures
@@ -49,6 +49,7 @@ from skyshine.tmm.job.load import load_job as load_textures
 sys.path.insert(0, str(Path(__file__).parent))
 import good_databases
 import hostile_random
+import text_changes
 
 ROOT = Path(__file__).parents[2]
 JOB = """\
@@ -107,6 +108,9 @@ PANGAEA = (
     "/* DATA DESCRIPTION:\nEvent\tX * LATITUDE: 46.8 * LONGITUDE: 6.9\n*/\nDate/Time\tSWD [W/m**2]\tT2 [C]\tRH [%]\n"
 )
 PANGAEA += "".join(f"2026-06-{d}T{h:02d}:00\t{20 * h}\t20.0\t50\n" for d in (28, 29) for h in range(24))
+HISTORY = "193 0.250000\n" + "".join(
+    f"{n / 4:.2f}-15.00 1000.00  0.65-20.00   5.00    98.02     5.17 1.00  0  0   0.00  0.00\n" for n in range(193)
+)
 TIRS = "A filter in nm\nWavelength  RSR  STDEV\n\n10300 -0.0005 .001\n10600 .4 .001\n10900 1 .001\n11400 0 .001\n"
 MEASURED = "wavelength (um);reflectance\n" + "".join(f"{0.4 + n / 10:.1f};0,{10 + n}\n" for n in range(20))
 OBJ = "mtllib in.mtl\nv 0 0 0\nv 4 0 0\nv 4 0 -4\nv 0 0 -4\nvt 0 0\nvt 1 0\nvt 1 1\nusemtl ground\n"
@@ -153,9 +157,6 @@ textures:
     classifier: {radius: 2, prior: {conifer: 5, asphalt_road: 1}}
     seeds: {polygons: {asphalt_road: [[[6, 60], [30, 60], [44, 112]]], conifer: [[[206, 66], [228, 62], [232, 100]]]}}
 """
-LEGEND = (
-    '{"image": "road.png", "no_material": 0, "materials": {"1": {"code": 7, "name": "asphalt_road"}, "2": "conifer"}}'
-)
 MATERIAL = "<Material><Name>BM_SAND</Name><Weight>60</Weight></Material><Material><Name>BM_SOIL</Name><Weight>40</Weight></Material>"  # noqa: E501
 CDB = f"<T><Composite_Material index='7'><Name>a</Name><Primary_Substrate>{MATERIAL}</Primary_Substrate>"
 CDB += f"<Surface_Substrate>{MATERIAL}<Thickness>0.1</Thickness></Surface_Substrate></Composite_Material></T>"
@@ -176,11 +177,8 @@ def _downloaded(path: Path) -> None:
 
 
 def _envi(path: Path) -> None:
-    with tempfile.TemporaryDirectory() as folder:
-        header = Path(folder, "in.hdr")
-        header.write_bytes(path.read_bytes())
-        Path(folder, "in.sli").write_bytes(np.linspace(0.1, 0.6, 16, dtype=np.float32).tobytes())
-        read_spectrum(header, Said())
+    path.with_suffix(".sli").write_bytes(np.linspace(0.1, 0.6, 16, dtype=np.float32).tobytes())
+    read_spectrum(path, Said())
 
 
 def _series(path: Path) -> None:
@@ -250,9 +248,11 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "measured": (".csv", lambda path: read_spectrum(path, Said())),
     "envi": (".hdr", _envi),
     "gltf": (".gltf", gltf_parts),
+    "glb": (".glb", gltf_parts),
     "obj": (".obj", obj_parts),
     **dict.fromkeys(("metar", "psm", "pvgis", "meteostat"), (".csv", _downloaded)),
     "pangaea": (".tab", _downloaded),
+    "history": (".wth", _downloaded),
     "weather_netcdf": (".nc", _downloaded),
     "epw": (".epw", lambda path: read_weather(path, datetime.date(2026, 6, 28), -6, radiation=True)),
     "tmy3": (".csv", lambda path: read_weather(path, datetime.date(2026, 6, 28), -5, radiation=True)),
@@ -263,8 +263,7 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "texture_job": (".yaml", lambda path: load_textures(path, LIBRARY)),
     "texture": (".png", _texture),
     "tiff": (".tif", _texture),
-    "indices": (".png", read_indices),
-    "legend": (".json", lambda path: read_legend(path, LIBRARY)),
+    "indices": (".png", read_plane),
     "cdb_table": (".xml", read_table),
     "cdb_map": (".yaml", lambda path: load_map(LIBRARY, path)),
     "classifier": (".tmm-model.h5", read_model),
@@ -287,7 +286,6 @@ TEXTS = {
     "spectrum": SPECTRUM,
     "lines": LINES,
     "texture_job": TEXTURES,
-    "legend": LEGEND,
     "cdb_table": CDB,
     "response_text": TIRS,
     "measured": MEASURED,
@@ -299,6 +297,7 @@ TEXTS = {
     "pvgis": PVGIS,
     "meteostat": METEOSTAT,
     "pangaea": PANGAEA,
+    "history": HISTORY,
 }
 FOLDERS = {
     "material": (ROOT / "materials" / "ht", "*.yaml"),
@@ -325,11 +324,28 @@ def seeds(target: str) -> list[bytes]:
         return [_netcdf()]
     if target == "weather_netcdf":
         return [_point()]
+    if target == "glb":
+        return [_binary(GLTF.encode())]
     if target == "structure":
         return [bytes([number]) for number in range(8)]
     folder, pattern = FOLDERS.get(target) or (os.environ.get("SKYSHINE_FUZZ_TABLES"), TABLES[target])
     found = [path.read_bytes() for path in sorted(Path(folder).glob(pattern))[:8]] if folder else []
     return [re.sub(rb'"data": "[^"]*"', b'"data": "in.raw.bin"', data) for data in found] if target == "flat" else found
+
+
+def changed(target: str, seed: bytes, draw: random.Random) -> bytes | None:
+    """A good input with its values or its form changed; nothing for targets that are no text."""
+    if target in ("gltf", "legend"):
+        return text_changes.changed_json(seed, draw)
+    if target == "glb":
+        return _binary(text_changes.changed_json(GLTF.encode(), draw))
+    return text_changes.changed_text(seed, draw) if target in {*TEXTS, *FOLDERS} else None
+
+
+def _binary(document: bytes) -> bytes:
+    """A glTF document as one chunk of a binary file."""
+    padded = document + b" " * (-len(document) % 4)
+    return struct.pack("<4sIIII", b"glTF", 2, 20 + len(padded), len(padded), 0x4E4F534A) + padded
 
 
 def _picture(target: str) -> bytes:

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import skyshine.mat
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance, pixel_value
 from skyshine.schemas.errors import InputError
 from skyshine.tmm import open_tmm
@@ -237,8 +238,10 @@ def by_library(scene: dict) -> dict[str, np.ndarray]:
     faces = Faces(codes, shares, **face, ground_material=of.get("ground_material"))
     temperature = np.array([_temperatures(surface, faces, number, pixel) for number, pixel in enumerate(pixels)])
     faces = replace(faces, temperature=temperature, **_exposure(surface, faces, scene, pixels, shade))
-    names = [field.name for field in fields(View) if field.name in of]
-    terms = pixel_radiance(surface, band, air, faces, View(**{name: of[name] for name in names}))
+    place = ("centre_range", "altitude", "centre_elevation", "source_elevation", "source_azimuth")
+    lines = LinesOfSight(*(of[name] for name in place))
+    directions = (of[name] for name in ("normal", "to_source", "to_observer"))
+    terms = pixel_radiance(surface, band, air, faces, View(lines, of["range"], *directions, of.get("source_heading")))
     camera = {name: scene[name] for name in ("bits", "gain", "buffer_gain", "offset")}
     result = {field.name: getattr(terms, field.name) for field in fields(terms)} | {"radiance": terms.radiance}
     return result | {"pixel_value": pixel_value(terms.radiance, **camera)}

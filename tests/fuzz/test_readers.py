@@ -50,4 +50,4 @@ def test_a_changed_input_is_read_or_refused_in_one_line(target, tmp_path, pick, 
         readers.read(target, data, tmp_path)
     except InputError as error:
         assert "\n" not in str(error)
-    assert len(list(tmp_path.iterdir())) == 1
+    assert {path.stem for path in tmp_path.iterdir()} == {"in"}

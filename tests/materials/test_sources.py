@@ -1,6 +1,7 @@
 """Kinds of source: what begins how, what may be a definition, and that the library keeps to both."""
 
 import json
+import re
 from dataclasses import replace
 
 import pytest
@@ -8,7 +9,7 @@ from click.testing import CliRunner
 
 from skyshine.mat.cli import main
 from skyshine.materials.library import load_library
-from skyshine.materials.sources import KINDS, SPECTRUM, count_kinds, kind_of, may_be_defined
+from skyshine.materials.sources import KINDS, SPECTRUM, count_kinds, kind_of
 from skyshine.schemas.errors import InputError
 
 # Of library 1.6.0; of the 3,108 values of 1.4.0 881 were "chosen" and 202 an "estimate". The share may fall, not rise.
@@ -39,6 +40,30 @@ def test_kind_is_how_a_source_begins(source, kind):
 def test_source_of_no_kind_is_refused_in_words(source):
     with pytest.raises(InputError, match=r"allowed: \[reference\]"):
         kind_of(source)
+
+
+# The values that a definition may stand behind: those with which the file would be of another object, in another place
+# or state, and which no sample of the substance has.
+_OBJECT = re.compile(
+    r"(skin|layers\.\d)\.thickness|back\.\w+|operated\.\w+\.\w+|surface\.(exposure|canopy|snow)|soil\.layers|stand\.soil"
+)
+
+
+def may_be_defined(material, field):
+    """Whether a definition may stand behind a field of a material, as `materials/README.md` says.
+
+    Of an object or its state: thicknesses, what lies behind, exposure, whether leaves or snow, what leaves stand on;
+    wetness, and a resistance that is without effect; the roughness of a plate, roof or wall, which is a class; a lobe's
+    width where nothing is in the lobe. All else is a property of the substance, which somebody can measure.
+    """
+    surface = material.surface
+    if field == "surface.roughness_length":
+        return surface.exposure != "field"
+    if field == "surface.surface_resistance":
+        return surface.wetness == 0 or surface.surface_resistance == 0
+    if field == "lobe_fwhm":
+        return material.specular_fraction == 0
+    return field == "surface.wetness" or _OBJECT.fullmatch(field) is not None
 
 
 def test_definitions_stand_behind_objects_and_not_behind_substances(library):

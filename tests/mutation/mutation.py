@@ -3,10 +3,11 @@
 A fault is one operator or one constant changed, by the operators of Cosmic Ray and by factors of 0.8 and 1.25, or the
 form of an expression: a term, factor or square less, operands or an index exchanged, any for all (rewrites.py).
 Tolerances, guards against division by zero and nodes of interpolation are passed over (numerical_choices.py): a fifth
-more or less changes cost, not the result. Faults are drawn at random, so many of each folder; each is planted in a copy
-of the installed package, first on the path, and the tests that know the module run until one fails: those of the
-mirrored folder, then those that import the module; with `--lines`, before them the tests that run the line
-(line_tests.py records them). A fault that no test notices survives; survivors are listed with their line.
+more or less changes cost, not the result. Faults are drawn at random, so many of each folder; each is planted in a fork
+of its own (forked_tests.py), where the tests that know the module run until one fails: those of the mirrored folder,
+then those that import the module; with `--lines`, before them the tests that run the line (line_tests.py records
+them). Where the tests do not end within their budget of processor time, the fault has "no time". A fault that no test
+notices survives; survivors are listed with their line.
 
     python tests/mutation/mutation.py --count 50                         # of each folder
     python tests/mutation/mutation.py --folder mat/surface --count 20 --seed 3 --out faults.json
@@ -22,15 +23,11 @@ import argparse
 import ast
 import concurrent.futures
 import difflib
-import importlib.util
 import json
 import os
-import shutil
-import subprocess
 import sys
-import tempfile
 import tokenize
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -39,12 +36,22 @@ from cosmic_ray.ast import is_number
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.operators.operator import Operator
 from cosmic_ray.plugins import get_operator, operator_names
+from forked_tests import load_libraries, outcome_of
 from line_tests import LineTests
 from numerical_choices import is_numerical_choice
 from rewrites import rewrites
 
 CHECKOUT = Path(__file__).parents[2]
-FOLDERS = ("mat/atmosphere", "mat/surface", "mat/quantities", "mat/radiometry", "mat/tables", "tmm")
+FOLDERS = (
+    "mat/atmosphere",
+    "mat/surface",
+    "mat/quantities",
+    "mat/radiometry",
+    "mat/tables",
+    "mat/runtime",
+    "mat/measure",
+)
+FOLDERS += ("mat/job", "mat/render", "schemas", "tmm")
 # Modules without formulas: what reads, writes or draws is tested by other means.
 PASSED_OVER = (
     "commands",
@@ -60,7 +67,6 @@ PASSED_OVER = (
 ARITHMETIC = {"Add", "Sub", "Mul", "Div", "Pow"}
 TURNED = {("Lt", "Gt"), ("Gt", "Lt"), ("LtE", "GtE"), ("GtE", "LtE"), ("Lt", "GtE"), ("Gt", "LtE")}
 REWRITTEN = 0.5  # share of the faults that change the form of an expression
-SECONDS = 1800  # for the tests of one fault
 TESTS_OF_LINE, FILES_BESIDE = 80, 6  # at most, where the tests of each line are known
 
 
@@ -97,6 +103,8 @@ class Fault:
         The line.
     caught_by : str
         The first test that failed; empty where all passed, or did not end.
+    ended : bool
+        Whether all tests ran within their time.
     """
 
     module: str
@@ -104,6 +112,7 @@ class Fault:
     before: str
     after: str
     caught_by: str = ""
+    ended: bool = False
 
 
 def operators() -> list[Operator]:
@@ -193,36 +202,16 @@ def tests_of(module: str) -> list[str]:
     return [str(file.relative_to(CHECKOUT)) for file in files[:40]]
 
 
-def planted(fault: Fault, text: str, lines: LineTests | None = None) -> Fault:
-    """Run the tests of a fault in a copy of the package."""
+def planted(fault: Fault, text: str, budget: float, known: dict[str, float], lines: LineTests | None = None) -> Fault:
+    """Run the tests of a fault; `known` gains their times."""
     tests = tests_of(fault.module)
     if lines is not None and (nodes := lines.of(fault.module, fault.line, TESTS_OF_LINE)):
         tests = [*nodes, *tests[:FILES_BESIDE]]
-    with tempfile.TemporaryDirectory() as work:
-        package = Path(work) / "path" / "skyshine"
-        installed = Path(importlib.util.find_spec("skyshine").origin).parent
-        shutil.copytree(installed, package, copy_function=os.symlink, ignore=shutil.ignore_patterns("__pycache__"))
-        target = package / fault.module
-        target.unlink()
-        target.write_text(text, encoding="utf-8")
-        environment = os.environ | {
-            "PYTHONPATH": str(package.parent),
-            "PYTHONDONTWRITEBYTECODE": "1",
-            "SKYSHINE_CACHE": "",
-            "OMP_NUM_THREADS": "1",
-        }
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-p", "no:cacheprovider"]
-        command += [f"--basetemp={work}/pytest", *tests]
-        try:
-            done = subprocess.run(
-                command, cwd=CHECKOUT, env=environment, capture_output=True, text=True, timeout=SECONDS
-            )
-        except subprocess.TimeoutExpired:
-            return fault
-        failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
-        if not failed and done.returncode != 0:
-            raise RuntimeError(f"the tests of {fault.module} did not run:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
-        return Fault(**asdict(fault) | {"caught_by": failed[0].split(" - ")[0] if failed else ""})
+    outcome = outcome_of(CHECKOUT / fault.module, text, tests, CHECKOUT, budget, known)
+    if not outcome.seconds and not outcome.failed:
+        raise RuntimeError(f"the tests of {fault.module} did not run")
+    known.update({} if outcome.failed else outcome.seconds)
+    return replace(fault, caught_by=outcome.failed, ended=outcome.ended)
 
 
 def main() -> int:
@@ -231,6 +220,7 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=40, help="Faults of each folder.")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="Faults at a time.")
+    parser.add_argument("--budget", type=float, default=60.0, help="Processor seconds for the tests of a fault.")
     parser.add_argument("--least", type=float, default=0.0, help="Share to be caught, for the exit status.")
     parser.add_argument("--out", type=Path, help="JSON file of all faults.")
     parser.add_argument("--lines", type=Path, help="File of line_tests.py.")
@@ -238,10 +228,13 @@ def main() -> int:
     lines = None if given.lines is None else LineTests(given.lines)
     faults = [fault for folder in given.folder or FOLDERS for fault in drawn_faults(folder, given.count, given.seed)]
     results: list[Fault] = []
+    known: dict[str, float] = {}
+    load_libraries()
     with concurrent.futures.ThreadPoolExecutor(given.jobs) as pool:
-        for fault in pool.map(lambda pair: planted(*pair, lines), faults):
+        for fault in pool.map(lambda pair: planted(*pair, given.budget, known, lines), faults):
             results.append(fault)
-            print("caught  " if fault.caught_by else "SURVIVED", f"{fault.module}:{fault.line}", flush=True)
+            word = "caught  " if fault.caught_by else "SURVIVED" if fault.ended else "no time "
+            print(f"{word} {fault.module}:{fault.line} {fault.caught_by}", flush=True)
             if given.out:
                 given.out.write_text(json.dumps([asdict(fault) for fault in results], indent=1), encoding="utf-8")
     for folder in given.folder or FOLDERS:
@@ -250,7 +243,10 @@ def main() -> int:
         print(f"{folder}: {caught} of {len(of_folder)} caught")
     for fault in results:
         if not fault.caught_by:
-            print(f"{fault.module}:{fault.line}\n" + "\n".join(difflib.ndiff([fault.before], [fault.after])))
+            print(
+                f"{fault.module}:{fault.line}{'' if fault.ended else ' (the tests did not end)'}\n"
+                + "\n".join(difflib.ndiff([fault.before], [fault.after]))
+            )
     caught = sum(bool(fault.caught_by) for fault in results)
     print(f"{caught} of {len(results)} caught")
     return int(caught < given.least * len(results))

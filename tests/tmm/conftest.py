@@ -68,9 +68,9 @@ class Built:
         self.path, self.map = path, map_texture(job, folder, library)
         self.written = write_texture(self.map, path)
         with open_tmm(path) as file:
-            self.code, self.confidence, self.typicality = (
-                file.array(f"levels/0/{name}") for name in ("code", "confidence", "typicality")
-            )
+            names = ("code", "confidence", "typicality")
+            arrays = (file.array(f"levels/0/{name}") if file.has(f"levels/0/{name}") else None for name in names)
+            self.code, self.confidence, self.typicality = arrays
 
 
 @pytest.fixture

@@ -49,8 +49,8 @@ def hemisphere(monkeypatch):
     return place
 
 
-def test_grass_of_payerne_on_wet_ground(shared_data, tmp_path, hemisphere):
-    """A rainy June: reference grass of FAO Paper 56 (2.88) over the library's wet loam is nearer than a closed skin."""
+def test_grass_of_payerne_on_watered_ground(shared_data, tmp_path, hemisphere):
+    """A rainy June: reference grass of FAO Paper 56 (2.88) over loam at field capacity is nearer than a closed skin."""
     hemisphere.update(latitude=46.815, longitude=6.944)
     measured = measured_sets.bsrn(shared_data / "heat" / "bsrn" / "bsrn-pay0616.dat.gz")
     absorptance = 1 - measured_sets.albedo(measured)
@@ -58,7 +58,7 @@ def test_grass_of_payerne_on_wet_ground(shared_data, tmp_path, hemisphere):
     grass = open_stand("grass_green", "library").with_optics(solar_absorptance=absorptance)
     before, _ = measured_sets.compare(closed, measured, tmp_path, heights=(2.0, 2.0))
     after, _ = measured_sets.compare(grass, measured, tmp_path, heights=(2.0, 2.0))
-    assert after < 0.9 and after < 0.8 * before
+    assert after < 1.05 and after < 0.9 * before
 
 
 @pytest.mark.parametrize(("leaf_area_index", "limit"), [("library", 0.9), (2.2, 1.2), (2.0, 1.35)])
@@ -77,14 +77,14 @@ def test_oaks_of_puechabon(shared_data, tmp_path, hemisphere, leaf_area_index, l
 
 
 def test_meadow_of_caldern(shared_data, tmp_path, hemisphere):
-    """A calm day of summer in a forest, whose closed skin is too cold by day already: wet ground in its gaps makes it
-    colder still. How wet that ground was is not known."""
+    """A calm day of summer in a forest, whose closed skin is too cold by day: over loam at field capacity it is warmer.
+    How wet that ground was is not known."""
     hemisphere.update(latitude=50.84, longitude=8.68)
     measured = measured_sets.caldern(shared_data)
     absorptance = 1 - measured_sets.albedo(measured)
     grass = open_stand("grass_green", "library").with_optics(solar_absorptance=absorptance)
     rms, _ = measured_sets.compare(grass, measured, tmp_path)
-    assert rms < 3.3
+    assert rms < 1.8
 
 
 def replace_surface(material, surface, leaves=None):

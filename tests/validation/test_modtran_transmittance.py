@@ -266,7 +266,7 @@ def test_scattered_sunlight(spectra, state):
             ends = np.append(segments.index, segments.index[-1] + 1)
             angles = [f(rays, *SOURCE)[p, ends] for f in (geometry.source_cosine, geometry.scattering_cosine)]
             ours[p, b], azimuthal[p, b] = (
-                (one.scattered_radiance(segments, depths, *angles) @ weight)[0] for one in (mean, air)
+                (one.scattered_along(segments, depths, *angles)[0] @ weight)[0] for one in (mean, air)
             )
             scaled = Depths(segments.column(mean.scaled_extinction))
             once[p, b] = ours[p, b] - (mean.diffuse_light.spectral(segments, depths, scaled, *angles)[0] @ weight)[0]

@@ -15,6 +15,7 @@ from skyshine.mat.builder.tasks import run_task
 from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.plan import Kind, make_plan
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.ground import over_ground
@@ -96,8 +97,8 @@ def of_all_points(loaded, lines):
     sun = source_irradiance(job, "sun", points.wavenumber, points.width)
     air = BandAtmosphere.of(state, points)
     place = np.array(lines).T
-    path = air.spectral_at_points(*place, sun)
-    surface = air.spectral_at_points(np.zeros(len(lines)), *place[1:], sun)
+    path = air.spectral_at_points(LinesOfSight(*place), sun)
+    surface = air.spectral_at_points(LinesOfSight(np.zeros(len(lines)), *place[1:]), sun)
     return {
         "transmittance": path.transmittance @ points.weight / points.weight.sum(),
         "path_radiance": path.path_radiance,

@@ -17,6 +17,7 @@ from skyshine.mat.job.load import load_job
 from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
@@ -164,7 +165,7 @@ def own_errors(table, places, truth, response):
     per_radiance = 2.0 / (high - low)
     tau = truth.transmittance[:, 0]
     read = {
-        name: table.value(name, out_of_range="clamp", **{axis: places[axis] for axis in AXES[:n]})
+        name: table.clamped().value(name, **{axis: places[axis] for axis in AXES[:n]})
         for name, (_, n) in QUANTITIES.items()
     }
     sky = len(truth.ambient)
@@ -321,7 +322,7 @@ def test_channels_hold_at_fresh_points(edges, tolerance, megabytes, tmp_path, mo
     for name, error in errors.items():
         print(f"  {name}: 99 % {np.percentile(np.abs(error), 99):.3f} K, worst {np.abs(error).max():.3f} K")
     low = along_the_horizon(base, np.random.default_rng(5))
-    truth = air.at_points(*low, sun)
+    truth = air.at_points(LinesOfSight(*low), sun)
     where = dict(zip(AXES, low, strict=True))
     read = table.value("path_radiance_ratio", **where)
     grazing = np.abs(

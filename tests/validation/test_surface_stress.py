@@ -4,6 +4,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from showers import random_rain
 
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.film import TOLERANCE as FILM_TOLERANCE
@@ -11,7 +12,7 @@ from skyshine.mat.surface.film import evaporated
 from skyshine.mat.surface.oracle import solve_oracle
 from skyshine.mat.surface.solution import Method
 from skyshine.mat.surface.solver import DAY, TOLERANCE, solve_columns
-from skyshine.mat.surface.stress import random_forcing, random_material, random_rain
+from skyshine.mat.surface.stress import random_forcing, random_material
 
 pytestmark = pytest.mark.validation
 

@@ -13,7 +13,7 @@ from test_texture_orthophotos import PALETTES, _photographs
 
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.features.shadow import luminance
+from skyshine.tmm.features.colour import to_xyz
 from skyshine.tmm.inputs.load import open_texture
 from skyshine.tmm.job.shade import Shade
 from skyshine.tmm.mapping.texture_map import map_texture
@@ -43,7 +43,7 @@ def real_shade(photograph):
     """Where labelled texels are far darker than their class."""
     texture = open_texture(photograph.job, photograph.image.parent)
     pixels, valid = texture.window(slice(0, texture.height), slice(0, texture.width))
-    light = luminance(pixels.reshape(-1, pixels.shape[-1]), texture.encoding).reshape(valid.shape)
+    light = to_xyz(pixels.reshape(-1, pixels.shape[-1])[:, :3], texture.encoding)[:, 1].reshape(valid.shape)
     limit = np.zeros(valid.shape)
     for k in np.unique(photograph.truth[photograph.truth >= 0]):
         own = photograph.truth == k

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import test_texture_orthophotos as orthophotos
+import tifffile
 
 from skyshine.materials.library import load_library
 from skyshine.tmm import map_texture, open_tmm, write_texture
@@ -24,7 +25,6 @@ from skyshine.tmm.inputs.answers import to_text
 from skyshine.tmm.job.model import TextureJob
 from skyshine.tmm.mapping.suggest import suggest
 from skyshine.tmm.quality.counts import Tally
-from skyshine.tmm.report.bench import FOREST
 
 pytest.importorskip("sklearn")
 from sklearn.discriminant_analysis import QuadraticDiscriminantAnalysis
@@ -39,10 +39,11 @@ ROUNDS = (1, 2, 6)
 SCORED = 2  # every second row and column
 EVERY = 5  # image of each part
 MODEL = "model.tmm-model.h5"
+WAYS = {"default": {}, "speed fast": {"classifier": {"speed": "fast"}}}
 RESULTS = Path(__file__).with_name("texture_results.json")
 PEERS = {
     "scikit-learn QDA": lambda: QuadraticDiscriminantAnalysis(reg_param=0.01),
-    "scikit-learn forest": lambda: RandomForestClassifier(**FOREST),
+    "scikit-learn forest": lambda: RandomForestClassifier(100, min_samples_leaf=5, random_state=0),
 }
 
 
@@ -102,10 +103,18 @@ class Sheet:
             name = "skip" if most is None else "unknown" if most == left_out else NAMES[most]
             answers.append(answer.model_copy(update={"material": name}))
 
+    def disks(self, answers):
+        """Classes of the texels (h, w) whose material the answers name; -1 elsewhere."""
+        clicks = np.full(self.truth.shape, -1)
+        rows, columns = np.ogrid[: self.truth.shape[0], : self.truth.shape[1]]
+        for answer in answers:
+            if answer.seed in NAMES:
+                disk = (rows - answer.y) ** 2 + (columns - answer.x) ** 2 <= answer.radius**2
+                clicks[disk] = NAMES.index(answer.seed)
+        return clicks
+
     def painted(self, clicks):
         labels = self.folder / "labels.tif"
-        import tifffile
-
         tifffile.imwrite(labels, (clicks + 1).astype(np.uint8))
         return {
             "labels": {"image": "labels.tif", "palette": {str(k + 1): NAMES[k] for k in np.unique(clicks[clicks >= 0])}}
@@ -157,51 +166,70 @@ def _peer(sheet, row, clicks, learner):
 def judge(parts, folder, every, report=print):
     """Rows by way and clicks a class, over every so many sheets of parts (photographs, model of the others)."""
     rows = {}
-
-    def row(*key):
-        return rows.setdefault(", ".join(map(str, key)), Row())
-
     for part, (photographs, model) in enumerate(parts):
         write_model(model, folder / MODEL, "job", "1", {})
         for number, photograph in enumerate(photographs[::every]):
             sheet = Sheet(photograph.image, photograph.truth, folder)
-            random = np.random.default_rng([RANDOM_SEED, part, number])
-            clicks, answers, present = (
-                np.full(sheet.truth.shape, -1),
-                [],
-                np.bincount(sheet.truth[sheet.truth >= 0], minlength=6),
-            )
+            present = np.bincount(sheet.truth[sheet.truth >= 0], minlength=len(NAMES))
             count = int((present >= SMALLEST).sum())
-            for round_ in range(1, max(ROUNDS) + 1):
-                sheet.random_click(random, clicks)
-                sheet.ask(answers, count, True)
-                if round_ not in ROUNDS or count < 2:
-                    continue
-                seeds, seeded = sheet.painted(clicks), clicks >= 0
-                sheet.score(row("default", "random", round_), seeds, seeded)
-                sheet.score(row("default with model", "random", round_), seeds, seeded, model=MODEL)
-                sheet.score(row("speed fast", "random", round_), seeds, seeded, classifier={"speed": "fast"})
-                for name, learner in PEERS.items():
-                    _peer(sheet, row(name, "random", round_), clicks, learner())
-                (folder / "answers.yaml").write_text(to_text(answers, {}, "sheet"))
-                nothing = np.zeros_like(seeded)
-                sheet.score(
-                    row("default with model", "asked", round_), {"suggested": "answers.yaml"}, nothing, model=MODEL
-                )
-            left_out = (
-                int(np.where(present >= SMALLEST, present, 1 << 40).argmin()) if number % 2 else int(present.argmax())
-            )
+            if count >= 2:
+                _judge_random(sheet, rows, np.random.default_rng([RANDOM_SEED, part, number]))
+                for model_used in (False, True):
+                    _judge_asked(sheet, rows, count, model_used)
             if count >= 3:
-                clicks, answers = np.full(sheet.truth.shape, -1), []
-                for _ in range(6):
-                    sheet.random_click(random, clicks, left_out)
-                    sheet.ask(answers, count, True, left_out)
-                sheet.score(row("one left out", "random", 6), sheet.painted(clicks), clicks >= 0, left_out)
-                (folder / "answers.yaml").write_text(to_text(answers, {}, "sheet"))
-                seeds, nothing = {"suggested": "answers.yaml"}, np.zeros(clicks.shape, bool)
-                sheet.score(row("one left out, with model", "asked", 6), seeds, nothing, left_out, model=MODEL)
-            report(f"{photograph.image.name}", flush=True)
+                rare = np.where(present >= SMALLEST, present, present.max()).argmin()
+                left_out = int(rare if number % 2 else present.argmax())
+                _judge_left_out(sheet, rows, count, left_out, np.random.default_rng([RANDOM_SEED, part, number, 1]))
+            report(photograph.image.name, flush=True)
     return {key: value.report() for key, value in sorted(rows.items())}
+
+
+def _row(rows, *key):
+    return rows.setdefault(", ".join(map(str, key)), Row())
+
+
+def _judge_random(sheet, rows, random):
+    clicks = np.full(sheet.truth.shape, -1)
+    for round_ in range(1, max(ROUNDS) + 1):
+        sheet.random_click(random, clicks)
+        if round_ in ROUNDS:
+            seeds, seeded = sheet.painted(clicks), clicks >= 0
+            for name, settings in (*WAYS.items(), ("default with model", {"model": MODEL})):
+                sheet.score(_row(rows, name, "random", round_), seeds, seeded, **settings)
+            for name, learner in PEERS.items():
+                _peer(sheet, _row(rows, name, "random", round_), clicks, learner())
+
+
+def _judge_asked(sheet, rows, count, model):
+    answers, how = [], "asked by a model" if model else "asked from nothing"
+    for round_ in range(1, max(ROUNDS) + 1):
+        sheet.ask(answers, count, model)
+        clicks = sheet.disks(answers)
+        if round_ in ROUNDS and len(np.unique(clicks)) > 2:
+            (sheet.folder / "answers.yaml").write_text(to_text(answers, {}, "sheet"))
+            seeds, ways = {"suggested": "answers.yaml"}, dict(WAYS)
+            if model:
+                ways["default with model"] = {"model": MODEL}
+            for name, settings in ways.items():
+                sheet.score(_row(rows, name, how, round_), seeds, clicks >= 0, **settings)
+            for name, learner in PEERS.items():
+                _peer(sheet, _row(rows, name, how, round_), clicks, learner())
+
+
+def _judge_left_out(sheet, rows, count, left_out, random):
+    clicks = np.full(sheet.truth.shape, -1)
+    for _ in range(max(ROUNDS)):
+        sheet.random_click(random, clicks, left_out)
+    sheet.score(_row(rows, "one left out", "random", 6), sheet.painted(clicks), clicks >= 0, left_out)
+    for model in (False, True):
+        answers = []
+        for _ in range(max(ROUNDS)):
+            sheet.ask(answers, count, model, left_out)
+        (sheet.folder / "answers.yaml").write_text(to_text(answers, {}, "sheet"))
+        key, settings = ("asked by a model", {"model": MODEL}) if model else ("asked from nothing", {})
+        seeds, seeded = {"suggested": "answers.yaml"}, sheet.disks(answers) >= 0
+        if len({answer.seed for answer in answers} - {None, "unknown"}) > 1:
+            sheet.score(_row(rows, "one left out", key, 6), seeds, seeded, left_out, **settings)
 
 
 def test_by_default_settings(shared_data, tmp_path):

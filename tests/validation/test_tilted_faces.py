@@ -8,6 +8,7 @@ hemisphere and 24 azimuths of half a turn from the solver of path radiance, with
 
 import numpy as np
 import pytest
+from face_light import facet_irradiance
 
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.job.load import load_job
@@ -15,7 +16,6 @@ from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities import facet_light
 from skyshine.mat.quantities.ambient_harmonics import GROUND_TEMPERATURES, ambient_harmonics
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
-from skyshine.mat.quantities.facet_light import facet_irradiance
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.radiometry.spherical_harmonics import COUNTS, ambient_of_faces

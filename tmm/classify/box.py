@@ -1,4 +1,4 @@
-"""Posteriors and typicality averaged over a square box about each texel, in exact integers."""
+"""Sums and means over a square box about each place of a grid, in exact integers, and grids coarser than the texels."""
 
 from __future__ import annotations
 
@@ -11,127 +11,101 @@ import numpy.typing as npt
 POSTERIOR_ONE = 65535  # posteriors are summed as 16 bit integers: with MAX_RADIUS a sum stays below 2^32
 
 
-def pairs_of(posterior: npt.NDArray[np.uint16]) -> npt.NDArray[Any]:
-    """Planes (K, ...) uint16 as pairs ((K + 1) // 2, ...) uint64, one in the lower and one in the upper 32 bits.
+class Cells:
+    """The cells, squares of `side` texels from the top left corner on, that hold a stretch of rows or of columns.
 
-    Sums of a pair are the pair of the sums, at half the work; each fits 32 bits with MAX_RADIUS, so none carries over.
+    Attributes
+    ----------
+    wide : slice
+        These cells and `reach` more to each side, as far as the texture goes.
+    inner : slice
+        They themselves, within `wide`.
+    texels : slice
+        The stretch, within their texels.
+
+    Examples
+    --------
+    >>> cells = Cells(5, 9, 100, side=4, reach=1)
+    >>> cells.wide, cells.inner, cells.texels
+    (slice(0, 4, None), slice(1, 3, None), slice(1, 5, None))
     """
-    pairs = posterior[::2].astype(np.uint64)
-    pairs[: len(posterior) // 2] |= posterior[1::2].astype(np.uint64) << np.uint64(32)
-    return pairs
+
+    def __init__(self, start: int, stop: int, size: int, side: int, reach: int) -> None:
+        """Of texels `start` to `stop` of `size`."""
+        first, end = start // side, (stop - 1) // side + 1
+        before = max(first - reach, 0)
+        self.wide = slice(before, min(end + reach, -(-size // side)))
+        self.inner = slice(first - before, end - before)
+        self.texels = slice(start - first * side, stop - first * side)
+
+
+def at_texels(values: npt.NDArray[Any], side: int, rows: Cells, columns: Cells) -> npt.NDArray[Any]:
+    """Values (h, w) of inner cells at their texels."""
+    if side == 1:
+        return values
+    high, wide = values.shape
+    fine = np.broadcast_to(values[:, np.newaxis, :, np.newaxis], (high, side, wide, side))
+    return np.ascontiguousarray(fine.reshape(high * side, wide * side)[rows.texels, columns.texels])
 
 
 def strongest(
-    pairs: Iterable[npt.NDArray[Any]],
-    number: int,
-    valid: npt.NDArray[np.bool_],
-    radius: int,
-    inner: tuple[slice, slice],
+    planes: Iterable[npt.NDArray[np.uint16]], valid: npt.NDArray[np.bool_], radius: int, inner: tuple[slice, slice]
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    """Material of the largest mean posterior over the box about each inner texel, and that mean as float32.
+    """Material (h, w) int16 of the largest mean posterior over the box about each inner place, the first among equals,
+    and that mean as float32.
 
     Parameters
     ----------
-    pairs : iterable of (h, w) uint64
-        Posteriors in units of 1 / POSTERIOR_ONE, as `pairs_of` makes them.
-    number : int
-        Of the pairs.
+    planes : iterable of (h, w) uint16
+        Posterior of each material in units of 1 / POSTERIOR_ONE.
     valid : (h, w) bool
-        Texels that count.
+        Places that count.
     """
-    if not valid.all():
-        pairs = (pair * valid for pair in pairs)
-    sums = (_box_sum(pair, radius, inner) for pair in pairs)
-    material, best = _largest(sums, number, POSTERIOR_ONE * (2 * radius + 1) ** 2)
-    confidence = best.astype(np.float32) / (np.float32(POSTERIOR_ONE) * _members(valid, radius, inner))
-    return material, np.minimum(confidence, np.float32(1))
+    material: npt.NDArray[np.int16] = np.empty(0, np.int16)
+    best: npt.NDArray[np.uint32] = np.empty(0, np.uint32)
+    whole = valid.all()
+    for k, plane in enumerate(planes):
+        sums = _box_sum(plane if whole else plane * valid, radius, inner)
+        if k == 0:
+            material, best = np.zeros(sums.shape, np.int16), sums
+            continue
+        np.copyto(material, np.int16(k), where=sums > best)
+        np.maximum(best, sums, out=best)
+    return material, _mean(best, valid, radius, inner)
 
 
 def averaged(
     plane: npt.NDArray[np.float32], valid: npt.NDArray[np.bool_], radius: int, inner: tuple[slice, slice]
 ) -> npt.NDArray[np.float32]:
-    """Mean of values (h, w), 0 to 1, over the texels with data in the box about each inner texel.
-
-    Parameters
-    ----------
-    valid : (h, w) bool
-        Texels that count.
-    """
+    """Mean of values (h, w), 0 to 1, over the places that count, `valid` (h, w), in the box about each inner one."""
     if radius == 0:
         return plane[inner]
     counted = np.rint(plane * np.float32(POSTERIOR_ONE)).astype(np.uint16)
-    if not valid.all():
-        counted *= valid
-    sums = _box_sum(counted, radius, inner).astype(np.float32)
-    sums /= np.float32(POSTERIOR_ONE) * _members(valid, radius, inner)
-    return np.minimum(sums, np.float32(1), out=sums)
+    return _mean(_box_sum(counted * valid, radius, inner), valid, radius, inner)
 
 
-def _largest(pairs: Iterable[npt.NDArray[Any]], number: int, limit: int) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    """Number (h, w) int16 of the plane with the largest value, the first among equals, and that value, uint32.
-
-    Parameters
-    ----------
-    pairs : iterable of (h, w) uint64
-        `number` pairs of planes; written to.
-    limit : int
-        The largest value that may occur.
-    """
-    last = 2 * number - 1
-    bits = last.bit_length()
-    if limit >> (32 - bits):
-        return _largest_by_plane(pairs)
-    # The plane's number, counted from the last, stands in the bits below its value: one maximum finds both.
-    best: npt.NDArray[np.uint32] = np.empty(0, np.uint32)
-    for k, both in enumerate(pairs):
-        both <<= np.uint64(bits)
-        both |= np.uint64((last - 2 * k - 1) << 32 | (last - 2 * k))
-        keys = both.view(np.uint32)
-        best = np.maximum(best, keys, out=best) if k else keys
-    best = np.maximum(best[:, ::2], best[:, 1::2])
-    return np.int16(last) - (best & np.uint32((1 << bits) - 1)).astype(np.int16), best >> np.uint32(bits)
+def _mean(
+    sums: npt.NDArray[np.uint32], valid: npt.NDArray[np.bool_], radius: int, inner: tuple[slice, slice]
+) -> npt.NDArray[np.float32]:
+    mean = sums.astype(np.float32)
+    mean /= np.float32(POSTERIOR_ONE) * np.maximum(_box_sum(valid, radius, inner), 1).astype(np.float32)
+    return np.minimum(mean, np.float32(1), out=mean)
 
 
-def _largest_by_plane(pairs: Iterable[npt.NDArray[Any]]) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    material: npt.NDArray[np.int16] = np.empty(0, np.int16)
-    best: npt.NDArray[np.uint32] = np.empty(0, np.uint32)
-    for k, both in enumerate(pairs):
-        if k == 0:
-            material, best = np.zeros(both.shape, np.int16), np.zeros(both.shape, np.uint32)
-        for half, value in enumerate((both.astype(np.uint32), (both >> np.uint64(32)).astype(np.uint32))):
-            np.copyto(material, np.int16(2 * k + half), where=value > best)
-            np.maximum(best, value, out=best)
-    return material, best
-
-
-def _members(valid: npt.NDArray[np.bool_], radius: int, inner: tuple[slice, slice]) -> npt.NDArray[Any]:
-    """Number of texels with data in the box about each inner texel, float32, at least 1: those that its mean is
-    over.
-    """
-    if not valid.all():
-        members: npt.NDArray[np.float32] = np.maximum(_box_sum(valid, radius, inner), 1).astype(np.float32)
-        return members
-    ends = zip(valid.shape, inner, strict=True)
-    rows, columns = (_box_sum(np.ones((1, n), bool), radius, np.s_[:, part])[0].astype(np.float32) for n, part in ends)
-    whole: npt.NDArray[np.float32] = np.multiply.outer(rows, columns)
-    return whole
-
-
-def _box_sum(plane: npt.NDArray[Any], radius: int, inner: tuple[slice, slice]) -> npt.NDArray[Any]:
-    """Sum over the square of `radius` about each inner texel, with nothing beyond the edge: uint64 of pairs, else
-    uint32.
+def _box_sum(plane: npt.NDArray[Any], radius: int, inner: tuple[slice, slice]) -> npt.NDArray[np.uint32]:
+    """Sum over the square of `radius` about each inner place, with nothing beyond the edge.
 
     Running sums in integers are exact, whatever the block; they may wrap, their differences are right while the sum
     itself fits, which MAX_RADIUS ensures.
     """
     (height, width), side = plane.shape, 2 * radius + 1
-    kind = np.uint64 if plane.dtype == np.uint64 else np.uint32
-    running = np.zeros((height, width + side), kind)
-    np.cumsum(plane, axis=1, dtype=kind, out=running[:, radius + 1 : radius + 1 + width])
+    running = np.zeros((height, width + side), np.uint32)
+    np.cumsum(plane, axis=1, dtype=np.uint32, out=running[:, radius + 1 : radius + 1 + width])
     running[:, radius + 1 + width :] = running[:, radius + width, np.newaxis]
     across = running[:, side:][:, inner[1]] - running[:, :-side][:, inner[1]]
-    running = np.zeros((height + side, across.shape[1]), kind)
+    running = np.zeros((height + side, across.shape[1]), np.uint32)
     for row in range(height):  # numpy's own cumsum down the columns is many times slower than adding rows
         np.add(running[radius + row], across[row], out=running[radius + row + 1])
     running[radius + 1 + height :] = running[radius + height]
-    return running[side:][inner[0]] - running[:-side][inner[0]]
+    sums: npt.NDArray[np.uint32] = running[side:][inner[0]] - running[:-side][inner[0]]
+    return sums

@@ -12,6 +12,7 @@ import numpy.typing as npt
 STEPS = 65535  # confidences are looked up in a table of this fineness
 LIMIT = 1e-4  # confidences are kept this far from 0 and 1, whose log-odds are infinite
 SLOPE_LIMIT, OFFSET_LIMIT = 10.0, 10.0  # of a fit: beyond, the answer is as good as certain
+ROUNDS, SETTLED = 50, 1e-6  # of Newton's method, which takes some five; change of the parameters at which it ends
 PRIOR = 1.0  # regions that the identity counts as: few held-out regions hardly change what a classifier says of itself
 
 
@@ -51,8 +52,6 @@ def fit_calibration(
     confidence: npt.NDArray[np.float32], right: npt.NDArray[np.bool_], region: npt.NDArray[Any]
 ) -> Calibration:
     """Fit to texels (N,): confidence, whether right, and region; a region counts once, because its texels are alike."""
-    from scipy.optimize import minimize
-
     if not len(confidence):
         return IDENTITY
     number = np.unique(region, return_inverse=True)[1]
@@ -62,18 +61,32 @@ def fit_calibration(
     count_right, count_wrong = weight[right].sum(), weight[~right].sum()
     target = np.where(right, (count_right + 1) / (count_right + 2), 1 / (count_wrong + 2))
 
-    def loss(parameters: npt.NDArray[Any]) -> tuple[float, npt.NDArray[Any]]:
-        slope, offset = parameters
-        z = slope * odds + offset
-        value = np.sum(weight * (np.logaddexp(0, z) - target * z)) + PRIOR / 2 * ((slope - 1) ** 2 + offset**2)
-        residual = weight * (_expit(z) - target)
-        return value, np.array([residual @ odds + PRIOR * (slope - 1), residual.sum() + PRIOR * offset])
+    def loss(at: npt.NDArray[Any]) -> float:
+        z = at[0] * odds + at[1]
+        return float(weight @ (np.logaddexp(0, z) - target * z)) + PRIOR / 2 * float((at[0] - 1) ** 2 + at[1] ** 2)
 
-    slope, offset = minimize(
-        loss, [1.0, 0.0], jac=True, method="L-BFGS-B", bounds=[(0, SLOPE_LIMIT), (-OFFSET_LIMIT, OFFSET_LIMIT)]
-    ).x
-    # Rounded, so that the last bits of an optimiser do not show in the files.
-    return Calibration(round(float(slope), 4), round(float(offset), 4))
+    def descend(at: npt.NDArray[Any], free: slice) -> npt.NDArray[Any]:
+        """Newton's method, damped, over the free parameters; the loss is convex."""
+        for _ in range(ROUNDS):
+            probability = _expit(at @ basis)
+            rise = basis @ (weight * (probability - target)) + PRIOR * (at - (1.0, 0.0))
+            bend = (basis * (weight * probability * (1 - probability))) @ basis.T + PRIOR * np.eye(2)
+            step = np.zeros(2)
+            step[free] = np.linalg.solve(bend[free, free], rise[free])
+            while loss(at - step) > loss(at) and np.abs(step).max() > SETTLED:
+                step /= 2
+            at = at - step
+            if np.abs(step).max() < SETTLED:
+                break
+        return at
+
+    basis = np.stack([odds, np.ones_like(odds)])
+    at = descend(np.array([1.0, 0.0]), slice(0, 2))
+    if not 0 <= at[0] <= SLOPE_LIMIT:
+        at = descend(np.array([np.clip(at[0], 0, SLOPE_LIMIT), 0.0]), slice(1, 2))
+    at[1] = np.clip(at[1], -OFFSET_LIMIT, OFFSET_LIMIT)
+    # Rounded, so that the last bits of sums do not show in the files.
+    return Calibration(round(float(at[0]), 4), round(float(at[1]), 4))
 
 
 def _log_odds(probability: npt.NDArray[Any]) -> npt.NDArray[Any]:

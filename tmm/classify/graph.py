@@ -22,8 +22,9 @@ from skyshine.tmm.classify.softmax import softmax_posterior
 from skyshine.tmm.classify.superpixels import HOLD, Superpixels, find_superpixels
 from skyshine.tmm.classify.trained import TYPICAL, TrainedModel
 from skyshine.tmm.classify.translation import translated
-from skyshine.tmm.classify.typicality import Typicality
+from skyshine.tmm.classify.typicality import Everywhere, Typicality
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates, to_lab
+from skyshine.tmm.features.light import guided_lines
 from skyshine.tmm.features.textured import MARGIN, LightPlanes, features, names
 from skyshine.tmm.images.texture import Windowed
 
@@ -159,7 +160,7 @@ class GraphMapper:
         model: GaussianModel,
         classes: npt.NDArray[np.float64],
         seeds: tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]],
-        typicality: Typicality,
+        typicality: Typicality | Everywhere,
     ) -> None:
         """Solve for the superpixels' shares.
 
@@ -172,7 +173,7 @@ class GraphMapper:
             As of `library_classes`.
         seeds : (N,) int, three of them
             Rows, columns and material of the seeds.
-        typicality : Typicality
+        typicality : Typicality or Everywhere
             Of the boxes of the seeds.
         """
         self.names, self._texture, self._colours = model.names, texture, colours
@@ -213,7 +214,9 @@ class GraphMapper:
         across = _between(left, right, self._step, self._guide.shape[1])
         # The filter reaches two radii: the share of a texel depends on nothing beyond, whatever the window.
         rows, columns = (slice(max(line[0] - REACH, 0), line[-1] + 2 + REACH) for line, _ in (down, across))
-        slopes, offsets = _guided(self._shares[:, self._label[rows, columns]], self._guide[rows, columns])
+        slopes, offsets = guided_lines(
+            self._shares[:, self._label[rows, columns]], self._guide[rows, columns], FILTER_RADIUS, FILTER_SPREAD**2
+        )
         down, across = (down[0] - rows.start, down[1]), (across[0] - columns.start, across[1])
         for slope, offset in zip(slopes, offsets, strict=True):
             share = _finer(slope, down, across)
@@ -269,22 +272,6 @@ def _textured(
     middle = surveyed.superpixels.size @ mean / surveyed.superpixels.size.sum()
     seen = (surveyed.stack[:, drawn >= 0].T - middle) / spread
     return softmax_posterior(seen, drawn[drawn >= 0], log_prior, places, (mean - middle) / spread)
-
-
-def _guided(
-    planes: npt.NDArray[np.float32], guide: npt.NDArray[np.float32]
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
-    """Slopes and offsets (K, h, w) by which planes follow the guide (h, w)."""
-    from scipy.ndimage import uniform_filter
-
-    def mean(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        averaged: npt.NDArray[Any] = uniform_filter(values, 2 * FILTER_RADIUS + 1, mode="reflect", axes=(-2, -1))
-        return averaged
-
-    average, level = mean(guide), mean(planes)
-    variance = np.maximum(mean(guide * guide) - average**2, 0) + np.float32(FILTER_SPREAD**2)
-    slope = (mean(guide * planes) - average * level) / variance
-    return mean(slope), mean(level - slope * average)
 
 
 def _between(start: int, stop: int, step: int, size: int) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:

@@ -8,12 +8,13 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.tmm.classify.box import POSTERIOR_ONE, averaged, pairs_of, strongest
-from skyshine.tmm.classify.typicality import Typicality
+from skyshine.tmm.classify.box import POSTERIOR_ONE, Cells, at_texels, averaged, strongest
+from skyshine.tmm.classify.typicality import Everywhere, Typicality
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.texture import Windowed
 
 TABLE_ENTRIES = 1 << 24  # posteriors of all distinct colours that are kept at hand: 170 MB
+SAMPLES = 4  # of a box, on each side of its middle, at least
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,9 @@ class ColourModel(Protocol):
 class ColourMapper:
     """A colour model applied to a texture, window by window; each distinct colour is classified once.
 
+    A box of many texels is averaged over a sample of them, every second row and column of radius 8, and found for as
+    many: nine samples a side tell its mean as well as seventeen texels do.
+
     Without `tabulate` the colours of a window are classified for it alone: for a few small windows. Without
     `typicality`, of the boxes of seeds, it is that of the texels' colours by themselves, averaged over the box.
     """
@@ -73,51 +77,50 @@ class ColourMapper:
         model: ColourModel,
         radius: int,
         tabulate: bool = True,
-        typicality: Typicality | None = None,
+        typicality: Typicality | Everywhere | None = None,
     ) -> None:
         self._typicality = typicality
         self.texture, self.model, self.names, self.radius = texture, model, model.names, radius
+        self._step = max(radius // SAMPLES, 1)
         self._colours, shared = colours, colours.colours
         self._shared: tuple[npt.NDArray[Any], npt.NDArray[np.float32]] | None = None
         if tabulate and shared is not None and len(shared) * len(model.names) <= TABLE_ENTRIES:
-            self._shared = self._prepared(shared)
-
-    def _prepared(self, colours: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-        """Posterior of colours, in pairs where it is to be averaged, and their typicality; of boxes, none."""
-        posterior, typicality = self.model.tables(colours, self.texture.encoding)
-        if self._typicality is not None:
-            typicality = typicality[:0]
-        return (pairs_of(posterior) if self.radius else posterior), typicality
+            self._shared = model.tables(shared, texture.encoding)
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify a window; see `Mapper`."""
-        posterior, typicality, index, valid, inner = self._looked_up(top, bottom, left, right)
-        index = index.astype(np.intp, copy=False)  # numpy gathers faster by its own index type
-        if self.radius == 0:
+        step, reach = self._step, self.radius // self._step
+        rows = Cells(top, bottom, self.texture.height, step, reach)
+        columns = Cells(left, right, self.texture.width, step, reach)
+        posterior, typicality, index, valid = self._sampled(rows.wide, columns.wide)
+        inner = rows.inner, columns.inner
+        if reach == 0:
             material, confidence = _strongest_colour(posterior, index)
         else:
-            gathered = (np.take(pair, index) for pair in posterior)
-            material, confidence = strongest(gathered, len(posterior), valid, self.radius, inner)
-        if self._typicality is None:
-            typical = averaged(np.take(typicality, index), valid, self.radius, inner)
-        else:
+            material, confidence = strongest((np.take(plane, index) for plane in posterior), valid, reach, inner)
+        material, confidence = (at_texels(part, step, rows, columns) for part in (material, confidence))
+        if self._typicality is not None:
             typical = self._typicality.window(top, bottom, left, right)
-        return without_data(Classified(material, confidence, typical), valid[inner])
-
-    def _looked_up(self, top: int, bottom: int, left: int, right: int) -> tuple[Any, ...]:
-        """Tables of posterior and typicality, and of a window with its margin the colours' numbers in them, validity,
-        and where the window lies in it.
-        """
-        rows, columns, inner = with_margin(self.texture, top, bottom, left, right, self.radius)
-        pixels, valid = self.texture.window(rows, columns)
-        colours, index = self._colours.of(pixels, valid)
-        if self._shared is None:
-            if colours is None:
-                colours, index = self._colours.in_use(index)
-            posterior, typicality = self._prepared(colours)
         else:
-            posterior, typicality = self._shared
-        return posterior, typicality, index, valid, inner
+            typical = at_texels(averaged(np.take(typicality, index), valid, reach, inner), step, rows, columns)
+        known = valid[inner] if step == 1 else self.texture.window(slice(top, bottom), slice(left, right))[1]
+        return without_data(Classified(material, confidence, typical), known)
+
+    def _sampled(
+        self, rows: slice, columns: slice
+    ) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[np.bool_]]:
+        """Tables of posterior and typicality, and of samples the colours' numbers in them, and validity."""
+        step = self._step
+        down, across = (
+            slice(part.start * step, min(part.stop * step, size))
+            for part, size in ((rows, self.texture.height), (columns, self.texture.width))
+        )
+        pixels, valid = (part[::step, ::step] for part in self.texture.window(down, across))
+        colours, index = self._colours.of(pixels, valid)
+        if self._shared is None and colours is None:
+            colours, index = self._colours.in_use(index)
+        tables = self._shared or self.model.tables(colours, self.texture.encoding)
+        return *tables, index.astype(np.intp, copy=False), valid  # numpy gathers faster by its own index type
 
 
 def with_margin(

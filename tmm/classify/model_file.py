@@ -35,10 +35,7 @@ def model_path(name: str, folder: str | os.PathLike[str]) -> Path:
 def is_model(path: str | os.PathLike[str]) -> bool:
     """Whether a file that can be read as a database says that it is a trained classifier.
 
-    Raises
-    ------
-    InputError
-        The file is missing, damaged or hostile.
+    Raises InputError: the file is missing, damaged or hostile.
     """
     with open_database(path) as file:
         return str(file.attrs["filetype"]) == FILETYPE
@@ -49,17 +46,14 @@ def write_model(
 ) -> str:
     """Write a trained classifier; returns the hash of its content.
 
+    Raises InputError: the file cannot be written.
+
     Parameters
     ----------
     job : str
         What it was trained on, for the attribute `job`.
     quality : dict
         Attributes of the group ``/quality``.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
     """
     count, size = model.colour.means.shape
     # The material axis repeats in each group, as netCDF readers want it.
@@ -104,10 +98,8 @@ def _network_group(network: Network, materials: dict[str, Axis]) -> Group:
 def read_model(path: str | os.PathLike[str]) -> TrainedModel:
     """Read a trained classifier.
 
-    Raises
-    ------
-    InputError
-        The file is missing or damaged, is no classifier, or was trained on other features than this version computes.
+    Raises InputError: the file is missing or damaged, is no classifier, or was trained on other features than this
+    version computes.
     """
     root, _ = read_file(Path(path), FILETYPE, int(FORMAT_VERSION.split(".")[0]), verify=True)
     try:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.tmm.classify.box import POSTERIOR_ONE, averaged, pairs_of, strongest
+from skyshine.tmm.classify.box import POSTERIOR_ONE, averaged, strongest
 from skyshine.tmm.classify.calibration import IDENTITY, Calibration
 from skyshine.tmm.classify.gaussian import GaussianModel
 from skyshine.tmm.classify.mapper import Classified, with_margin, without_data
@@ -99,8 +99,7 @@ class ModelMapper:
         posterior = self._model.network.posterior(stack.reshape(len(stack), -1))
         planes = np.rint(posterior * np.float32(POSTERIOR_ONE)).astype(np.uint16).reshape(-1, *valid.shape)
         if self._radius:
-            pairs = pairs_of(planes)
-            material, confidence = strongest(pairs, len(pairs), valid, self._radius, inner)
+            material, confidence = strongest(planes, valid, self._radius, inner)
         else:
             material = planes[(slice(None), *inner)].argmax(axis=0).astype(np.int16)
             confidence = planes[(slice(None), *inner)].max(axis=0) / np.float32(POSTERIOR_ONE)

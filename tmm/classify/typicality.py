@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from skyshine.tmm.classify.box import Cells, at_texels
 from skyshine.tmm.classify.gaussian import BLOCK_COLOURS, RELATIVE_FLOOR, GaussianModel
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates
 from skyshine.tmm.features.textured import BRIGHT
@@ -52,6 +53,7 @@ class Boxes:
         self.cell = 2 * self._step if radius >= 4 else 1
         self.reach = radius // self.cell
         self.around = self.reach + 1 if self.reach else 0
+        self.height, self.width = texture.height, texture.width
         self.rows, self.columns = -(-texture.height // self.cell), -(-texture.width // self.cell)
         self._table = None if colours.colours is None else _tabulated(colours.colours, texture.encoding)
 
@@ -120,7 +122,8 @@ def _tabulated(colours: npt.NDArray[np.uint8], encoding: str) -> npt.NDArray[np.
 def _cell_sums(planes: npt.NDArray[np.float32], side: int) -> npt.NDArray[np.float64]:
     """Sums (P, h, w) over squares of `side` samples; those on the far edges may be cut."""
     if side > 1:
-        planes = np.pad(planes, ((0, 0), *((0, -size % side) for size in planes.shape[1:])))
+        if any(size % side for size in planes.shape[1:]):
+            planes = np.pad(planes, ((0, 0), *((0, -size % side) for size in planes.shape[1:])))
         planes = reduce(np.add, (planes[:, k::side] for k in range(side)))
         planes = reduce(np.add, (planes[..., k::side] for k in range(side)))
     return planes.astype(np.float64)
@@ -189,19 +192,20 @@ class Typicality:
         from scipy.special import chdtrc
 
         boxes = self._boxes
-        cell, around = boxes.cell, boxes.around
-        cells, wide, inner = [], [], []
-        for start, stop, most in ((top, bottom, boxes.rows), (left, right, boxes.columns)):
-            first, end = start // cell, (stop - 1) // cell + 1
-            before = max(first - around, 0)
-            wide.append(slice(before, min(end + around, most)))
-            inner.append(slice(first - before, end - before))
-            cells.append(np.arange(start, stop) // cell - first)
-        features, known = boxes.features(wide[0], wide[1])
+        rows = Cells(top, bottom, boxes.height, boxes.cell, boxes.around)
+        columns = Cells(left, right, boxes.width, boxes.cell, boxes.around)
+        features, known = boxes.features(rows.wide, columns.wide)
         nearest = self._model.squared_distance(features.reshape(len(features), -1).T).min(axis=0).reshape(known.shape)
         nearest[~known] = np.inf
         for axis in (0, 1):
-            nearest = minimum_filter1d(nearest, 2 * around + 1, axis=axis, mode="nearest")
-        share = chdtrc(boxes.dimensions, nearest[inner[0], inner[1]]).astype(np.float32)
-        typical: npt.NDArray[np.float32] = np.take(np.take(share, cells[1], axis=1), cells[0], axis=0)
-        return typical
+            nearest = minimum_filter1d(nearest, 2 * boxes.around + 1, axis=axis, mode="nearest")
+        share = chdtrc(boxes.dimensions, nearest[rows.inner, columns.inner]).astype(np.float32)
+        return at_texels(share, boxes.cell, rows, columns)
+
+
+class Everywhere:
+    """Typicality where nothing becomes unknown by it: 1."""
+
+    def window(self, top: int, bottom: int, left: int, right: int) -> npt.NDArray[np.float32]:
+        """As of `Typicality`."""
+        return np.ones((bottom - top, right - left), np.float32)

@@ -123,12 +123,10 @@ def _report(mapped: TextureMap, written: Written, path: Path) -> dict[str, Any]:
         "in_shade": None if written.shade is None else quantity(written.shade, "1"),
         "expected_accuracy": quantity(written.confidence_of_known, "1"),
         "held_out_places": quality.places,
-        "held_out_texels": quality.whole.tested,
-        "overall_accuracy": quantity(quality.whole.overall_accuracy, "1"),
-        "mean_iou": quantity(quality.whole.mean_iou, "1"),
-        "calibration_error": quantity(quality.whole.calibration_error, "1"),
-        "held_out_texels_in_shadow": quality.inside.tested,
-        "overall_accuracy_in_shadow": quantity(quality.inside.overall_accuracy, "1"),
+        "held_out_texels": quality.quality.tested,
+        "overall_accuracy": quantity(quality.quality.overall_accuracy, "1"),
+        "mean_iou": quantity(quality.quality.mean_iou, "1"),
+        "calibration_error": quantity(quality.quality.calibration_error, "1"),
         "not_held_out": _not_held_out(mapped),
         "warnings": doubts(mapped, written),
     }
@@ -164,11 +162,6 @@ def _print(report: dict[str, Any]) -> None:
             f"{report['mean_iou']['value']:.3f}, calibration error {report['calibration_error']['value']:.3f} "
             f"({report['held_out_texels']} texels)"
         )
-        if report["held_out_texels_in_shadow"]:
-            click.echo(
-                f"  in shadow: accuracy {report['overall_accuracy_in_shadow']['value']:.3f} "
-                f"({report['held_out_texels_in_shadow']} texels)"
-            )
     elif report["way"] == "seeds":
         click.echo(f"  accuracy on seeds held out cannot be measured: {report['not_held_out']}")
     for warning in report["warnings"]:

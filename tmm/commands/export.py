@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     type=click.Path(),
     help="CDB: a map of materials to base materials in place of the packaged one.",
 )
-@click.option("--separate", is_flag=True, help="glTF: write .gltf, .bin and .png in place of one .glb.")
 @click.option(
     "--mesh", type=click.Path(), help="glTF: a mesh that shows the photograph, to write the feature IDs into."
 )
@@ -56,7 +55,6 @@ def command(
     model: str | None,
     lod: int | None,
     map_file: str | None,
-    separate: bool,
     mesh: str | None,
     photograph: str | None,
     as_json: bool,
@@ -76,7 +74,7 @@ def command(
     if photograph is not None and mesh is None:
         raise click.UsageError("--photograph names an image of a mesh; give --mesh")
     into = None if mesh is None else MeshTarget(mesh, photograph)
-    written = export(file, form, out, load_library(), level, target, not separate, into, progress)
+    written = export(file, form, out, load_library(), level, target, into, progress)
     if as_json:
         emit_json({"file": file, "format": form, "written": [str(path) for path in written]})
     else:

@@ -1,4 +1,4 @@
-"""``tmm import``: materials of other tools as a texture database."""
+"""``tmm import``: materials of a CDB as a texture database."""
 
 import click
 
@@ -13,28 +13,27 @@ from skyshine.schemas.quantity import quantity
 )
 @click.argument("file", type=click.Path())
 @click.option("--out", type=click.Path(), required=True, help="Folder to write the database into.")
-@click.option("--legend", type=click.Path(), help="PNG: the legend in JSON; by default NAME.legend.json beside FILE.")
 @click.option(
-    "--map", "map_file", type=click.Path(), help="CDB: a map of base materials to ours in place of the packaged one."
+    "--map", "map_file", type=click.Path(), help="A map of base materials to ours in place of the packaged one."
 )
 @click.option(
     "--table",
     type=click.Path(),
-    help="CDB: the Composite Material Table of an image of indices outside a CDB, or of a tile whose own is elsewhere.",
+    help="The Composite Material Table of an image of indices outside a CDB, or of a tile whose own is elsewhere.",
 )
 @json_option
-def command(file: str, out: str, legend: str | None, map_file: str | None, table: str | None, as_json: bool) -> None:
+def command(file: str, out: str, map_file: str | None, table: str | None, as_json: bool) -> None:
     """Write the materials of FILE as a texture database (.tmm.h5) with all mip levels.
 
-    FILE is the first layer of raster materials in a CDB (datasets 005 and 504), in its place there, or an indexed PNG
-    with a legend, or (--table) any image of indices into a Composite Material Table. Composites become mixtures of up
-    to three materials.
+    FILE is the first layer of raster materials in a CDB (datasets 005 and 504), in its place there, or (--table)
+    any image of indices into a Composite Material Table. Composites become mixtures of up to three materials. An image
+    whose colours or indices name materials by themselves is a job with a `palette`.
     """
     from skyshine.materials.library import load_library
     from skyshine.tmm.database.usage import read_usage
     from skyshine.tmm.exchange.imported import import_texture
 
-    path = import_texture(file, out, load_library(), legend, map_file, table)
+    path = import_texture(file, out, load_library(), map_file, table)
     usage = read_usage(path)
     if as_json:
         emit_json({"file": str(path), "usage": {name: quantity(share, "1") for name, share in usage.items()}})

@@ -10,17 +10,14 @@ from skyshine.schemas.errors import InputError
 def raise_all(problems: list[tuple[str, InputError]], textures: int) -> None:
     """Report each problem in one line on standard error and raise for all of them; does nothing where there is none.
 
+    Raises InputError: the only problem of the only texture, else how many textures failed.
+
     Parameters
     ----------
     problems : list of (str, InputError)
         With the names of their textures.
     textures : int
         How many the command worked through.
-
-    Raises
-    ------
-    InputError
-        The only problem of the only texture, else how many textures failed.
     """
     if not problems:
         return

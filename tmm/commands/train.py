@@ -28,12 +28,10 @@ def command(job: str, out: str, as_json: bool) -> None:
     model, measured = train_library(loaded, folder, library)
     quality = {
         "textures": len(loaded.textures),
-        "tested_texels": measured.whole.tested,
-        "overall_accuracy": measured.whole.overall_accuracy,
-        "mean_iou": measured.whole.mean_iou,
-        "calibration_error": measured.whole.calibration_error,
-        "overall_accuracy_inside_shadow": measured.inside.overall_accuracy,
-        "overall_accuracy_outside_shadow": measured.outside.overall_accuracy,
+        "tested_texels": measured.quality.tested,
+        "overall_accuracy": measured.quality.overall_accuracy,
+        "mean_iou": measured.quality.mean_iou,
+        "calibration_error": measured.quality.calibration_error,
     }
     first = loaded.textures[0]
     settings = {
@@ -48,11 +46,11 @@ def command(job: str, out: str, as_json: bool) -> None:
         emit_json({"file": out, "materials": list(model.names), **counts, **shares})
         return
     click.echo(f"{out}: {len(model.names)} materials from {len(loaded.textures)} textures")
-    if measured.whole.tested:
+    if measured.quality.tested:
         click.echo(
-            f"  textures held out: accuracy {measured.whole.overall_accuracy:.3f}, mean IoU "
-            f"{measured.whole.mean_iou:.3f}, calibration error {measured.whole.calibration_error:.3f} "
-            f"({measured.whole.tested} texels)"
+            f"  textures held out: accuracy {measured.quality.overall_accuracy:.3f}, mean IoU "
+            f"{measured.quality.mean_iou:.3f}, calibration error {measured.quality.calibration_error:.3f} "
+            f"({measured.quality.tested} texels)"
         )
     else:
         click.echo("  no texture held out: the job has a single one")

@@ -27,7 +27,7 @@ MEASURED = (
     "tested_places",
 )
 PLANES = {"code": np.uint16, "mix_code": np.uint16, "mix_weight": np.uint16}
-FINEST = {"confidence": np.float32, "typicality": np.float32}
+FINEST = {"confidence": np.float32, "typicality": np.float32}  # the latter where it has a threshold
 SHADE = {"shade": np.uint8}  # on all levels or on none
 
 
@@ -35,10 +35,7 @@ def check_parts(file: h5py.File, path: str | os.PathLike[str]) -> None:
     """Refuse a texture database that lacks a part, or whose parts do not fit each other.
 
     The large arrays are not read; `check_values` looks at what is read of them.
-
-    Raises
-    ------
-    InputError
+    Raises InputError.
     """
     _require(path, file, "", ROOT)
     _require(path, file["provenance"], "provenance", PROVENANCE)
@@ -53,8 +50,9 @@ def check_parts(file: h5py.File, path: str | os.PathLike[str]) -> None:
     if sorted(file["levels"]) != sorted(str(k) for k in range(len(sizes))):
         raise _damaged(path, f"it does not have the levels 0 to {len(sizes) - 1}")
     shade = SHADE if "levels/0/shade" in file else {}
+    finest = {name: kind for name, kind in FINEST.items() if name != "typicality" or f"levels/0/{name}" in file}
     for k, size in enumerate(sizes):
-        for name, kind in (PLANES | (FINEST if k == 0 else {}) | shade).items():
+        for name, kind in (PLANES | (finest if k == 0 else {}) | shade).items():
             plane = file[f"levels/{k}/{name}"]
             shape = (*size, COMPONENTS) if name.startswith("mix") else size
             if plane.shape != shape or plane.dtype != kind:
@@ -96,6 +94,9 @@ def check_values(
 ) -> None:
     """Refuse values of a level that no texture has.
 
+    Raises InputError: a code is not in the table of materials, weights do not sum to their total, or a probability is
+    not one.
+
     Parameters
     ----------
     name : str
@@ -104,11 +105,6 @@ def check_values(
         Some rows of it.
     known : (65536,) bool
         Which codes are those of materials, or 0.
-
-    Raises
-    ------
-    InputError
-        A code is not in the table of materials, weights do not sum to their total, or a probability is not one.
     """
     plane = name.rpartition("/")[2]
     if not name.startswith("levels/"):

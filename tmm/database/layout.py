@@ -2,7 +2,7 @@
 
 ``/materials`` (codes, names), ``/usage``, ``/quality``, ``/composites``, ``/provenance`` and, for each mip level,
 ``/levels/k`` with ``code``, ``mix_code`` and ``mix_weight``, where shade was found also ``shade``; level 0 also has
-``confidence`` and ``typicality``.
+``confidence`` and, where it has a threshold, ``typicality``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from skyshine.tmm.database.levels import PERCENT, WEIGHT_TOTAL
 from skyshine.tmm.job.model import TextureJob
 
 FILETYPE = "tmm"
-FORMAT_VERSION = "1.5.0"
+FORMAT_VERSION = "1.6.0"
 CHUNK = 256
 # Steps of what is stored. A byte for each would keep 256 steps, whose noise no filter compresses: 7 and 14 MB of a
 # photograph of 4096 x 4096 texels. With these steps, which floats hold with all but their first bits 0, 4 and 2 MB.
@@ -31,7 +31,7 @@ TYPICALITY_RATIO, LEAST_TYPICALITY = 4, 4.0**-4
 # Of what comes in runs, runs alone are as small as searched patterns, in a third of the time. With level 6 for mixtures
 # a photograph of 4096 x 4096 texels takes 5.2 MB in place of 6.3, and .25 s of 3 more; with it for confidence .3 MB
 # less and .3 s more.
-RUNS, PATTERNS, FAST = Packing(1, zlib.Z_RLE), Packing(4), Packing(3)
+RUNS, PATTERNS, FAST = Packing(1, zlib.Z_RLE), Packing(1), Packing(3)
 PACKINGS = {
     "code": RUNS,
     "mix_code": FAST,
@@ -48,6 +48,27 @@ def texture_header(job: TextureJob, library_version: str) -> Header:
     return Header(
         FILETYPE, FORMAT_VERSION, f"materials {library_version}", text, f"Materials of the texture {job.name}"
     )
+
+
+def code_axis(codes: npt.NDArray[np.uint16]) -> Axis:
+    """The axis of materials by their codes (K,), ascending."""
+    return Axis(codes, "1", "material code")
+
+
+def materials_layout(codes: npt.NDArray[np.uint16], names: tuple[str, ...]) -> Group:
+    """The layout of the materials: codes (K,) and names."""
+    named = Variable(("material",), np.array(names, dtype=object), "1", "material name")
+    return Group({"material": code_axis(codes)}, {"name": named})
+
+
+def usage_layout(
+    codes: npt.NDArray[np.uint16], share: npt.NDArray[np.float64], texels: int, with_data: int, with_material: int
+) -> Group:
+    """The layout of the shares (K,) of the texels with data that have each material, and the counts of texels."""
+    name = "share of the texels with data that have the material"
+    counts = {"texels": texels, "texels_with_data": with_data, "texels_with_material": with_material}
+    variables = {"share": Variable(("material",), share, "1", name)}
+    return Group({"material": code_axis(codes)}, variables, attributes=counts)
 
 
 def _component_axis() -> Axis:
@@ -67,8 +88,10 @@ def composite_layout(components: npt.NDArray[Any], weights: npt.NDArray[Any]) ->
     )
 
 
-def level_layout(k: int, size: tuple[int, int], height: int, width: int, *, shade: bool = False) -> Group:
-    """The layout of a level, with or without a layer of shade; its arrays are written as they come."""
+def level_layout(
+    k: int, size: tuple[int, int], height: int, width: int, *, shade: bool = False, typicality: bool = False
+) -> Group:
+    """The layout of a level, with or without layers of shade and typicality; its arrays are written as they come."""
     axes = {
         "y": Axis(_centres(height, size[0]), "1", "row of the texel's centre, in texels of level 0"),
         "x": Axis(_centres(width, size[1]), "1", "column of the texel's centre, in texels of level 0"),
@@ -98,6 +121,7 @@ def level_layout(k: int, size: tuple[int, int], height: int, width: int, *, shad
         name = "probability that the material is right: its posterior, averaged over the box and calibrated"
         step = {"step": 1 / CONFIDENCE_STEPS}
         variables["confidence"] = Variable(plane, values, "1", name, step, chunks=chunk)
+    if k == 0 and typicality:
         name = "share of the most alike material's boxes (texels, without seeds) that lie farther from their mean"
         ratio = {"ratio": TYPICALITY_RATIO, "least": LEAST_TYPICALITY}
         variables["typicality"] = Variable(plane, values, "1", name, ratio, chunks=chunk)

@@ -67,10 +67,7 @@ class TmmFile:
     def job(self) -> TextureJob:
         """The job that the database was made from.
 
-        Raises
-        ------
-        InputError
-            It is no job of a texture.
+        Raises InputError: it is no job of a texture.
         """
         try:
             return stored_job(self.attributes["job"])
@@ -176,14 +173,11 @@ class TmmFile:
     def to_xarray(self, level: int = 0) -> xarray.Dataset:
         """Codes, shares and what else a level holds, as an `xarray.Dataset` over rows and columns from the top left.
 
+        Raises InputError: there is no such level, or xarray is not installed.
+
         Parameters
         ----------
         level : int
-
-        Raises
-        ------
-        InputError
-            There is no such level, or xarray is not installed.
         """
         if not 0 <= level < self.levels:
             raise InputError(f"found level {level}; allowed: 0 to {self.levels - 1}", file=self._file.filename)
@@ -248,10 +242,7 @@ def open_tmm(path: str | os.PathLike[str]) -> TmmFile:
 def find_image(file: TmmFile, path: Path, image: str | os.PathLike[str] | None) -> Path:
     """The texture's own image: the one given, or one of its name beside the database, in the folder above, or here.
 
-    Raises
-    ------
-    InputError
-        It is not found, or its bytes are not those that were classified.
+    Raises InputError: it is not found, or its bytes are not those that were classified.
     """
     wanted, digest = Path(str(file.attributes["texture"])), file.attributes["texture_sha256"]
     places = [Path(image)] if image else [path.parent / wanted.name, path.parent.parent / wanted, wanted]

@@ -50,17 +50,14 @@ class CdbRaster:
 def read_cdb(path: str | os.PathLike[str], table_path: str | os.PathLike[str] | None = None) -> CdbRaster:
     """Read a raster of dataset 005 or 504 with its other layers, its shares and its table.
 
+    Raises InputError: a file is missing or damaged, layers differ in size, or an index is not in the table.
+
     Parameters
     ----------
     path : path
         Its first layer of indices, ``..._D005_S001_T001_....tif`` or ``D504_S001_T001_....tif``, in its place in a CDB.
     table_path : path, optional
         Of its table, where that is not in its own place.
-
-    Raises
-    ------
-    InputError
-        A file is missing or damaged, layers differ in size, or an index is not in the table.
     """
     path = Path(path)
     place, root = locate(path)
@@ -98,10 +95,7 @@ def _share(path: Path, layer: npt.NDArray[Any], layers: int) -> npt.NDArray[Any]
 def to_image(raster: CdbRaster, materials: CdbMaterials) -> MaterialImage:
     """The three materials of ours with the largest shares in each texel.
 
-    Raises
-    ------
-    InputError
-        A composite in use has no counterpart among our materials.
+    Raises InputError: a composite in use has no counterpart among our materials.
     """
     return indexed_image(raster.place.name, raster.index, raster.share, raster.table, materials)
 
@@ -132,10 +126,7 @@ def indexed_image(
 def indices_in(index: npt.NDArray[Any], table: dict[int, Composite], path: Path, table_name: str) -> list[int]:
     """The indices that an image and a table share, ascending.
 
-    Raises
-    ------
-    InputError
-        The table lacks one; 0 may be absent, which is no material then.
+    Raises InputError: the table lacks one; 0 may be absent, which is no material then.
     """
     used = np.unique(index).tolist()
     missing = sorted(set(used) - {0} - set(table))
@@ -163,15 +154,12 @@ def from_image(
 ) -> CdbRaster:
     """Our materials as layers of composite materials, indices from 1 in the order of the codes.
 
+    Raises InputError: the size is not the place's, or a material has no composite in the map.
+
     Parameters
     ----------
     codes : list of int, optional
         The materials of the table, ascending; by default those in use.
-
-    Raises
-    ------
-    InputError
-        The size is not the place's, or a material has no composite in the map.
     """
     _check_size(image, place)
     level = image.level
@@ -198,15 +186,12 @@ def _check_size(image: MaterialImage, place: Tile | ModelTexture) -> None:
 def write_cdb(root: str | os.PathLike[str], raster: CdbRaster) -> list[Path]:
     """Write indices, shares where there are several layers, and the table into a CDB.
 
+    Raises InputError: there is nothing to write in the table, it breaks the schema, or a file cannot be written.
+
     Returns
     -------
     list of Path
         The files written.
-
-    Raises
-    ------
-    InputError
-        There is nothing to write in the table, it breaks the schema, or a file cannot be written.
     """
     root = Path(root)
     if not raster.table:
@@ -214,15 +199,15 @@ def write_cdb(root: str | os.PathLike[str], raster: CdbRaster) -> list[Path]:
             f"'{raster.place.name}' has no texel with a material; a Composite Material Table cannot be empty"
         )
     _remove_layers(root, raster.place)
-    tags = raster.place.geotiff() if isinstance(raster.place, Tile) else {}
+    place = raster.place.georeference() if isinstance(raster.place, Tile) else None
     written = []
     for layer, index in enumerate(raster.index, 1):
         smallest = np.uint8 if index.max() < 256 else np.uint16
         written.append(raster.place.raster(root, INDEX, layer))
-        write_tiff(written[-1], index.astype(smallest), tags)
+        write_tiff(written[-1], index.astype(smallest), place, compress="lzw")
         if len(raster.index) > 1:
             written.append(raster.place.raster(root, MIXTURE, layer))
-            write_tiff(written[-1], raster.share[layer - 1], tags)
+            write_tiff(written[-1], raster.share[layer - 1], place)
     table = raster.place.table(root)
     write_table(table, list(raster.table.values()))
     return [*written, table]

@@ -33,9 +33,7 @@ def bases_of(composites: Iterable[Composite]) -> set[str]:
 def require_bases(root: Path, composites: Iterable[Composite]) -> None:
     """Refuse composite materials of base materials that the table of the CDB at `root` lacks; it may have no table.
 
-    Raises
-    ------
-    InputError
+    Raises InputError.
     """
     path = base_table(root)
     if not path.exists():
@@ -67,10 +65,7 @@ def add_bases(root: Path, names: Iterable[str]) -> list[Path]:
 def read_bases(path: str | os.PathLike[str]) -> set[str]:
     """The base materials of a table, in any namespace or none.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, is not XML, or has no base material.
+    Raises InputError: the file cannot be read, is not XML, or has no base material.
     """
     root = parse_xml(read_xml(path), Path(path))
     found = {"".join((element.findtext("{*}Name") or "").split()) for element in root.iter("{*}Base_Material")}
@@ -82,10 +77,7 @@ def read_bases(path: str | os.PathLike[str]) -> set[str]:
 def write_bases(path: str | os.PathLike[str], names: Iterable[str], version: str = "1.0") -> None:
     """Write a table that the schema accepts: each name once, ascending, without descriptions.
 
-    Raises
-    ------
-    InputError
-        The file cannot be written.
+    Raises InputError: the file cannot be written.
     """
     from lxml import etree
 

@@ -61,10 +61,7 @@ class Ground:
     def __init__(self, file: TmmFile, path: Path) -> None:
         """Read the place of a texture database.
 
-        Raises
-        ------
-        InputError
-            It has none, or one on a map whose projection is not known.
+        Raises InputError: it has none, or one on a map whose projection is not known.
         """
         if "geo_affine" not in file.attributes:
             raise InputError(

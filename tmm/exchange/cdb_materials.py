@@ -56,10 +56,7 @@ class CdbMaterials:
     def composite(self, name: str, index: int) -> Composite:
         """Our material as a composite material.
 
-        Raises
-        ------
-        InputError
-            The map has none for it.
+        Raises InputError: the map has none for it.
         """
         if name not in self.recipes.composites:
             raise InputError(
@@ -75,11 +72,7 @@ class CdbMaterials:
 
         A composite of the name of one of ours is that one. Else one that is made as one of ours is made, if there is
         just one such. Else the base materials of its topmost substrate count by their weights.
-
-        Raises
-        ------
-        InputError
-            A base material has no counterpart in the map, or only counterparts without weight.
+        Raises InputError: a base material has no counterpart in the map, or only counterparts without weight.
         """
         if composite.name in self.library:
             return {self.library.code(composite.name): 1.0}
@@ -126,10 +119,7 @@ def _structure(composite: Composite) -> tuple[object, object]:
 def load_map(library: MaterialLibrary, path: str | os.PathLike[str] | None = None) -> CdbMaterials:
     """Read a map; by default the packaged one.
 
-    Raises
-    ------
-    InputError
-        The file is wrong, or names a material that the library has not.
+    Raises InputError: the file is wrong, or names a material that the library has not.
     """
     document = read_yaml(path or materials.path("exchange/cdb.yaml"))
     recipes = parse_model(document, CdbMap)

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.images.gdal import WGS84
+from skyshine.tmm.images.georeference import Affine
 
 INDEX, MIXTURE = 1, 2  # component selector 1
 TILE_SIDE = 1024  # of levels of detail from 0; each coarser one has half the texels a side
@@ -73,13 +75,10 @@ class Tile:
         south_edge, west_edge = south + self.up * height, west + self.right * width
         return south_edge, west_edge, south_edge + height, west_edge + width
 
-    def geotiff(self) -> dict[int, tuple[float, ...]]:
-        """GeoTIFF tags of its rasters by number: WGS 84, corner and size of a texel."""
+    def georeference(self) -> tuple[Affine, str]:
+        """Map of its texels to longitude and latitude, and the name of that system."""
         south, west, north, east = self.bounds
-        scale = ((east - west) / self.side, (north - south) / self.side, 0.0)
-        # Keys: geographic (1024), texels are areas (1025), WGS 84 (2048), degrees (2054).
-        keys = (1, 1, 0, 4, 1024, 0, 1, 2, 1025, 0, 1, 1, 2048, 0, 1, 4326, 2054, 0, 1, 9102)
-        return {33550: scale, 33922: (0.0, 0.0, 0.0, west, north, 0.0), 34735: keys}
+        return ((east - west) / self.side, 0.0, west, 0.0, (south - north) / self.side, north), WGS84
 
     def raster(self, root: Path, component: int, layer: int) -> Path:
         """Path of a raster of the tile in the CDB at `root`."""
@@ -118,10 +117,7 @@ class ModelTexture:
 def parse_tile(text: str) -> Tile:
     """The tile that a name such as N12E044_L00_U0_R0 stands for.
 
-    Raises
-    ------
-    InputError
-        It is no tile's name, or no such tile exists at its level of detail.
+    Raises InputError: it is no tile's name, or no such tile exists at its level of detail.
     """
     match = _TILE.fullmatch(text)
     if not match:
@@ -138,10 +134,7 @@ def parse_tile(text: str) -> Tile:
 def model_texture(name: str, lod: int) -> ModelTexture:
     """A model texture by name and level of detail.
 
-    Raises
-    ------
-    InputError
-        The name or the level is not what CDB allows.
+    Raises InputError: the name or the level is not what CDB allows.
     """
     if not _MODEL_NAME.fullmatch(name):
         raise InputError(f"found the texture name '{name}'; allowed: 2 to 32 letters, digits, _ or -")
@@ -153,10 +146,7 @@ def model_texture(name: str, lod: int) -> ModelTexture:
 def place_of(file_name: str) -> Tile | ModelTexture:
     """What the name of a raster of indices stands for.
 
-    Raises
-    ------
-    InputError
-        It is no such name.
+    Raises InputError: it is no such name.
     """
     stem = Path(file_name).stem
     tile, model = _TILE.fullmatch(stem), _MODEL.fullmatch(stem)

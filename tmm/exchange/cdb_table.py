@@ -54,16 +54,13 @@ class Composite:
 def read_table(path: str | os.PathLike[str]) -> dict[int, Composite]:
     """Read a table leniently: any namespace or none, weights left out, indices in any order.
 
+    Raises InputError: the file is missing or is not XML, it holds no composite material, an index stands twice or is no
+    whole number, or a composite has no base material.
+
     Returns
     -------
     dict of int to Composite
         By index, ascending.
-
-    Raises
-    ------
-    InputError
-        The file is missing or is not XML, it holds no composite material, an index stands twice or is no whole number,
-        or a composite has no base material.
     """
     return parse_table(read_xml(path), Path(path))
 
@@ -71,10 +68,7 @@ def read_table(path: str | os.PathLike[str]) -> dict[int, Composite]:
 def read_xml(path: str | os.PathLike[str]) -> bytes:
     """The text of an XML file of a CDB.
 
-    Raises
-    ------
-    InputError
-        It cannot be read, or is larger than such a table is.
+    Raises InputError: it cannot be read, or is larger than such a table is.
     """
     path = Path(path)
     try:
@@ -90,10 +84,7 @@ def read_xml(path: str | os.PathLike[str]) -> bytes:
 def parse_xml(text: bytes, path: Path) -> Any:
     """The root element of the text of an XML file; `path` stands in the messages.
 
-    Raises
-    ------
-    InputError
-        It is not XML.
+    Raises InputError: it is not XML.
     """
     from lxml import etree  # an extra that only CDB needs
 
@@ -185,10 +176,8 @@ def largest_remainders(weights: list[float]) -> list[int]:
 def write_table(path: str | os.PathLike[str], composites: list[Composite], version: str = "1.0") -> None:
     """Write a table that the schema accepts: indices ascending, weights descending and summing to 100.
 
-    Raises
-    ------
-    InputError
-        An index, a base material or a thickness is not what the schema allows, or the file cannot be written.
+    Raises InputError: an index, a base material or a thickness is not what the schema allows, or the file cannot be
+    written.
     """
     write_bytes(path, table_text(composites, path, version))
 

@@ -62,6 +62,8 @@ def cut_tiles(
     """Write the tiles of a texture database, datasets 005 and 006, into the CDB at `root`.
 
     Texels that it has no material for stay as an earlier texture wrote them, such as the next sheet of a mosaic.
+    Raises InputError: the texture has no place on a map, or one that is not known; it would make more than `MOST_TILES`
+    tiles, or has no material; or a tile that is there holds what is no material of the library.
 
     Parameters
     ----------
@@ -72,12 +74,6 @@ def cut_tiles(
     -------
     list of Path
         The files written.
-
-    Raises
-    ------
-    InputError
-        The texture has no place on a map, or one that is not known; it would make more than `MOST_TILES` tiles, or has
-        no material; or a tile that is there holds what is no material of the library.
     """
     with open_tmm(path) as file:
         ground = Ground(file, path)

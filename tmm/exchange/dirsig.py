@@ -29,11 +29,7 @@ def write_dirsig(folder: str | os.PathLike[str], image: MaterialImage) -> list[P
     ``NAME.material.json``.
 
     The look-up table has a line ``count label`` for each material; labels are the material names.
-
-    Raises
-    ------
-    InputError
-        There are more materials than digital counts, or a file cannot be written.
+    Raises InputError: there are more materials than digital counts, or a file cannot be written.
     """
     if len(image.materials) > MAX_COUNT:
         raise InputError(f"'{image.name}' has {len(image.materials)} materials; allowed in a material map: {MAX_COUNT}")

@@ -48,7 +48,6 @@ def export(
     library: MaterialLibrary,
     level: int | None = None,
     target: CdbTarget = CdbTarget(),
-    binary: bool = True,
     mesh: MeshTarget | None = None,
     progress: Progress = silent,
 ) -> list[Path]:
@@ -66,8 +65,6 @@ def export(
     level : int, optional
         The mip level: by default the first; for a CDB tile that is named the one of the tile's size; a model texture
         and tiles that are cut have all.
-    binary : bool
-        Of glTF: one .glb, rather than .gltf, .bin and .png.
     mesh : MeshTarget, optional
         Of glTF: the mesh that the feature IDs go into, in place of a quad.
 
@@ -81,8 +78,8 @@ def export(
     InputError
         The file cannot be read, its materials do not fit the format, or a file cannot be written.
     """
-    if mesh is not None and (form != "gltf" or not binary):
-        raise InputError("--mesh goes with --to gltf alone, and its result is one .glb; leave the rest out")
+    if mesh is not None and form != "gltf":
+        raise InputError("--mesh goes with --to gltf alone; leave it out")
     if form == "cdb":
         return _export_cdb(path, Path(out), library, level, target, progress)
     if form == "relit":
@@ -108,9 +105,7 @@ def export(
         "geotiff": lambda folder, texture: write_geotiff(folder, texture, path, level or 0),
         "dirsig": write_dirsig,
         "gltf": lambda folder, texture: (
-            write_gltf(folder, texture, binary)
-            if mesh is None
-            else write_mesh(folder, texture, mesh.file, mesh.photograph)
+            write_gltf(folder, texture) if mesh is None else write_mesh(folder, texture, mesh.file, mesh.photograph)
         ),
     }
     return writers[form](Path(out), image)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 from pathlib import Path
@@ -10,29 +9,21 @@ from typing import Any
 
 from skyshine.schemas.abandoned_parts import remove_abandoned
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.whole_files import part_file
+from skyshine.schemas.whole_files import write_whole
 
 
 def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
     """Write a file whole, its folder with it: a part file first, renamed when it is complete.
 
-    Raises
-    ------
-    InputError
-        The file cannot be written.
+    Raises InputError: the file cannot be written.
     """
     path = Path(path)
     remove_abandoned(path)
-    part = part_file(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(content)
-        os.replace(part, path)
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror}; check free space and permissions", file=path) from None
-    finally:
-        with contextlib.suppress(OSError):  # no folder, no part
-            part.unlink(missing_ok=True)
+    write_whole(path, content)
 
 
 def write_json(path: str | os.PathLike[str], content: dict[str, Any]) -> None:

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import open_tmm
-from skyshine.tmm.exchange.files import write_bytes, write_json
+from skyshine.tmm.exchange.files import write_json
 from skyshine.tmm.exchange.image import MaterialImage
-from skyshine.tmm.images.gdal import quiet
-from skyshine.tmm.images.georeference import Affine
+from skyshine.tmm.exchange.rasters import write_tiff
 
-TILE = 256
+LAYOUT = {"tiled": True, "blockxsize": 256, "blockysize": 256, "compress": "deflate"}
 
 
 def write_geotiff(
@@ -25,6 +22,7 @@ def write_geotiff(
     """Write ``NAME.code.tif`` (uint16, 0 no data) with ``NAME.code.json``, and of the first level
     ``NAME.confidence.tif`` (float32, 0 to 1, NaN where there is no material); where the database has it,
     ``NAME.shade.tif`` (uint8, 255 in the shade).
+    Raises InputError: the image had no place on a map, or a file cannot be written.
 
     Parameters
     ----------
@@ -32,11 +30,6 @@ def write_geotiff(
         The level of the database that is written.
     path : path
         The database, which has the place on the map and the confidence.
-
-    Raises
-    ------
-    InputError
-        The image had no place on a map, or a file cannot be written.
     """
     with open_tmm(path) as file:
         attributes, size = file.attributes, (file.height, file.width)
@@ -52,41 +45,14 @@ def write_geotiff(
     place = affine, str(attributes["geo_crs"])
     names = {str(code): name for code, name in image.materials.items()}
     paths = [Path(folder) / f"{image.name}.code.tif", Path(folder) / f"{image.name}.code.json"]
-    _write(paths[0], image.level.code, *place, no_data=0, names=names)
+    write_tiff(paths[0], image.level.code, place, names, nodata=0, **LAYOUT)
     materials = {str(code): {"code": code, "name": name} for code, name in image.materials.items()}
     write_json(paths[1], {"image": paths[0].name, "no_material": 0, "materials": materials})
     if confidence is not None:
         known = np.where(image.level.code > 0, confidence, np.nan).astype(np.float32)
         paths.append(Path(folder) / f"{image.name}.confidence.tif")
-        _write(paths[-1], known, *place, no_data=float("nan"))
+        write_tiff(paths[-1], known, place, nodata=float("nan"), **LAYOUT)
     if shade is not None:
         paths.append(Path(folder) / f"{image.name}.shade.tif")
-        _write(paths[-1], shade, *place)
+        write_tiff(paths[-1], shade, place, **LAYOUT)
     return paths
-
-
-def _write(
-    path: Path,
-    values: npt.NDArray[Any],
-    affine: Affine,
-    crs: str,
-    no_data: float | None = None,
-    names: dict[str, str] | None = None,
-) -> None:
-    """Write a plane on a map; `names` are texts of its band by their keys."""
-    from rasterio.errors import RasterioError
-    from rasterio.io import MemoryFile
-    from rasterio.transform import Affine as Transform
-
-    height, width = values.shape
-    layout = {"tiled": True, "blockxsize": TILE, "blockysize": TILE, "compress": "deflate"}
-    place = {"transform": Transform(*affine), "crs": crs or None, "nodata": no_data}
-    size = {"driver": "GTiff", "height": height, "width": width, "count": 1, "dtype": values.dtype}
-    with quiet(), MemoryFile() as memory:
-        try:
-            with memory.open(**size, **layout, **place) as file:
-                file.write(values, 1)
-                file.update_tags(1, **(names or {}))
-        except RasterioError as error:
-            raise InputError(f"cannot be written: {error}; name another system of coordinates", file=path) from None
-        write_bytes(path, bytes(memory.getbuffer()))

@@ -8,7 +8,6 @@ and EXT_structural_metadata (3D Tiles community, CesiumGS).
 
 from __future__ import annotations
 
-import io
 import json
 import os
 import struct
@@ -21,6 +20,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.gltf import BINARY_CHUNK, JSON_CHUNK, MAGIC, VERSION
 from skyshine.tmm.exchange.files import write_bytes
 from skyshine.tmm.exchange.image import MaterialImage
+from skyshine.tmm.exchange.rasters import png_bytes
 
 MAX_IDS = 65536  # of two 8 bit channels
 FLOAT, UNSIGNED_SHORT, ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 5126, 5123, 34962, 34963
@@ -50,46 +50,30 @@ class Buffer:
         return len(self.views) - 1
 
 
-def write_gltf(folder: str | os.PathLike[str], image: MaterialImage, binary: bool = True) -> list[Path]:
-    """Write ``NAME.glb``, or ``NAME.gltf`` with ``NAME.bin`` and ``NAME.ids.png``.
+def write_gltf(folder: str | os.PathLike[str], image: MaterialImage) -> list[Path]:
+    """Write ``NAME.glb``.
 
-    Raises
-    ------
-    InputError
-        There are more materials than feature IDs, or a file cannot be written.
+    Raises InputError: there are more materials than feature IDs, or the file cannot be written.
     """
     if len(image.materials) >= MAX_IDS:
         raise InputError(
             f"'{image.name}' has {len(image.materials)} materials; allowed in a feature ID texture: {MAX_IDS - 1}"
         )
-    buffer, folder = Buffer(), Path(folder)
+    buffer, path = Buffer(), Path(folder) / f"{image.name}.glb"
     ids, channels = feature_ids(image)
     document = _document(image, buffer, channels)
-    if binary:
-        document["images"] = [{"name": "material feature IDs", "mimeType": "image/png", "bufferView": buffer.add(ids)}]
-        path = folder / f"{image.name}.glb"
-        write_bytes(path, glb(_complete(document, buffer), bytes(buffer.content)))
-        return [path]
-    paths = [folder / f"{image.name}{ending}" for ending in (".gltf", ".bin", ".ids.png")]
-    document["images"] = [{"name": "material feature IDs", "uri": paths[2].name}]
-    content = _complete(document, buffer, uri=paths[1].name)
-    write_bytes(paths[0], (json.dumps(content, indent=2, ensure_ascii=False) + "\n").encode())
-    write_bytes(paths[1], bytes(buffer.content))
-    write_bytes(paths[2], ids)
-    return paths
+    document["images"] = [{"name": "material feature IDs", "mimeType": "image/png", "bufferView": buffer.add(ids)}]
+    write_bytes(path, glb(document, buffer))
+    return [path]
 
 
 def feature_ids(image: MaterialImage) -> tuple[bytes, list[int]]:
     """The feature IDs as PNG, and the channels that hold them, the lowest byte first."""
-    from PIL import Image
-
     index = image.index(first=0)
     index[index < 0] = len(image.materials)
     rgb = np.zeros((*index.shape, 3), np.uint8)
     rgb[..., 0], rgb[..., 1] = index & 0xFF, index >> 8
-    content = io.BytesIO()
-    Image.fromarray(rgb).save(content, format="PNG")
-    return content.getvalue(), [0] if len(image.materials) < 256 else [0, 1]
+    return png_bytes(rgb), [0] if len(image.materials) < 256 else [0, 1]
 
 
 def _document(image: MaterialImage, buffer: Buffer, channels: list[int]) -> dict[str, Any]:
@@ -160,14 +144,11 @@ def metadata(image: MaterialImage, buffer: Buffer) -> dict[str, Any]:
     return {"schema": {"id": "skyshine_materials", "classes": classes}, "propertyTables": [table]}
 
 
-def _complete(document: dict[str, Any], buffer: Buffer, **uri: str) -> dict[str, Any]:
-    return {**document, "buffers": [{**uri, "byteLength": len(buffer.content)}], "bufferViews": buffer.views}
-
-
-def glb(document: dict[str, Any], content: bytes) -> bytes:
-    """A binary glTF of a document and the content of its buffer."""
-    text = json.dumps(document, separators=(",", ":"), ensure_ascii=False).encode()
+def glb(document: dict[str, Any], buffer: Buffer) -> bytes:
+    """A binary glTF of a document and its buffer."""
+    whole = {**document, "buffers": [{"byteLength": len(buffer.content)}], "bufferViews": buffer.views}
+    text = json.dumps(whole, separators=(",", ":"), ensure_ascii=False).encode()
     text += b" " * (-len(text) % 4)
-    content += b"\0" * (-len(content) % 4)
+    content = bytes(buffer.content) + b"\0" * (-len(buffer.content) % 4)
     chunks = struct.pack("<II", len(text), JSON_CHUNK) + text + struct.pack("<II", len(content), BINARY_CHUNK) + content
     return struct.pack("<III", MAGIC, VERSION, 12 + len(chunks)) + chunks

@@ -28,6 +28,9 @@ def write_mesh(
 ) -> list[Path]:
     """Write ``NAME.glb`` with the feature IDs of a texture; NAME is that of the mesh's file and the texture's.
 
+    Raises InputError: the file cannot be read, is no glTF 2.0, has feature IDs or metadata already, or no primitive
+    shows the photograph.
+
     Parameters
     ----------
     image : MaterialImage
@@ -35,12 +38,6 @@ def write_mesh(
         A ``.glb``, or a ``.gltf`` whose buffers and images lie in its folder or in data URIs.
     photograph : str, optional
         Name of the image in the file (or its number); by default the one that is named as the texture, or the only one.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is no glTF 2.0, has feature IDs or metadata already, or no primitive shows the
-        photograph.
     """
     path = Path(mesh)
     document, binary = read_gltf(path)
@@ -55,10 +52,8 @@ def write_mesh(
                 "no primitive has the photograph as its base colour; name the image with --photograph", file=path
             )
         _add(document, buffer, image, found)
-    document["buffers"] = [{"byteLength": len(buffer.content)}]
-    document["bufferViews"] = buffer.views
     out = Path(folder) / f"{path.stem}.{image.name}.glb"
-    write_bytes(out, glb(document, bytes(buffer.content)))
+    write_bytes(out, glb(document, buffer))
     return [out]
 
 

@@ -78,17 +78,15 @@ class MaterialImage:
 def read_levels(path: str | os.PathLike[str], levels: range | list[int] | None = None) -> list[MaterialImage]:
     """Levels of a texture database.
 
+    Raises InputError: the file is missing or damaged, is no texture database, or has no such level, or one of more than
+    `MAX_TEXELS`.
+
     Parameters
     ----------
     path : path
         A ``.tmm.h5``.
     levels : sequence of int, optional
         By default the first alone.
-
-    Raises
-    ------
-    InputError
-        The file is missing or damaged, is no texture database, or has no such level, or one of more than `MAX_TEXELS`.
     """
     with open_tmm(path) as file:
         wanted = [0] if levels is None else list(levels)

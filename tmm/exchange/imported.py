@@ -13,7 +13,14 @@ import numpy.typing as npt
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Variable, write_file
-from skyshine.tmm.database.layout import CHUNK, composite_layout, level_layout, texture_header
+from skyshine.tmm.database.layout import (
+    CHUNK,
+    composite_layout,
+    level_layout,
+    materials_layout,
+    texture_header,
+    usage_layout,
+)
 from skyshine.tmm.database.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, level_sizes
 from skyshine.tmm.database.reader import open_tmm
 from skyshine.tmm.exchange.cdb import CdbRaster
@@ -36,6 +43,7 @@ def write_imported(
     """Write an imported image as a database; returns the hash of its content.
 
     Confidence is 1 where there is a material, for nothing was classified, and 0 elsewhere.
+    Raises InputError: the file cannot be written.
 
     Parameters
     ----------
@@ -45,11 +53,6 @@ def write_imported(
         Material by colour or grey level of that file: the palette of the job that stands in the database.
     raster : CdbRaster, optional
         Kept, so that indices and composite materials can be written again as they came.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
     """
     levels, mixtures = [image.level], Composites()
     levels += coarser_levels(image)
@@ -57,7 +60,7 @@ def write_imported(
         mixtures.add(level)
     known = (image.level.code > 0).astype(np.float32)
     groups = {
-        "materials": Group({"material": _codes(image)}, {"name": _names(image)}),
+        "materials": materials_layout(np.array(list(image.materials), np.uint16), tuple(image.materials.values())),
         "quality": Group(attributes={"tested_texels": 0, "seed_texels": 0}),
         "provenance": Group(attributes=_provenance(image, Path(source))),
         "levels": Group(groups={str(k): _filled(k, level, image, known) for k, level in enumerate(levels)}),
@@ -86,24 +89,12 @@ def coarser_levels(image: MaterialImage) -> list[Level]:
     ]
 
 
-def _codes(image: MaterialImage) -> Axis:
-    return Axis(np.array(list(image.materials), np.uint16), "1", "material code")
-
-
-def _names(image: MaterialImage) -> Variable:
-    return Variable(("material",), np.array(list(image.materials.values()), dtype=object), "1", "material name")
-
-
 def _usage(image: MaterialImage) -> Group:
     level = image.level
     counts = np.bincount(level.mix_code.ravel(), level.mix_weight.ravel(), minlength=1 << 16) / WEIGHT_TOTAL
     known = int(np.count_nonzero(level.code))
     share = counts[list(image.materials)] / max(known, 1)
-    attributes = {"texels": image.level.code.size, "texels_with_data": known, "texels_with_material": known}
-    name = "share of the texels with data that have the material"
-    return Group(
-        {"material": _codes(image)}, {"share": Variable(("material",), share, "1", name)}, attributes=attributes
-    )
+    return usage_layout(np.array(list(image.materials), np.uint16), share, level.code.size, known, known)
 
 
 def _filled(k: int, level: Level, image: MaterialImage, known: npt.NDArray[Any]) -> Group:
@@ -113,7 +104,6 @@ def _filled(k: int, level: Level, image: MaterialImage, known: npt.NDArray[Any])
         "mix_code": level.mix_code,
         "mix_weight": level.mix_weight,
         "confidence": known,
-        "typicality": known,
     }
     variables = {name: replace(variable, data=data[name]) for name, variable in layout.variables.items()}
     return Group(layout.axes, variables)
@@ -157,10 +147,7 @@ def _cdb(raster: CdbRaster, path: Path) -> Group:
 def kept_raster(path: str | os.PathLike[str]) -> CdbRaster | None:
     """The raster materials that a database was imported with; None where it came from elsewhere.
 
-    Raises
-    ------
-    InputError
-        The database cannot be read.
+    Raises InputError: the database cannot be read.
     """
     with open_tmm(path) as file:
         if not file.has("cdb/index"):
@@ -174,16 +161,13 @@ def import_texture(
     path: str | os.PathLike[str],
     out: str | os.PathLike[str],
     library: MaterialLibrary,
-    legend: str | os.PathLike[str] | None = None,
     map_file: str | os.PathLike[str] | None = None,
     table: str | os.PathLike[str] | None = None,
 ) -> Path:
-    """Read raster materials of a CDB (``.tif``) or an indexed PNG and write a database into a folder.
+    """Read raster materials of a CDB, or an image of indices into its table, and write a database into a folder.
 
     Parameters
     ----------
-    legend : path, optional
-        Of a PNG; by default ``NAME.legend.json`` beside it.
     map_file : path, optional
         Of a CDB; by default the packaged map.
     table : path, optional
@@ -197,23 +181,14 @@ def import_texture(
     """
     from skyshine.tmm.exchange.cdb import read_cdb, to_image
     from skyshine.tmm.exchange.cdb_materials import load_map
-    from skyshine.tmm.exchange.indexed_png import palette_keys, read_png
-    from skyshine.tmm.exchange.legend import read_legend
 
     path, raster = Path(path), None
     if table is not None and not is_placed(path):
         image, colours = _with_table(path, Path(table), load_map(library, map_file))
-    elif path.suffix.lower() in (".tif", ".tiff"):
+    else:
         raster, materials = read_cdb(path, table), load_map(library, map_file)
         image, present = to_image(raster, materials), np.unique(raster.index).tolist()
         colours = _first_materials([k for k in present if k in raster.table], raster.table, materials)
-    elif path.suffix.lower() == ".png":
-        legend = legend or path.with_suffix(".legend.json")
-        image, names = read_png(path, legend, library), read_legend(legend, library)
-        keys = palette_keys(path, list(names))
-        colours = {keys[number]: name for number, name in names.items()}
-    else:
-        raise InputError(f"found the ending '{path.suffix}'; allowed: .tif of a CDB, .png with a legend", file=path)
     target = Path(out) / f"{image.name}.tmm.h5"
     write_imported(image, path, colours, target, library.version, raster)
     return target

@@ -21,15 +21,12 @@ _ROWS = 256  # read at a time
 def write_relit(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> list[Path]:
     """Write ``NAME.relit.tif``: the texture as it was classified, of the type and encoding of its image.
 
+    Raises InputError: the database has no shade, the image is not found, or a file cannot be written.
+
     Parameters
     ----------
     path : path
         The database; the image is looked for by its name (see `find_image`).
-
-    Raises
-    ------
-    InputError
-        The database has no shade, the image is not found, or a file cannot be written.
     """
     with open_tmm(path) as file:
         if not file.has_shade:

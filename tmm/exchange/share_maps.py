@@ -8,7 +8,6 @@ Terrain Tools).
 
 from __future__ import annotations
 
-import io
 import os
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from skyshine.tmm.database.levels import COMPONENTS, integer_weights
 from skyshine.tmm.exchange.files import write_bytes, write_json
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.legend import legend
+from skyshine.tmm.exchange.rasters import png_bytes
 
 FULL = 255
 CHANNELS = "RGBA"
@@ -28,16 +28,13 @@ CHANNELS = "RGBA"
 def write_masks(folder: str | os.PathLike[str], image: MaterialImage) -> list[Path]:
     """Write ``NAME.MATERIAL.png`` (8 bit grey) for each material, and ``NAME.masks.json``.
 
-    Raises
-    ------
-    InputError
-        A file cannot be written.
+    Raises InputError: a file cannot be written.
     """
     shares, paths = _shares(image), []
     entries: dict[str, dict[str, Any]] = {}
     for number, entry in legend(image).items():
         paths.append(Path(folder) / f"{image.name}.{entry['name']}.png")
-        _write_png(paths[-1], _share(image, shares, entry["code"]))
+        write_bytes(paths[-1], png_bytes(_share(image, shares, entry["code"])))
         entries[str(number)] = {**entry, "image": paths[-1].name}
     paths.append(Path(folder) / f"{image.name}.masks.json")
     write_json(paths[-1], {"full": FULL, "materials": entries})
@@ -47,10 +44,7 @@ def write_masks(folder: str | os.PathLike[str], image: MaterialImage) -> list[Pa
 def write_splat_maps(folder: str | os.PathLike[str], image: MaterialImage) -> list[Path]:
     """Write ``NAME.splat0.png`` and on (8 bit RGBA, four materials each), and ``NAME.splat.json``.
 
-    Raises
-    ------
-    InputError
-        A file cannot be written.
+    Raises InputError: a file cannot be written.
     """
     shares, paths = _shares(image), []
     entries: dict[str, dict[str, Any]] = {}
@@ -61,7 +55,7 @@ def write_splat_maps(folder: str | os.PathLike[str], image: MaterialImage) -> li
         for channel, (number, entry) in enumerate(layers[first : first + len(CHANNELS)]):
             picture[..., channel] = _share(image, shares, entry["code"])
             entries[str(number)] = {**entry, "image": paths[-1].name, "channel": CHANNELS[channel]}
-        _write_png(paths[-1], picture)
+        write_bytes(paths[-1], png_bytes(picture))
     paths.append(Path(folder) / f"{image.name}.splat.json")
     write_json(paths[-1], {"full": FULL, "materials": entries})
     return paths
@@ -78,11 +72,3 @@ def _share(image: MaterialImage, shares: npt.NDArray[np.uint8], code: int) -> np
     """Share (H, W) of one material."""
     share: npt.NDArray[np.uint8] = np.where(image.level.mix_code == code, shares, 0).sum(axis=-1, dtype=np.uint8)
     return share
-
-
-def _write_png(path: Path, values: npt.NDArray[np.uint8]) -> None:
-    from PIL import Image
-
-    content = io.BytesIO()
-    Image.fromarray(values).save(content, format="PNG", optimize=False)
-    write_bytes(path, content.getvalue())

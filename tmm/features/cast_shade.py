@@ -131,10 +131,8 @@ class CastShade:
     def of(cls, texture: Windowed, path: Any, fall: Fall) -> CastShade:
         """Find the shade of a texture in some windows of it.
 
-        Raises
-        ------
-        InputError
-            No more edges step up away from the Sun than towards it, by a light that is brighter and less blue.
+        Raises InputError: no more edges step up away from the Sun than towards it, by a light that is brighter and less
+        blue.
         """
         parts: list[tuple[npt.NDArray[Any], npt.NDArray[np.bool_]]] = []
         aways: list[_Edges] = []

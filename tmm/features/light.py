@@ -59,16 +59,25 @@ def stored_light(light: npt.NDArray[Any], encoding: str, dtype: np.dtype[Any]) -
 
 
 def guided(mask: npt.NDArray[Any], guide: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """A mask (h, w), 0 to 1, with the edges of its guide (h, w), the logarithm of light (He, Sun and Tang 2013)."""
+    """A mask (h, w), 0 to 1, with the edges of its guide (h, w), the logarithm of light."""
+    slope, offset = guided_lines(mask, guide, GUIDED_RADIUS, _EDGE)
+    filtered: npt.NDArray[Any] = np.clip((slope * guide + offset - _LEAK) / (1 - 2 * _LEAK), 0.0, 1.0)
+    return filtered
+
+
+def guided_lines(
+    planes: npt.NDArray[Any], guide: npt.NDArray[Any], radius: int, edge: float
+) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    """Slopes and offsets (..., h, w) by which planes (..., h, w) follow their guide (h, w), where its variance in a box
+    is above `edge` (He, Sun and Tang 2013, IEEE TPAMI 35:1397-1409).
+    """
     from scipy.ndimage import uniform_filter
 
     def mean(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        filtered: npt.NDArray[Any] = uniform_filter(values, 2 * GUIDED_RADIUS + 1)
-        return filtered
+        averaged: npt.NDArray[Any] = uniform_filter(values, 2 * radius + 1, mode="reflect", axes=(-2, -1))
+        return averaged
 
-    of_guide, of_mask = mean(guide), mean(mask)
-    slope = (mean(guide * mask) - of_guide * of_mask) / (mean(guide * guide) - of_guide**2 + _EDGE)
-    offset = of_mask - slope * of_guide
-    soft = mean(slope) * guide + mean(offset)
-    filtered: npt.NDArray[Any] = np.clip((soft - _LEAK) / (1 - 2 * _LEAK), 0.0, 1.0)
-    return filtered
+    average, level = mean(guide), mean(planes)
+    variance = np.maximum(mean(guide * guide) - average**2, 0) + guide.dtype.type(edge)
+    slope = (mean(guide * planes) - average * level) / variance
+    return mean(slope), mean(level - slope * average)

@@ -21,10 +21,7 @@ class RelitTexture(TextureFile):
     def __init__(self, *arguments: Any, fall: Fall) -> None:
         """Open an image as `TextureFile` does, and find its shade by how shadows fall.
 
-        Raises
-        ------
-        InputError
-            As `TextureFile` and `CastShade.of`, or the colours have no encoding that is known here.
+        Raises InputError: as `TextureFile` and `CastShade.of`, or the colours have no encoding that is known here.
         """
         super().__init__(*arguments)
         if self.encoding not in ("srgb", "linear"):

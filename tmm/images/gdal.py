@@ -46,10 +46,7 @@ def open_dataset(path: Path) -> Any:
 def find_system(name: str, file: Path) -> Any:
     """The coordinate system of a name such as ``EPSG:32633``, or of its text in WKT.
 
-    Raises
-    ------
-    InputError
-        PROJ does not know it, or it is of no place on the Earth.
+    Raises InputError: PROJ does not know it, or it is of no place on the Earth.
     """
     from rasterio.crs import CRS
     from rasterio.errors import CRSError

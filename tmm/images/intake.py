@@ -57,6 +57,8 @@ class Intake:
 def take_in(path: Path, image: Raster, near_infrared: str | None, alpha: str, white: float | str | None) -> Intake:
     """Find what the channels and values of an image are.
 
+    Raises InputError: the image lacks a channel.
+
     Parameters
     ----------
     near_infrared : str or None
@@ -65,11 +67,6 @@ def take_in(path: Path, image: Raster, near_infrared: str | None, alpha: str, wh
         ``no-data``: what the file calls alpha is alpha, whatever its values.
     white : float, "auto" or None
         ``auto``: by the data; None: the largest value that the type holds.
-
-    Raises
-    ------
-    InputError
-        The image lacks a channel.
     """
     names = image.channel_names
     given = None if near_infrared in (None, "none") else _named(path, names, str(near_infrared))

@@ -39,10 +39,7 @@ class NoData:
     def __init__(self, path: Path, image: Raster) -> None:
         """Look for what there is.
 
-        Raises
-        ------
-        InputError
-            A mask cannot be read, or has another size than the image.
+        Raises InputError: a mask cannot be read, or has another size than the image.
         """
         self.value: float | None = None
         self.lossy = False

@@ -53,10 +53,7 @@ class Raster:
     def __init__(self, path: Path, indices: bool = False) -> None:
         """Open the first image of the file; with `indices`, those of its palette in place of colours.
 
-        Raises
-        ------
-        InputError
-            The file is missing, is no image, or holds more than one plane.
+        Raises InputError: the file is missing, is no image, or holds more than one plane.
         """
         self.path, self._source = path, _open(path, indices)
         source = self._source
@@ -70,10 +67,7 @@ class Raster:
     def rows(self, start: int, stop: int) -> npt.NDArray[Any]:
         """Rows `start` to `stop` (excluded) as (stop - start, width, channels); valid until the next call.
 
-        Raises
-        ------
-        InputError
-            The file is damaged or cut short.
+        Raises InputError: the file is damaged or cut short.
         """
         if not self._first <= start <= stop <= self._end:
             if self._whole:
@@ -215,10 +209,7 @@ def read_channels(path: Path) -> npt.NDArray[Any]:
 def file_sha256(path: Path) -> str:
     """SHA-256 of a file's bytes.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read.
+    Raises InputError: the file cannot be read.
     """
     if path.exists() and not path.is_file():
         raise InputError("is no file that can be read; check the path", file=path)

@@ -96,6 +96,9 @@ class TextureFile:
     ) -> None:
         """Open an image as it is stored (an orientation tag turns nothing: a runtime's texture unit does not either).
 
+        Raises InputError: the file is missing or is no image, its colour space is unknown, it lacks a channel, or its
+        mask does not fit.
+
         Parameters
         ----------
         path : Path
@@ -108,12 +111,6 @@ class TextureFile:
             See `take_in`.
         indices : bool
             Whether the indices of the image's palette are read as grey levels.
-
-        Raises
-        ------
-        InputError
-            The file is missing or is no image, its colour space is unknown, it lacks a channel, or its mask does
-            not fit.
         """
         self.path, self._raster = path, Raster(path, indices)
         self.intake = take_in(path, self._raster, near_infrared, alpha, white)
@@ -132,10 +129,7 @@ class TextureFile:
     def window(self, rows: slice, columns: slice) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """Colours and validity of a window; see `Windowed`.
 
-        Raises
-        ------
-        InputError
-            The file is damaged or cut short.
+        Raises InputError: the file is damaged or cut short.
         """
         values = self._raster.rows(rows.start, rows.stop)[:, columns]
         # What the raster gives holds until its next call alone.

@@ -64,6 +64,8 @@ class AnswerList(StrictModel):
 def read_answers(path: Path, texture: Sized | None = None, materials: tuple[str, ...] | None = None) -> list[Answer]:
     """The answers of a list, those that are not filled in included.
 
+    Raises InputError: at the line and column of what is wrong.
+
     Parameters
     ----------
     path : Path
@@ -71,11 +73,6 @@ def read_answers(path: Path, texture: Sized | None = None, materials: tuple[str,
         Within which all places must lie.
     materials : tuple of str, optional
         Names that are allowed; by default all.
-
-    Raises
-    ------
-    InputError
-        At the line and column of what is wrong.
     """
     document = read_yaml(path)
     answers = parse_model(document, AnswerList, {"materials": materials}).answers

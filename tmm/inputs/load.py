@@ -61,11 +61,7 @@ def job_materials(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
     """Names of all materials that a job may find, those of its GeoJSON and model files included.
 
     Beside seeds, a model finds the seeds' materials alone.
-
-    Raises
-    ------
-    InputError
-        Such a file cannot be read.
+    Raises InputError: such a file cannot be read.
     """
     names = set(job.materials)
     for seeds in (job.seeds, job.overrides):
@@ -81,10 +77,7 @@ def narrowed(
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """The classes (C,) of a model that stand for what the scene holds, and which (C,) of `names` each stands for.
 
-    Raises
-    ------
-    InputError
-        None does.
+    Raises InputError: none does.
     """
     groups = {name: library.group(name) for name in (*model.names, *names) if name in library}
     shares = library_classes(model.names, names, groups)
@@ -116,10 +109,7 @@ def load_texture(
 ) -> tuple[TextureFile, DistinctColours, tuple[str, ...], SeedTexels | None]:
     """Read a job's image once, and find its materials, in the order of their codes, and its seeds.
 
-    Raises
-    ------
-    InputError
-        A file cannot be read, or does not fit the image or the library.
+    Raises InputError: a file cannot be read, or does not fit the image or the library.
     """
     base_folder = Path(base_folder)
     texture = open_texture(job, base_folder)

@@ -13,10 +13,7 @@ from skyshine.schemas.errors import InputError
 def palette_colour(key: str, dtype: np.dtype[Any], path: Path) -> tuple[int, int, int]:
     """The colour that a palette's key names, as a texture of this type holds it.
 
-    Raises
-    ------
-    InputError
-        The texture's type cannot hold it.
+    Raises InputError: the texture's type cannot hold it.
     """
     if dtype.kind != "u":
         raise InputError("holds floats; allowed for a palette: 8 or 16 bit colours; use rules instead", file=path)

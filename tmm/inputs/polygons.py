@@ -88,6 +88,10 @@ def seed_names(seeds: Seeds, base_folder: Path) -> set[str]:
 def seed_polygons(seeds: Seeds, base_folder: Path, texture: Windowed, image: Path) -> list[SeedPolygon]:
     """All polygons of seeds in pixel coordinates; disks around answered places, then those of the GeoJSON file, last.
 
+    Raises InputError: the GeoJSON file cannot be read or is not a FeatureCollection of polygons and points with a
+    material; its coordinates are those of a map, and the image has no place on it; or a polygon in pixel coordinates
+    reaches beyond the texture.
+
     Parameters
     ----------
     image : Path
@@ -97,13 +101,6 @@ def seed_polygons(seeds: Seeds, base_folder: Path, texture: Windowed, image: Pat
     -------
     list of SeedPolygon
         Polygons in map coordinates that lie beyond the image are left out; others may reach beyond it.
-
-    Raises
-    ------
-    InputError
-        The GeoJSON file cannot be read or is not a FeatureCollection of polygons and points with a material; its
-        coordinates are those of a map, and the image has no place on it; or a polygon in pixel coordinates reaches
-        beyond the texture.
     """
     polygons = [SeedPolygon(name, (ring,)) for name, rings in seeds.polygons.items() for ring in rings]
     mapped: list[SeedPolygon] = []

@@ -96,19 +96,16 @@ def seed_texels(
 ) -> SeedTexels:
     """Find the seed texels of a texture.
 
+    Raises InputError: a polygon reaches beyond the image, the label image does not fit, or a material that has polygons
+    has no texel left once texels without data and texels claimed by several materials are taken away. A material of the
+    label palette or of map coordinates may be absent, for textures share them; but not all may.
+
     Parameters
     ----------
     names : tuple of str
         Materials that the seeds name, in the order of their codes.
     path : Path
         Of the texture, for messages.
-
-    Raises
-    ------
-    InputError
-        A polygon reaches beyond the image, the label image does not fit, or a material that has polygons has no texel
-        left once texels without data and texels claimed by several materials are taken away. A material of the label
-        palette or of map coordinates may be absent, for textures share them; but not all may.
     """
     claims = Claims()
     polygons = seed_polygons(seeds, base_folder, texture, path)

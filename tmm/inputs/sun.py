@@ -16,7 +16,6 @@ from skyshine.tmm.images.gdal import WGS84, find_system, transformed
 from skyshine.tmm.images.georeference import GeoReference, read_georeference
 from skyshine.tmm.job.shade import Shade
 
-_AXIS, _FLATTENING = 6378137.0, 1 / 298.257223563  # of WGS 84: semi-major axis in metres
 _WALK = 100.0  # m, over which a direction on the ground is taken to the map
 _TALLEST = 50.0  # m: chosen; trees and houses of fifteen storeys
 _SHORTEST = 16  # texels: a reach below loses shadows to an elevation that is a little off
@@ -25,15 +24,12 @@ _SHORTEST = 16  # texels: a reach below loses shadows to an elevation that is a 
 def shadow_fall(shade: Shade, image: Path) -> Fall:
     """Direction and longest length of shadows in an image.
 
+    Raises InputError: a time is given, and the image has no place on a map that is known, or the Sun was not up.
+
     Parameters
     ----------
     shade : Shade
     image : Path
-
-    Raises
-    ------
-    InputError
-        A time is given, and the image has no place on a map that is known, or the Sun was not up.
 
     Examples
     --------
@@ -102,12 +98,6 @@ def _walk(system: Any, place: GeoReference, azimuth: float) -> npt.NDArray[np.fl
     """Coordinates of the map that a walk towards an azimuth crosses, from the image's corner."""
     longitude, latitude = _degrees(system, place)
     north, east = (_WALK * np.cos(np.radians(azimuth)), _WALK * np.sin(np.radians(azimuth)))
-    squared, phi = _FLATTENING * (2 - _FLATTENING), np.radians(latitude)
-    across = _AXIS / np.sqrt(1 - squared * np.sin(phi) ** 2)  # radii of curvature: of the prime vertical, the meridian
-    along = across * (1 - squared) / (1 - squared * np.sin(phi) ** 2)
-    ends = (
-        np.array([longitude, longitude + np.degrees(east / (across * np.cos(phi)))]),
-        np.array([latitude, latitude + np.degrees(north / along)]),
-    )
-    x, y = transformed(WGS84, system, *ends)
+    local = f"+proj=aeqd +datum=WGS84 +lat_0={latitude!r} +lon_0={longitude!r}"  # metres about the corner
+    x, y = transformed(local, system, np.array([0.0, east]), np.array([0.0, north]))
     return np.array([x[1] - x[0], y[1] - y[0]])

@@ -25,6 +25,8 @@ def _plain(text: str) -> str:
 def find_images(folder: Path, image: str) -> dict[str, str] | None:
     """Images by the names of their textures, in the order of their paths; None where `image` is a file's name.
 
+    Raises ValueError: there is no such image, or one lies outside the job's folder.
+
     Parameters
     ----------
     folder : Path
@@ -32,11 +34,6 @@ def find_images(folder: Path, image: str) -> dict[str, str] | None:
     image : str
         A folder (its images, not those of folders in it), a pattern with ``*``, ``?`` and ``[...]`` (``**`` for any
         folders), or a name with ``<UDIM>``. A file of exactly this name comes first.
-
-    Raises
-    ------
-    ValueError
-        There is no such image, or one lies outside the job's folder.
     """
     try:
         found = _matches(folder, image)

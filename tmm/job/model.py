@@ -147,7 +147,8 @@ class Classifier(StrictModel):
     typicality_threshold: Probability | None = Field(
         default=None,
         description="Texels less typical of all materials than this become unknown (code 0): with seeds by the colour "
-        "and the contrast of the box about them, else by colour alone. By default 0.11 where seeds were drawn at three "
+        "and the contrast of the box about them, else by colour alone. By default 0.2, or the "
+        "typicality of the least typical place of the seeds by the others, where seeds were drawn at three "
         "separate places a material or more, none of them is of the class 'unknown' and none is an answer to what "
         "'tmm suggest' asked; else 0, which leaves none out.",
     )
@@ -463,9 +464,7 @@ class TmmJob(StrictModel):
 def check_distinct_names(textures: Sequence[TextureJob]) -> None:
     """Refuse two textures that would be written to one file.
 
-    Raises
-    ------
-    ValueError
+    Raises ValueError.
     """
     for name, count in Counter(texture.name for texture in textures).items():
         if count > 1:

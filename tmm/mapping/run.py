@@ -140,9 +140,7 @@ def classify(
 def output_folder(job: TmmJob, folder: Path, out: str | os.PathLike[str] | None) -> Path:
     """The folder that is written to: `out`, by default the job's, which must lie inside the job's own `folder`.
 
-    Raises
-    ------
-    InputError
+    Raises InputError.
     """
     if out is not None:
         return Path(out)

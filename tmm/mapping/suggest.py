@@ -116,16 +116,13 @@ class Known:
 def suggest(job: TextureJob, folder: Path, library: MaterialLibrary, count: int) -> Suggestion:
     """Find the places of a texture where an answer is worth most.
 
+    Raises InputError: an image, its seeds or a list of answers is wrong; the job's materials do not come from seeds; or
+    there is a list of answers that the job does not name, which would be lost.
+
     Parameters
     ----------
     count : int
         Places to find; a small texture has fewer.
-
-    Raises
-    ------
-    InputError
-        An image, its seeds or a list of answers is wrong; the job's materials do not come from seeds; or there is a
-        list of answers that the job does not name, which would be lost.
     """
     if job.way not in WAYS:
         raise InputError(
@@ -163,11 +160,7 @@ def draw_at_random(job: TextureJob, folder: Path, library: MaterialLibrary, coun
 
     Every texel with data is as likely as any other. Places of the list that have no answer yet are asked again; new
     ones follow, by the job's random seed, so that a longer list is the shorter one with more.
-
-    Raises
-    ------
-    InputError
-        The image or the list is wrong, or no texel has data.
+    Raises InputError: the image or the list is wrong, or no texel has data.
     """
     texture = open_texture(job, folder)
     path = folder / f"{job.name}.check.yaml"

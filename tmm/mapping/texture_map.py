@@ -15,7 +15,7 @@ from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper
 from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.classify.trained import ModelMapper, TrainedModel
 from skyshine.tmm.classify.translation import class_groups, library_classes
-from skyshine.tmm.classify.typicality import Boxes
+from skyshine.tmm.classify.typicality import Boxes, Everywhere, Typicality
 from skyshine.tmm.database.levels import Level
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.georeference import GeoReference, read_georeference
@@ -36,12 +36,14 @@ from skyshine.tmm.mapping.ways import (
     nearest_palette,
 )
 from skyshine.tmm.quality.held_out import HeldOut, measure, untested, with_unknown
-from skyshine.tmm.training.seed_boxes import seed_boxes
+from skyshine.tmm.training.seed_boxes import SeedBoxes, seed_boxes
 from skyshine.tmm.training.train import fit_seeds
 
-# Chosen on five aerial sheets with six clicks a material: between 0.1, below which 0.9 % of what is known fall and 40 %
-# of a material left out, and 0.12, with 1.1 and 42 % (0.15: 1.3 and 46 %). A box of few texels scatters more.
-UNTYPICAL, UNTYPICAL_RADIUS = 0.11, 4
+# The threshold is this, or the typicality of the least typical place of the seeds by the others, if that is less. With
+# six clicks a material on six of the twelve aerial sheets 0.5 % of what is known falls below it where nothing else is
+# there, and 26 % of a material left out; below a threshold of 0.04 on all of them 0.95 and 26 %. A box of few texels
+# scatters more.
+UNTYPICAL, UNTYPICAL_RADIUS = 0.2, 4
 # Separate places of a material, the median over them: with fewer the threshold takes more of what is known than it is
 # worth (5 % with two places a material, 7 % with one).
 TYPICAL_PLACES = 3
@@ -130,11 +132,17 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
     """
     base_folder = Path(base_folder)
     texture, colours, names, seeds = load_texture(job, base_folder, library)
-    limits = thresholds(job, seeds)
+    confidence, typicality = thresholds(job, seeds)
     if seeds is not None:
+        boxes = None
+        if typicality > 0:
+            radius = job.classifier.radius if job.classifier.speed == "fast" else TYPICAL_RADIUS
+            boxes = seed_boxes(Boxes(texture, colours, radius), seeds)
+            if job.classifier.typicality_threshold is None:
+                typicality = float(boxes.of_places().min(initial=typicality))
         general = None if job.model is None else read_model(model_path(job.model, base_folder))
-        mapper_of = seed_mappers(job, texture, colours, seeds, general, library)
-        mapper, quality = mapper_of(None), measure(job, texture.encoding, seeds, mapper_of, limits)
+        mapper_of = seed_mappers(job, texture, colours, seeds, general, library, boxes)
+        mapper, quality = mapper_of(None), measure(job, seeds, mapper_of, (confidence, typicality))
     else:
         mapper, quality = _untrained(job, texture, colours, names, base_folder, library)
     if job.overrides is not None:
@@ -150,7 +158,7 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
         quality=quality,
         place=read_georeference(texture.path),
         files={name: file_sha256(path) for name, path in job_files(job, base_folder).items()},
-        thresholds=limits,
+        thresholds=(confidence, typicality),
         mapper=mapper,
     )
 
@@ -179,6 +187,7 @@ def seed_mappers(
     seeds: SeedTexels,
     general: TrainedModel | None,
     library: MaterialLibrary,
+    boxes: SeedBoxes | None,
 ) -> Callable[[npt.NDArray[np.bool_] | None], Mapper]:
     """Make mappers from all seeds (None) or from those chosen (N,), at the speed that the job asks for.
 
@@ -186,15 +195,20 @@ def seed_mappers(
     ----------
     general : TrainedModel or None
         A library model beside the seeds.
+    boxes : SeedBoxes or None
+        None where nothing becomes unknown by its typicality.
     """
     settings = job.classifier
     fast = settings.speed == "fast"
-    typical = seed_boxes(Boxes(texture, colours, settings.radius if fast else TYPICAL_RADIUS), seeds)
+
+    def typicality(chosen: npt.NDArray[np.bool_] | None) -> Typicality | Everywhere:
+        return Everywhere() if boxes is None else boxes.typicality(chosen)
+
     if fast:
 
         def by_colour(chosen: npt.NDArray[np.bool_] | None) -> Mapper:
             model = fit_seeds(seeds, texture.encoding, settings.prior, chosen)
-            return ColourMapper(texture, colours, model, settings.radius, chosen is None, typical.typicality(chosen))
+            return ColourMapper(texture, colours, model, settings.radius, chosen is None, typicality(chosen))
 
         return by_colour
     surveyed = survey(texture, colours, general)
@@ -204,7 +218,7 @@ def seed_mappers(
         model = fit_seeds(seeds, texture.encoding, settings.prior, chosen)
         classes = library_classes(() if general is None else general.names, model.names, groups)
         drawn = seeds.drawn(model.names, chosen)
-        return GraphMapper(texture, colours, surveyed, model, classes, drawn, typical.typicality(chosen))
+        return GraphMapper(texture, colours, surveyed, model, classes, drawn, typicality(chosen))
 
     return by_graph
 

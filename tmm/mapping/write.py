@@ -25,7 +25,9 @@ from skyshine.tmm.database.layout import (
     in_ratios,
     in_steps,
     level_layout,
+    materials_layout,
     texture_header,
+    usage_layout,
 )
 from skyshine.tmm.database.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, level_sizes, pure_level
 from skyshine.tmm.features.shade import RelitTexture
@@ -85,27 +87,30 @@ def write_texture(mapped: TextureMap, path: str | os.PathLike[str]) -> Written:
     """
     remove_abandoned(Path(path))
     counted: list[Written] = []
+    height, width = mapped.texture.height, mapped.texture.width
 
     def fill(file: h5py.File) -> Filled:
         written, mixtures, digests = _fill_levels(mapped, file)
         counted.append(written)
         rest = Group(
             groups={
-                "usage": _usage(mapped, written),
+                "usage": usage_layout(
+                    mapped.codes, written.usage, height * width, written.with_data, written.with_material
+                ),
                 "quality": _quality(mapped, written),
                 "composites": composite_layout(*mixtures),
             }
         )
         return Filled(rest, digests)
 
-    height, width = mapped.texture.height, mapped.texture.width
     shaded = isinstance(mapped.texture, RelitTexture)
     levels = {
-        str(k): level_layout(k, size, height, width, shade=shaded) for k, size in enumerate(level_sizes(height, width))
+        str(k): level_layout(k, size, height, width, shade=shaded, typicality=mapped.thresholds[1] > 0)
+        for k, size in enumerate(level_sizes(height, width))
     }
     root = Group(
         groups={
-            "materials": _materials(mapped),
+            "materials": materials_layout(mapped.codes, mapped.names),
             "provenance": _provenance(mapped),
             "levels": Group(groups=levels),
         }
@@ -125,7 +130,7 @@ def _fill_levels(
     arrays = [chunk_writers(file[f"levels/{k}"]) for k in range(len(file["levels"]))]
     writers = [_RowWriter(level, file[f"levels/{k}/code"].shape, mapped.codes) for k, level in enumerate(arrays) if k]
     level0 = arrays[0]
-    texels, known, total, sure, shaded = np.zeros(1 << 16), 0, 0.0, 0.0, 0.0
+    texels, known, total, unsure, shaded = np.zeros(1 << 16), 0, 0.0, 0.0, 0.0
     for band, windows in itertools.groupby(mapped.windows(), key=lambda window: window[0]):
         rows = _Rows(band.stop - band.start, mapped.texture.width, mapped.mixed)
         for _, columns, level, classified in windows:
@@ -134,16 +139,19 @@ def _fill_levels(
                 texels += np.bincount(level.mix_code.ravel(), level.mix_weight.ravel(), 1 << 16) / WEIGHT_TOTAL
                 mixtures.add(level)
             else:
-                texels += np.bincount(level.code.ravel(), minlength=1 << 16)
-            known += int(np.count_nonzero(level.code))
+                texels[mapped.codes] += [np.count_nonzero(level.code == code) for code in mapped.codes]
+            unknown = level.code == 0
+            known += unknown.size - int(np.count_nonzero(unknown))
             total += float(classified.confidence.sum(dtype=np.float64))
-            sure += float(classified.confidence.sum(dtype=np.float64, where=level.code > 0))
-            doubt = {"confidence": in_steps(classified.confidence), "typicality": in_ratios(classified.typicality)}
+            unsure += float(classified.confidence[unknown].sum(dtype=np.float64))
+            further = {"confidence": in_steps(classified.confidence)}
+            if "typicality" in level0:
+                further["typicality"] = in_ratios(classified.typicality)
             if isinstance(mapped.texture, RelitTexture):
                 shade = mapped.texture.shade(band, columns)
                 shaded += float(shade.sum(dtype=np.float64))
-                doubt["shade"] = np.rint(shade * SHADE_TOTAL).astype(np.uint8)
-            for name, values in (vars(level) | doubt).items():
+                further["shade"] = np.rint(shade * SHADE_TOTAL).astype(np.uint8)
+            for name, values in (vars(level) | further).items():
                 level0[name].write((band.start, columns.start, 0)[: values.ndim], values)
         for number, _, part in rows.coarser(stream):
             writers[number - 1].add(part)
@@ -161,7 +169,8 @@ def _fill_levels(
         for name, writer in level.items()
         if (digest := writer.digest()) is not None
     }
-    written = Written(texels[mapped.codes], with_data, known, total / with_data, sure / max(known, 1), in_shade)
+    sure = (total - unsure) / max(known, 1)
+    written = Written(texels[mapped.codes], with_data, known, total / with_data, sure, in_shade)
     return written, mixtures.mixtures(), digests
 
 
@@ -283,55 +292,33 @@ def in_words(entries: dict[str, str]) -> str:
     return "; ".join(f"{key}: {value}" for key, value in entries.items())
 
 
-def _code_axis(mapped: TextureMap) -> Axis:
-    return Axis(mapped.codes, "1", "material code")
-
-
-def _materials(mapped: TextureMap) -> Group:
-    names = Variable(("material",), np.array(mapped.names, dtype=object), "1", "material name")
-    return Group({"material": _code_axis(mapped)}, {"name": names})
-
-
-def _usage(mapped: TextureMap, written: Written) -> Group:
-    share = Variable(("material",), written.usage, "1", "share of the texels with data that have the material")
-    counts = {
-        "texels": mapped.texture.height * mapped.texture.width,
-        "texels_with_data": written.with_data,
-        "texels_with_material": written.with_material,
-    }
-    return Group({"material": _code_axis(mapped)}, {"share": share}, attributes=counts)
-
-
 def _quality(mapped: TextureMap, written: Written) -> Group:
     """Held-out quality of the materials that have seeds; empty where nothing is trained on this texture."""
     if mapped.seeds is None:
         return Group(attributes={"tested_texels": 0, "seed_texels": 0})
     measured, seeds = mapped.quality, mapped.seeds
+    quality = measured.quality
     codes = mapped.codes[[mapped.names.index(name) for name in seeds.names if name != UNKNOWN]]
     assigned = Axis(np.concatenate([[0], codes]).astype(np.uint16), "1", "material code found, 0 for unknown")
-    what = {"whole": "held-out seed texels", "inside": "those in shadow", "outside": "those in sunlight"}
     attributes: dict[str, float] = {
         "expected_accuracy": written.confidence_of_known,
         "separate_places": len(np.unique(seeds.region)),
         "tested_places": measured.places,
+        "typicality_threshold": mapped.thresholds[1],
+        "overall_accuracy": quality.overall_accuracy,
+        "mean_iou": quality.mean_iou,
+        "calibration_error": quality.calibration_error,
+        "tested_texels": quality.tested,
     }
-    for part, suffix in (("whole", ""), ("inside", "_inside_shadow"), ("outside", "_outside_shadow")):
-        quality = getattr(measured, part)
-        attributes |= {
-            f"overall_accuracy{suffix}": quality.overall_accuracy,
-            f"mean_iou{suffix}": quality.mean_iou,
-            f"calibration_error{suffix}": quality.calibration_error,
-            f"tested_texels{suffix}": quality.tested,
-        }
     return Group(
         {"material": Axis(codes, "1", "material code"), "found": assigned},
         {
             "confusion": Variable(
-                ("material", "found"), measured.whole.confusion, "1", f"{what['whole']} by true and found material"
+                ("material", "found"), quality.confusion, "1", "held-out seed texels by true and found material"
             ),
             "intersection_over_union": Variable(
                 ("material",),
-                measured.whole.intersection_over_union,
+                quality.intersection_over_union,
                 "1",
                 "intersection over union on held-out seeds",
             ),

@@ -11,7 +11,6 @@ import numpy.typing as npt
 
 from skyshine.tmm.classify.calibration import IDENTITY, Calibration, fit_calibration
 from skyshine.tmm.classify.mapper import Classified, Mapper
-from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.inputs.seeds import SeedTexels
 from skyshine.tmm.job.materials import UNKNOWN
 from skyshine.tmm.job.model import TextureJob
@@ -23,33 +22,29 @@ TILE = 1024  # texels; a larger region is tested in pieces of this size
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Quality on seeds that the model has not seen: of all, and of those in shadow and in sunlight.
+    """Quality on seeds that the model has not seen.
 
     Attributes
     ----------
-    whole, inside, outside : Quality
+    quality : Quality
     calibration : Calibration
         Turns a classifier's own confidence into one that is as often right as it says.
     places : int
         Separate places that were left out in turn.
     """
 
-    whole: Quality
-    inside: Quality
-    outside: Quality
+    quality: Quality
     calibration: Calibration
     places: int = 0
 
 
 def untested(count: int) -> HeldOut:
     """The answer for a way of assigning `count` materials that has no seeds to hold out."""
-    nothing = Tally(count).quality()
-    return HeldOut(nothing, nothing, nothing, IDENTITY)
+    return HeldOut(Tally(count).quality(), IDENTITY)
 
 
 def measure(
     job: TextureJob,
-    encoding: str,
     seeds: SeedTexels,
     mapper_of: Callable[[npt.NDArray[Any]], Mapper],
     thresholds: tuple[float, float],
@@ -70,10 +65,8 @@ def measure(
     fold = folds(job, seeds)
     parts = np.unique(fold[fold >= 0])
     assigned, confidence, typicality = at_seeds({part: mapper_of(fold != part) for part in parts}, seeds, fold)
-    light = luminance(seeds.colours, encoding)
-    dark = light < shadow_limits(light, seeds.material, len(seeds.names))[seeds.material]
     tested = fold >= 0
-    columns = HeldOutTexels(seeds.material, assigned, confidence, dark, seeds.region, fold, typicality)
+    columns = HeldOutTexels(seeds.material, assigned, confidence, seeds.region, fold, typicality)
     measured = held_out(len(seeds.names) - (UNKNOWN in seeds.names), columns.only(tested), thresholds)
     return replace(measured, places=len(np.unique(seeds.region[tested])))
 
@@ -87,8 +80,6 @@ class HeldOutTexels:
     material, assigned : (N,) int
         Index of the true material and of the one assigned, -1 for none.
     confidence, typicality : (N,) float32
-    dark : (N,) bool
-        In shadow.
     region, fold : (N,) int
         Texels of one region are alike; those of one part were classified by one classifier.
     """
@@ -96,7 +87,6 @@ class HeldOutTexels:
     material: npt.NDArray[Any]
     assigned: npt.NDArray[Any]
     confidence: npt.NDArray[np.float32]
-    dark: npt.NDArray[np.bool_]
     region: npt.NDArray[Any]
     fold: npt.NDArray[Any]
     typicality: npt.NDArray[np.float32]
@@ -133,20 +123,15 @@ def held_out(count: int, texels: HeldOutTexels, thresholds: tuple[float, float] 
         mine = fold == part
         calibrated[mine] = fit_calibration(confidence[~mine], right[~mine], region[~mine])(confidence[mine])
     assigned = with_unknown(Classified(texels.assigned, calibrated, texels.typicality), thresholds)
-
-    def quality(part: npt.NDArray[np.bool_]) -> Quality:
-        tally = Tally(count)
-        tally.add(true[part], assigned[part], calibrated[part])
-        return tally.quality()
-
-    everywhere = np.ones(len(true), bool)
-    return HeldOut(quality(everywhere), quality(texels.dark), quality(~texels.dark), calibration)
+    tally = Tally(count)
+    tally.add(true, assigned, calibrated)
+    return HeldOut(tally.quality(), calibration)
 
 
-def folds(job: TextureJob, seeds: SeedTexels, smallest: int = 2) -> npt.NDArray[Any]:
+def folds(job: TextureJob, seeds: SeedTexels) -> npt.NDArray[Any]:
     """The part (N,) in which each seed texel is held out; -1 where it never is.
 
-    Materials with fewer than `smallest` places are not held out, and of others `MAX_REGIONS` places at most.
+    Materials with one place are not held out, and of others `MAX_REGIONS` places at most.
     """
     random = np.random.default_rng(job.held_out.random_seed)
     fold = np.full(len(seeds.rows), -1)
@@ -155,7 +140,7 @@ def folds(job: TextureJob, seeds: SeedTexels, smallest: int = 2) -> npt.NDArray[
         if seeds.names[k] == UNKNOWN:
             continue
         regions, region = np.unique(seeds.region[mine], return_inverse=True)
-        if len(regions) < smallest:
+        if len(regions) < 2:
             continue
         part = np.full(len(regions), -1)
         part[random.permutation(len(regions))[:MAX_REGIONS]] = (

@@ -1,1 +1,1 @@
-"""Scores, radiance costs and previews of texture databases, and the benchmark of the classifiers."""
+"""Scores and previews of texture databases, and the sheets of questions."""

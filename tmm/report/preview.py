@@ -1,4 +1,4 @@
-"""Pictures of a mapped texture: photograph, materials with a legend, confidence and shadows, side by side."""
+"""Pictures of a mapped texture: photograph, materials with a legend, confidence and cast shade, side by side."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.layout import SHADE_TOTAL
 from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
-from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.images.texture import TextureFile
 
 if TYPE_CHECKING:
@@ -52,8 +51,6 @@ def draw(
         place = find_image(file, Path(path), image)
         texture = TextureFile(place, job.colour_space, "ignore", job.near_infrared)
         pixels, valid = thinned(texture, step)
-        light = np.full(valid.shape, np.nan)
-        light[valid] = luminance(pixels[valid], texture.encoding)
         wide = file.width > 2 * file.height
         rows, columns = (4, 1) if wide else (2, 2)
         figure = Figure(figsize=(14, 12 * rows / columns * file.height / file.width + 0.9), layout="constrained")
@@ -68,8 +65,6 @@ def draw(
         if file.has_shade:
             axes[3].imshow(1 - file.thinned("shade", step) / SHADE_TOTAL, vmin=0, vmax=1, cmap="gray")
             axes[3].set_title("shade")
-        else:
-            _draw_shadows(file, axes[3], code, light)
         for axis in axes:
             axis.set_axis_off()
         figure.legend(handles=legend, loc="outside right upper", frameon=False)
@@ -95,15 +90,6 @@ def on_screen(pixels: npt.NDArray[Any], valid: npt.NDArray[Any]) -> npt.NDArray[
     white = np.percentile(finite[valid], 99) if valid.any() else 1.0
     shown: npt.NDArray[Any] = np.clip(finite / max(white, np.finfo(np.float32).tiny), 0, 1) ** np.float32(1 / 2.2)
     return shown
-
-
-def _draw_shadows(file: TmmFile, axis: Axes, code: npt.NDArray[np.uint16], light: npt.NDArray[Any]) -> None:
-    """Draw in black the texels far darker than the material found there is elsewhere."""
-    codes = np.array(list(file.materials))
-    index = np.where(np.isin(code, codes) & np.isfinite(light), np.searchsorted(codes, code), len(codes))
-    limits = np.append(shadow_limits(light, index, len(codes)), 0.0)
-    axis.imshow(np.where(light < limits[index], 0.0, 1.0), vmin=0, vmax=1, cmap="gray", interpolation="nearest")
-    axis.set_title("shadow")
 
 
 def _draw_codes(file: TmmFile, axis: Axes, code: npt.NDArray[np.uint16]) -> list[Patch]:

@@ -30,6 +30,8 @@ _MARK = "#ff2a2a"
 def write_questions(suggestion: Suggestion, folder: Path, materials: tuple[str, ...]) -> tuple[Path, Path]:
     """Write picture, page and list; the list last, so that it has no number that no picture shows.
 
+    Raises InputError: a file cannot be written.
+
     Parameters
     ----------
     folder : Path
@@ -41,11 +43,6 @@ def write_questions(suggestion: Suggestion, folder: Path, materials: tuple[str, 
     -------
     tuple of Path
         The picture and the page.
-
-    Raises
-    ------
-    InputError
-        A file cannot be written.
     """
     picture, page = (folder / f"{suggestion.job.name}.{suggestion.kind}.{ending}" for ending in ("png", "html"))
     try:

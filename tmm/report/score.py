@@ -1,4 +1,4 @@
-"""A texture database against a label image: accuracy, calibration, and both inside and outside shadow."""
+"""A texture database against a label image, or against answers at places drawn at random: accuracy, calibration."""
 
 from __future__ import annotations
 
@@ -14,18 +14,14 @@ import numpy.typing as npt
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.documents import load_model, read_yaml
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
-from skyshine.tmm.features.shadow import luminance, shadow_limits
+from skyshine.tmm.database.reader import TmmFile, open_tmm
 from skyshine.tmm.images.labels import Labels
-from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.answers import SKIP, read_answers
-from skyshine.tmm.inputs.load import reading
 from skyshine.tmm.job.materials import UNKNOWN
-from skyshine.tmm.job.model import LabelImage, TextureJob
+from skyshine.tmm.job.model import LabelImage
 from skyshine.tmm.quality.counts import Quality, Tally
 
 BAND_TEXELS = 1 << 22  # texels compared at a time
-SAMPLE_TEXELS = 1 << 20  # texels from which the median luminance of the materials is taken
 
 
 @dataclass(frozen=True)
@@ -36,23 +32,14 @@ class Score:
     ----------
     names : tuple of str
         K materials, labelled or found, in the order of their codes.
-    whole : Quality
-    inside, outside : Quality or None
-        In shadow and in sunlight; None where the texture's image is not at hand.
+    quality : Quality
     """
 
     names: tuple[str, ...]
-    whole: Quality
-    inside: Quality | None
-    outside: Quality | None
+    quality: Quality
 
 
-def score(
-    path: str | os.PathLike[str],
-    labels: str | os.PathLike[str],
-    library: MaterialLibrary,
-    image: str | os.PathLike[str] | None = None,
-) -> Score:
+def score(path: str | os.PathLike[str], labels: str | os.PathLike[str], library: MaterialLibrary) -> Score:
     """Compare a database with a label image.
 
     Parameters
@@ -62,8 +49,6 @@ def score(
     labels : path
         YAML file with the keys `image` (label image, relative to this file) and `palette` (colour: material).
     library : MaterialLibrary
-    image : path, optional
-        The texture, to tell shadow from sunlight; by default it is looked for by its name (see `find_image`).
 
     Raises
     ------
@@ -76,24 +61,15 @@ def score(
         materials = {*wanted.palette.values(), *file.materials.values()}
         names = tuple(sorted(materials, key=lambda name: library.code(name) if name in library else -1))
         truth = Labels(wanted, labels.parent, names).fits(file.height, file.width)
-        texture = _texture(file, Path(path), image)
-        limits = np.empty(0) if texture is None else _limits(texture, truth, len(names))
-        whole, inside, outside = (Tally(len(names)) for _ in range(3))
+        tally = Tally(len(names))
         for rows in _bands(file.height, file.width):
             known = truth.rows(rows.start, rows.stop)
             texels = np.nonzero(known != -1)
-            true, (assigned, confidence) = known[texels], (part[texels] for part in _assigned(file, rows, names))
-            whole.add(true, assigned, confidence)
-            if texture is not None:
-                colours, valid = (part[texels] for part in texture.window(rows, slice(0, texture.width)))
-                dark = luminance(colours, texture.encoding) < limits[true]
-                for tally, part in ((inside, dark & valid), (outside, ~dark & valid)):
-                    tally.add(true[part], assigned[part], confidence[part])
-    if not whole.texels:
+            assigned, confidence = _assigned(file, rows, names)
+            tally.add(known[texels], assigned[texels], confidence[texels])
+    if not tally.texels:
         raise InputError("labels no texel: none of the palette's colours occurs in it", file=truth.path)
-    if texture is None:
-        return Score(names, whole.quality(), None, None)
-    return Score(names, whole.quality(), inside.quality(), outside.quality())
+    return Score(names, tally.quality())
 
 
 @dataclass(frozen=True)
@@ -129,17 +105,15 @@ class Checked:
 def check_answers(path: str | os.PathLike[str], answers: str | os.PathLike[str], library: MaterialLibrary) -> Checked:
     """Compare a database with the answers of a list that `tmm suggest --random` wrote.
 
+    Raises InputError: a file cannot be read, a place lies beyond the image, a name is unknown, or nothing is answered
+    yet.
+
     Parameters
     ----------
     path : path
         The database.
     answers : path
     library : MaterialLibrary
-
-    Raises
-    ------
-    InputError
-        A file cannot be read, a place lies beyond the image, a name is unknown, or nothing is answered yet.
     """
     from scipy.stats import binomtest
 
@@ -166,10 +140,7 @@ def check_answers(path: str | os.PathLike[str], answers: str | os.PathLike[str],
 def is_list_of_answers(path: str | os.PathLike[str]) -> bool:
     """Whether a YAML file is such a list, rather than one that names a label image.
 
-    Raises
-    ------
-    InputError
-        It is no YAML that can be read.
+    Raises InputError: it is no YAML that can be read.
     """
     content = read_yaml(Path(path)).data
     return isinstance(content, dict) and "answers" in content
@@ -186,28 +157,3 @@ def _assigned(file: TmmFile, rows: slice, names: tuple[str, ...]) -> tuple[npt.N
     for code, name in file.materials.items():
         number[code] = names.index(name)
     return number[file.rows("code", rows)], file.rows("confidence", rows)
-
-
-def _texture(file: TmmFile, path: Path, image: str | os.PathLike[str] | None) -> TextureFile | None:
-    """The texture, read as it was when it was classified; None where it is not at hand."""
-    try:
-        place = find_image(file, path, image)
-    except InputError:
-        if image is not None:
-            raise
-        return None
-    job: TextureJob = file.job
-    return TextureFile(place, *reading(job))
-
-
-def _limits(texture: TextureFile, truth: Labels, count: int) -> npt.NDArray[Any]:
-    """Luminance limit of shadow for each material, from a part of the rows."""
-    step = max(texture.height * texture.width // SAMPLE_TEXELS, 1)
-    light, material = [], []
-    for top in range(0, texture.height, step):
-        known = truth.rows(top, top + 1)[0]
-        colours, valid = (part[0] for part in texture.window(slice(top, top + 1), slice(0, texture.width)))
-        keep = valid & (known != -1)
-        light.append(luminance(colours[keep], texture.encoding))
-        material.append(known[keep])
-    return shadow_limits(np.concatenate(light), np.concatenate(material), count)

@@ -12,14 +12,12 @@ import numpy.typing as npt
 
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.classify.trained import ModelMapper, TrainedModel
-from skyshine.tmm.features.colour import DistinctColours
-from skyshine.tmm.features.shadow import luminance, shadow_limits
+from skyshine.tmm.classify.trained import TrainedModel
 from skyshine.tmm.images.texture import Windowed
-from skyshine.tmm.inputs.load import load_texture, open_texture
+from skyshine.tmm.inputs.load import load_texture
 from skyshine.tmm.inputs.seeds import SeedTexels
 from skyshine.tmm.job.model import TextureJob, TmmJob
-from skyshine.tmm.quality.held_out import HeldOut, HeldOutTexels, at_seeds, folds, held_out, untested
+from skyshine.tmm.quality.held_out import HeldOut, HeldOutTexels, held_out, untested
 from skyshine.tmm.training.examples import SAMPLE, Examples, examples
 from skyshine.tmm.training.train import train_textured
 
@@ -48,7 +46,7 @@ def train_library(job: TmmJob, folder: Path, library: MaterialLibrary) -> tuple[
     prior, random_seed = first.classifier.prior, first.held_out.random_seed
     _require_seeds(job)
     count = len(job.textures)
-    # Images are read one by one and again for the test: those of a large library together would not fit memory.
+    # Images are read one by one: those of a large library together would not fit memory.
     seeds_of: list[SeedTexels] = []
     known: list[Examples] = []
     for texture_job in job.textures:
@@ -69,7 +67,7 @@ def train_library(job: TmmJob, folder: Path, library: MaterialLibrary) -> tuple[
     model = train(np.ones(count, bool))
     if count == 1:
         return model, untested(len(model.names))
-    quality = _held_out_textures(job, folder, seeds_of, part, train, model.names)
+    quality = _held_out_textures(known, seeds_of, part, train, model.names)
     return replace(model, calibration=quality.calibration), quality
 
 
@@ -84,34 +82,31 @@ def _without_seeds(job: TextureJob) -> InputError:
 
 
 def _held_out_textures(
-    job: TmmJob,
-    folder: Path,
+    known: list[Examples],
     seeds_of: list[SeedTexels],
     part: npt.NDArray[Any],
     train: Callable[[npt.NDArray[np.bool_]], TrainedModel],
     names: tuple[str, ...],
 ) -> HeldOut:
-    """Quality at the seeds of textures that the classifier was not trained on."""
+    """Quality at the examples of textures that the classifier was not trained on, averaged over each place as a map
+    averages over a box.
+    """
     tested = []
     for number in np.unique(part):
         model = train(part != number)
+        index = np.array([names.index(name) for name in model.names])
         for i in np.flatnonzero(part == number):
-            texture, seeds = open_texture(job.textures[i], folder), seeds_of[i]
-            fold = np.where(folds(job.textures[i], seeds, smallest=1) >= 0, 0, -1)
-            mapper = ModelMapper(texture, DistinctColours(texture), model, job.textures[0].classifier.radius)
-            assigned, confidence, _ = at_seeds({0: mapper}, seeds, fold)
-            light = luminance(seeds.colours, texture.encoding)
-            dark = light < shadow_limits(light, seeds.material, len(seeds.names))[seeds.material]
-            index = np.array([*(names.index(name) for name in seeds.names), -1])
-            # A texture counts once in the calibration, as a region does within one.
+            seeds, mine = seeds_of[i], known[i]
+            place = np.unique(seeds.region[mine.texel], return_inverse=True)[1]
+            planes = model.network.posterior(np.ascontiguousarray(mine.plain.T))
+            mean = np.stack([np.bincount(place, plane) for plane in planes]) / np.bincount(place)
             texels = HeldOutTexels(
-                index[seeds.material],
-                index[assigned],
-                confidence,
-                dark,
-                region=np.full(len(fold), i),
-                fold=np.full(len(fold), number),
-                typicality=np.ones_like(confidence),
+                np.array([names.index(name) for name in seeds.names])[mine.material],
+                index[mean.argmax(axis=0)][place],
+                mean.max(axis=0).astype(np.float32)[place],
+                region=np.full(len(place), i),  # a texture counts once in the calibration, as a place does within one
+                fold=np.full(len(place), number),
+                typicality=np.ones(len(place), np.float32),
             )
-            tested.append(texels.only(fold == 0))
+            tested.append(texels)
     return held_out(len(names), HeldOutTexels.joined(tested))

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.special import chdtrc
 
 from skyshine.tmm.classify.typicality import Boxes, Typicality, fit_boxes
 from skyshine.tmm.inputs.seeds import SeedTexels
 
+MOST_PLACES = 12  # of a material that are compared with the others: each costs a fit
 GROUP_CELLS = 64  # rows and columns of cells whose boxes are computed at a time
 
 
@@ -37,6 +39,20 @@ class SeedBoxes:
         """Typicality of the materials of all seeds, or of those that `chosen` (N,) bool keeps."""
         keep = np.ones(len(self.seed), bool) if chosen is None else chosen[self.seed]
         return Typicality(self.boxes, fit_boxes(self.features[keep], self.material[keep], self.region[keep]))
+
+    def of_places(self) -> npt.NDArray[np.float64]:
+        """Typicality (P,) of separate places by the boxes of all others: of the median box of each that is not the only
+        one of its material, at most `MOST_PLACES` a material. It tells how alike the places of one are on this texture.
+        """
+        found = []
+        for material in np.unique(self.material):
+            regions = np.unique(self.region[self.material == material])
+            for region in regions[:: -(-len(regions) // MOST_PLACES)] if len(regions) > 1 else ():
+                mine = (self.region == region) & (self.material == material)
+                model = fit_boxes(self.features[~mine], self.material[~mine], self.region[~mine])
+                distance = model.squared_distance(self.features[mine]).min(axis=0)
+                found.append(chdtrc(self.boxes.dimensions, np.median(distance)))
+        return np.array(found)
 
 
 def seed_boxes(boxes: Boxes, seeds: SeedTexels) -> SeedBoxes:

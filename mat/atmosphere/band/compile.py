@@ -30,18 +30,19 @@ from skyshine.mat.atmosphere.transfer.optics import spectral_optics
 from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathAxes, PathScope
 from skyshine.schemas.arrays import Floats, Integers
 
-# A larger number of candidates is thinned, evenly in mean logarithm of optical depth.
-_MAX_CANDIDATES = 1600
+# A larger number of candidates is thinned, evenly in mean logarithm of optical depth. In six jobs 1,600 candidates and
+# 160 lines give points that err no less on other lines (0.0003 to 0.009 rms against 0.0003 to 0.006).
+_MAX_CANDIDATES = 900
 # Candidates tried at each step of the choice; with twice as many the fit is no better.
 _SHORT_LIST = 6
 # Lines of sight for the fit and for the test.
-_TRAINING_RAYS, _TEST_RAYS = 160, 40
+_TRAINING_RAYS, _TEST_RAYS = 80, 40
 # The same for each of many states that share points: they err alike.
 _SHARED_TEST_RAYS, _SHARED_TEST_SKIES = 16, 2
 _TEST_STREAM = 1  # of random numbers: what a band is tested on does not depend on what it was fitted to
 # Elevations of the source at which the field of light scattered more than once is solved, degree, and its azimuthal
 # moments: fewer than in tables, as points are many and all of them are compared in the same field.
-_ELEVATIONS = (-10.0, -4.0, 0.0, 3.0, 9.0, 22.0, 45.0, 90.0)
+_ELEVATIONS = (-8.0, 0.0, 5.0, 20.0, 90.0)
 _AZIMUTHAL = 1
 _NODES = 2  # of each hemisphere; points chosen with 4 err no less in a field of 4
 _HORIZON_DROP = 1.0  # degree by which the Sun is lower, or higher, at the far end of a long line of sight

@@ -202,18 +202,6 @@ class SpectralAir:
             spherical=self.spherical,
         )
 
-    def scattered_radiance(
-        self,
-        segments: Segments,
-        depths: Depths,
-        to_source: Floats,
-        deflection: Floats,
-        phase: Floats | None = None,
-    ) -> Floats:
-        """Scattered light of the source along a ray, (S, P): the first of `scattered_along`."""
-        radiance: Floats = self.scattered_along(segments, depths, to_source, deflection, phase)[0]
-        return radiance
-
     def scattered_along(
         self,
         segments: Segments,
@@ -258,7 +246,7 @@ class SpectralAir:
         self, segments: Segments, depths: Depths, to_source: Floats, deflection: Floats, weight: Floats
     ) -> Floats:
         """Scattered light in a band up to each end of the segments of a ray or of joined ones, (K+1, S), in the unit of
-        the weights (P,) of the points times the source's irradiance there; other arguments as in `scattered_radiance`.
+        the weights (P,) of the points times the source's irradiance there; other arguments as in `scattered_along`.
         """
         scaled = self._scaled_depths(segments, depths)
         attenuation = segment_attenuation(segments, scaled, self.scaled_source_paths, to_source)
@@ -299,7 +287,7 @@ class SpectralAir:
 
     def _near(self, segments: Segments, depths: Depths, to_source: Floats, deflection: Floats) -> Booleans:
         """Sources in whose light along each of L joined rays the forward peak matters, (L, S); arguments as of
-        `scattered_radiance`.
+        `scattered_along`.
         """
         if self._is_unscaled:
             return np.zeros((depths.first.size, to_source.shape[1]), bool)

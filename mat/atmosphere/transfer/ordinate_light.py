@@ -37,8 +37,9 @@ from skyshine.mat.atmosphere.transfer.spherical_orders import LowSun
 from skyshine.mat.threads import parallel_map
 from skyshine.schemas.arrays import Floats, Integers, Singles
 
-# Points solved together: bounds memory to about 200 MB a thread.
-_CHUNK = 32
+# Points solved together: bounds memory to about 200 MB a thread. Of a field of few directions and elevations more are
+# solved together, up to `_MOST_POINTS`: their arrays are then of the same size.
+_CHUNK, _MOST_POINTS = 32, 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,8 +130,11 @@ class OrdinateLight:
         falling = np.empty((levels, sine.size, points))
         albedo = state.albedo_at(optics.wavenumber)
 
+        numbers = AZIMUTHAL * NODES * len(ELEVATIONS) // (azimuthal * nodes * sine.size)
+        together = min(max(_CHUNK * numbers, _CHUNK), _MOST_POINTS)
+
         def solve(start: int) -> None:
-            part = slice(start, start + _CHUNK)
+            part = slice(start, start + together)
             layers, rising, down = _field(
                 state,
                 shells,
@@ -152,7 +156,7 @@ class OrdinateLight:
 
         moments = solved_moments(optics, nodes)
         low_sun = LowSun.of(shells, nodes, sine) if spherical else None
-        parallel_map(solve, range(0, points, _CHUNK))
+        parallel_map(solve, range(0, points, together))
         scaled = optics.extinction - forward
         angle = np.array(angles)
         return cls(state.altitude, sine, optics.extinction, scaled, directions, parts, source, straight, angle, falling)

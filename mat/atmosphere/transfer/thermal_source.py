@@ -30,8 +30,9 @@ from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.threads import parallel_map
 from skyshine.schemas.arrays import Floats, Integers, Reals
 
-# Points solved together: their arrays fit into a processor's cache.
-_CHUNK = 64
+# Points solved together in a field of so many nodes a hemisphere, more where nodes are fewer: their arrays fit into a
+# processor's cache.
+_CHUNK, _CHUNK_NODES = 64, 8
 _SPECTRAL = ("extinction", "scaled", "source", "straight")  # arrays of a field by spectral point
 _GATHERED = 1 << 18  # numbers of a table copied at once for a ray
 
@@ -146,15 +147,17 @@ class ThermalField:
         albedo = np.broadcast_to(state.albedo_at(optics.wavenumber), (points,))
         ground = (1 - albedo) * planck_wavenumber(optics.wavenumber, state.surface_temperature)
 
+        together = _CHUNK * max(1, _CHUNK_NODES // nodes)
+
         def solve(start: int) -> None:
-            part = slice(start, start + _CHUNK)
+            part = slice(start, start + together)
             few = optics.at(part)
             layers = ScaledLayers.of(shells, few, moments, fraction[:, part], molecules=False, azimuthal=1, parts=parts)
             rising, falling = layers.thermal(few.emission, ground[part], albedo[part])
             source[..., part] = layers.source(rising, falling, few.emission)[:, 0]
             straight[..., part] = layers.radiance(np.cos(angles), rising, falling, few.emission)[:, :, 0, 0]
 
-        parallel_map(solve, range(0, points, _CHUNK))
+        parallel_map(solve, range(0, points, together))
         scaled = optics.extinction - optics.aerosol_scattering * fraction
         return cls(directions, parts, optics.extinction, scaled, source, straight, angles)
 

@@ -13,6 +13,7 @@ from skyshine.mat.render.gltf_surface import READERS
 from skyshine.mat.render.gltf_triangles import COMPONENTS, MODES
 from skyshine.mat.render.obj_triangles import FREE_FORM, READ
 from skyshine.mat.surface.weather_forms import FORMS, SKY_COVER
+from skyshine.mat.surface.weather_history import COLUMNS
 from skyshine.mat.surface.weather_readings import WEATHER_COLUMNS
 from skyshine.materials.spectrum_files import ENVI_UNITS, QUANTITIES, SCALES, UNITS
 from skyshine.schemas.gltf import DECODED, HARMLESS, REFUSED
@@ -96,6 +97,7 @@ def _weather() -> list[str]:
         columns = [f"`{head}` ({', '.join(filter(None, what))})" for head, what in form.columns.items()]
         rows.append((form.title, ", ".join(columns)))
     rows.append(("BSRN, station-to-archive", "logical record 0100, by pvlib"))
+    rows.append(("DIRSIG and THERM, `.wth`, its second day", f"{_codes(COLUMNS)}; not sunlight, sky, clouds and rain"))
     rows.append(("ERA5 of a point, netCDF", _codes(VARIABLES)))
     rows.append(("EPW (any number of records an hour), TMY3", _codes(FIELDS)))
     own = (

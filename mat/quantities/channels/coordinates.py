@@ -108,8 +108,10 @@ class Entry:
         """
         up, turn = np.radians(np.asarray(elevation_deg, float)), np.radians(np.asarray(azimuth_deg, float))
         sine = np.cos(self.turn) * np.sin(up) + np.sin(self.turn) * np.cos(up) * np.cos(turn)
-        elevation: Floats = np.where(self.turn > 0, np.arcsin(np.clip(sine, -1.0, 1.0)), up)
-        return np.degrees(elevation)
+        turned = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
+        # Where the line does not turn, no rounding takes an elevation beyond the end of an axis.
+        entered: Floats = np.where(self.turn > 0, turned, np.asarray(elevation_deg, float))
+        return entered
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,6 @@ from skyshine.mat.quantities.line_sources import LineSources
 from skyshine.mat.quantities.path_radiance import PathLight, scattered_light, thermal_light
 from skyshine.mat.quantities.scattering_points import ScatteringPoints
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
-from skyshine.mat.radiometry.scattering_angle import azimuth_at
 from skyshine.mat.threads import parallel_map
 from skyshine.schemas.arrays import Floats
 
@@ -73,9 +72,9 @@ class BandLight:
 def light_of_lines(atmosphere: BandAtmosphere, lines: Iterable[tuple[LineOfSight, LineSources]]) -> Floats:
     """Scattered light (n, P) along lines under sources, per unit of their irradiance, sr^-1."""
     light = [
-        atmosphere.air.scattered_radiance(
+        atmosphere.air.scattered_along(
             path.segments, path.segment_depths, sources.to_source(path.ends), sources.deflection(path.ends)
-        )
+        )[0]
         for path, sources in lines
         if path.segments.index.size
     ]
@@ -210,8 +209,7 @@ def path_fields(
             reference = LightOver.of(atmosphere, JoinedPaths.of(paths[some]))
             if source_elevation.size:
                 sources = [
-                    LineSources(source_elevation, *azimuth_at(path.elevation, source_elevation, scattering_angle))
-                    for path in paths[some]
+                    LineSources.at_angle(path.elevation, source_elevation, scattering_angle) for path in paths[some]
                 ]
                 scattered[at] = reference.scattered(sources, light).T
             if known is None:

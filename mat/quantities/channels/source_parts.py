@@ -18,7 +18,6 @@ from skyshine.mat.quantities.channels.parts import fitted_parts, pivots
 from skyshine.mat.quantities.channels.path_fields import BandLight, LightOver
 from skyshine.mat.quantities.joined_paths import JoinedPaths, in_groups
 from skyshine.mat.quantities.line_sources import LineSources
-from skyshine.mat.radiometry.scattering_angle import azimuth_at
 from skyshine.mat.threads import parallel_map
 from skyshine.schemas.arrays import Floats, Integers
 
@@ -80,7 +79,7 @@ def sampled_radiance(
 
     def seen(some: slice) -> Floats:
         reference = LightOver.of(atmosphere, JoinedPaths.of(paths[some]))
-        sources = [LineSources(up, *azimuth_at(path.elevation, up, away)) for path in paths[some]]
+        sources = [LineSources.at_angle(path.elevation, up, away) for path in paths[some]]
         divisor = reference.absorbed @ light.source
         return (reference.scattered(sources, light) * divisor[..., None]).reshape(-1, up.size)
 

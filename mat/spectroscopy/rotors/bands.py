@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.radiometry.constants import C2
-from skyshine.mat.spectroscopy.lines import LineList
 from skyshine.mat.spectroscopy.partition import REFERENCE_TEMPERATURE
 from skyshine.schemas.arrays import Floats
 
@@ -74,12 +72,3 @@ def strength(
     return np.asarray(
         share * MOMENT_FACTOR * wavenumber * squared_moment * occupied * -np.expm1(-C2 * wavenumber / reference)
     )
-
-
-def line_list(bands: Sequence[BandLines]) -> LineList:
-    """All lines of bands of one molecule, ordered by wavenumber."""
-    isotopologue = np.concatenate([np.full(band.wavenumber.size, band.isotopologue, np.int16) for band in bands])
-    names = ("wavenumber", "strength", "air_width", "self_width", "lower_energy", "temperature_exponent", "shift")
-    arrays = {name: np.concatenate([getattr(band, name) for band in bands]) for name in names}
-    lines = LineList(molecule=bands[0].molecule, isotopologue=isotopologue, **arrays)
-    return lines.select(np.argsort(lines.wavenumber, kind="stable"))

@@ -5,9 +5,10 @@ import pytest
 
 import skyshine.mat
 from skyshine.mat.budget.built_tables import Tables
-from skyshine.mat.budget.views import Views, direction
+from skyshine.mat.budget.views import Views
+from skyshine.mat.quantities.lines_of_sight import direction
 from skyshine.mat.tables.axes import table_axis
-from skyshine.mat.tables.surface_tables import TemperatureTable
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.schemas.hdf5 import Group
 
 

@@ -74,7 +74,7 @@ def test_every_coordinate_lies_on_the_axes(views):
         (views.altitude, GRID.altitude_km),
         (views.elevation, GRID.elevation_deg),
         (np.maximum(views.source_elevation, -20.0), GRID.source_elevation_deg),
-        (views.relative_azimuth, GRID.source_azimuth_deg),
+        (views.lines.source_azimuth, GRID.source_azimuth_deg),
         (views.surface_altitude, AXES["altitude"]),
         (slope_and_azimuth(views.normal)[0], AXES["slope"] + [-1e-6, 1e-6]),
         (views.face, FACES_M),

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from gpu_files import read_gpu
 
 import skyshine.mat
-from skyshine.mat.gpu.container import read_gpu
 from skyshine.mat.gpu.evaluation import GpuAir
 from skyshine.mat.gpu.export import Frame, export_gpu
 from skyshine.mat.gpu.stated_error import apparent_temperature, random_pixels

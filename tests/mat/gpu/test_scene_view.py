@@ -12,6 +12,7 @@ from click.testing import CliRunner
 import skyshine.mat
 from skyshine.mat.cli import main
 from skyshine.mat.gpu.stated_error import apparent_temperature
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.render.camera import view_rays
 from skyshine.mat.render.rays import ray_caster
 from skyshine.mat.render.scene_file import load_scene
@@ -101,13 +102,16 @@ def expected(path, hour):
     full, reach = np.ones(pick.size), hits.distance[pick] / 1e3
     dark = {"shade": shade, "shaded_sky": scene.model.surface.shaded_sky * full}
     faces = Faces(codes, shares, surface.altitude + height / 1e3, azimuth, slope, hour * full, **dark)
-    view = View(
+    lines = LinesOfSight(
         reach,
-        reach,
-        rays.elevation[pick],
         rays.altitude[pick],
+        rays.elevation[pick],
         float(track.elevation) * full,
         float(track.azimuth) - rays.azimuth[pick],
+    )
+    view = View(
+        lines,
+        reach,
         normal,
         np.tile(to_source, (pick.size, 1)),
         to_observer,

@@ -5,8 +5,9 @@ import subprocess
 
 import numpy as np
 import pytest
+from gpu_files import read_gpu
 
-from skyshine.mat.gpu.container import FORMATS, GpuFile, read_gpu, texture, write_gpu
+from skyshine.mat.gpu.container import FORMATS, GpuFile, texture, write_gpu
 from skyshine.mat.gpu.evaluation import face_weights
 from skyshine.mat.gpu.nodes import best_counts, insertion_order
 from skyshine.mat.gpu.shader import shader

@@ -14,8 +14,9 @@ from click.testing import CliRunner
 import skyshine.mat
 from skyshine.mat.cli import main
 from skyshine.mat.gpu.stated_error import apparent_temperature
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
-from skyshine.mat.tables.surface_tables import BandTable
+from skyshine.mat.tables.band import BandTable
 from skyshine.tmm import open_tmm
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "fuzz"))
@@ -64,13 +65,16 @@ def expected(built, page, result, source, stride):
         codes, shares = texture.mixture(column + 0.5, row + 0.5)
         shade = texture.shade(column + 0.5, row + 0.5)
     faces = Faces(codes, shares, settings["surface_km"] * full, flat, flat, result["hour"] * full, shade=shade)
-    view = View(
+    lines = LinesOfSight(
         reach / 1e3,
-        reach / 1e3,
-        elevation,
         settings["altitude_km"] * full,
+        elevation,
         float(track.elevation) * full,
         float(track.azimuth) - heading,
+    )
+    view = View(
+        lines,
+        reach / 1e3,
         np.tile([0.0, 0.0, 1.0], (count, 1)),
         np.tile(to_source, (count, 1)),
         to_observer,

@@ -1,10 +1,13 @@
 """Files that stopped or misled the readers, where the reference data have them."""
 
 from datetime import date
+from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
+from skyshine.mat.job.load import load_job
 from skyshine.mat.job.weather_files import read_weather
 from skyshine.mat.radiometry.response_table import parse_response
 from skyshine.mat.render.gltf_surface import _parts
@@ -75,3 +78,33 @@ def test_weather(failing, name, readings):
 def test_weather_that_is_refused(failing, name, words):
     with pytest.raises(InputError, match=words):
         read_weather(failing / name, date(2026, 7, 1), 1.0)
+
+
+def test_a_year_of_another_zone_is_doubted_and_its_light_not_taken(failing, tmp_path):
+    job = {
+        "skyshine": 1,
+        "name": "zone",
+        "site": {"latitude_deg": 45, "longitude_deg": 9, "date": "2026-07-01", "utc_offset_h": 1},
+        "states": [{"profile": "midlatitude_summer", "weather": {"file": "wrong_zone.epw"}}],
+        "bands": [],
+        "materials": ["asphalt_road"],
+    }
+    (tmp_path / "wrong_zone.epw").write_bytes((failing / "wrong_zone.epw").read_bytes())
+    (tmp_path / "job.yaml").write_text(yaml.safe_dump(job), encoding="utf-8")
+    loaded = load_job(tmp_path / "job.yaml")
+    said = " ".join(loaded.warnings)
+    assert "8.6 h from the Sun" in said and "has light at night" in said
+    assert loaded.trimmed.states[0].weather.hourly.direct_normal_w_m2 is None
+
+
+def test_a_name_too_long_for_a_file_is_one_line(failing):
+    with pytest.raises(InputError, match="a name of .* bytes; allowed: names of 255 at most") as refused:
+        load_job(failing / "long_name.yaml")
+    assert "\n" not in str(refused.value)
+
+
+def test_all_files_are_tested(failing):
+    """A file that is added takes a test here; those that others name come with them."""
+    text = Path(__file__).read_text(encoding="utf-8")
+    beside = {"README.md", "blank name.bin", "scale_1000.sli", "ignore_value.hdr", "latin1_unit.sli"}
+    assert [path.name for path in failing.iterdir() if path.name not in beside and path.name not in text] == []

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.job.weather_files import read_weather
+from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.errors import InputError
 
 DAY = date(2026, 7, 1)
@@ -268,6 +269,46 @@ def test_hours_of_epw_that_are_wrong_are_named(tmp_path, hours, per_hour, words)
         read_weather(epw_day(tmp_path, hours, per_hour), DAY, 1.0)
 
 
-def test_a_history_of_dirsig_is_refused_by_name(tmp_path):
-    with pytest.raises(InputError, match="is a weather history of DIRSIG, which is not read; write its columns as CSV"):
-        read_weather(write(tmp_path, "a.wth", "193 0.25", "0 20 1000"), DAY, 0.0)
+def history(rows=193, step=0.25, humidity=1.0, first=None):
+    """Text of a weather history: cool on its first day, 10 K warmer on its second; blanks missing before signs."""
+    lines = [first or f"{rows} {step:f}"]
+    for number in range(rows):
+        hour = number * step
+        air = (-15.0 if hour < 24 else -5.0) + 3.0 * np.sin(2 * np.pi * (hour - 9) / 24)
+        share = humidity * saturation_pressure(253.15) / saturation_pressure(air + 273.15)
+        lines.append(
+            f"{hour:.2f}{air:6.2f} 1000.00 {share:5.2f}-20.00   5.00    98.02     5.17 1.00  0  0   0.00  0.00"
+        )
+    return lines
+
+
+def test_a_history_of_dirsig_gives_its_second_day(tmp_path):
+    found = read_weather(write(tmp_path, "a.wth", *history()), DAY, 0.0)
+    table = found.hourly
+    assert len(table.time) == 96 and table.time[:2] == [0.0, 0.25]
+    air = np.array(table.air_temperature_c)
+    assert air.min() == pytest.approx(-8, abs=0.01) and air.max() == pytest.approx(-2, abs=0.01)
+    assert table.time[int(air.argmax())] == pytest.approx(15, abs=0.5)
+    assert np.all(np.array(table.wind_speed_m_s) == 5) and np.all(np.array(table.pressure_hpa) == 1000)
+    assert 20 < min(table.relative_humidity_percent) < max(table.relative_humidity_percent) < 45
+    assert table.direct_normal_w_m2 is None and "whose unit is not sure" in " ".join(found.notes)
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        (["193 0.25", "0 20 1000"], r"a\.wth:1: found 1 rows; allowed: 193"),
+        (history(first="97 0.25"), r"a\.wth:1: found '97 0.25'; allowed: the number of rows"),
+        (history(first="a history"), r"a\.wth:1: found 'a history'"),
+        ([], r"a\.wth:1: found ''"),
+        ([*history()[:9], "0 20 1000", *history()[10:]], r"a\.wth:10: found 3 numbers; allowed: 13"),
+        ([*history()[:9], history()[12], *history()[10:]], r"a\.wth:10: found hour 2.75; allowed: 2"),
+        ([*history()[:9], history()[9].replace("1000.00", "100.00"), *history()[10:]], r"a\.wth:10: pressure: "),
+        (history(humidity=40.0), r"relative_humidity: found .*; allowed: 0 to 1, a share"),
+        (history(humidity=0.6), r"humidities in column 4 that differ by 0\.\d+ from those of the dew points"),
+    ],
+)
+def test_a_history_of_dirsig_that_is_none_is_one_line(tmp_path, lines, words):
+    with pytest.raises(InputError, match=words) as refused:
+        read_weather(write(tmp_path, "a.wth", *lines), DAY, 0.0)
+    assert "\n" not in str(refused.value)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from face_light import facet_irradiance
 
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.particles.cloud import CloudLayer
@@ -16,8 +17,9 @@ from skyshine.mat.quantities.ambient_harmonics import (
     ground_emission,
 )
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
-from skyshine.mat.quantities.facet_light import Faces, Walls, facet_irradiance, light_among_walls
+from skyshine.mat.quantities.facet_light import Faces, Walls, light_among_walls
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.quantities.radiance_field import Directions, cell_phases
 from skyshine.mat.quantities.sky_table import SkyTable
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
@@ -168,7 +170,9 @@ def test_the_path_weighs_the_emission_of_the_ground(synthetic_points):
     atmosphere = BandAtmosphere.of(AtmosphericState.from_profile("us_standard", surface_albedo=0.0), points)
     grid = PathGrid([0.0, 5.0], [0.0], [0.0], [0.0], [0.0])
     tables = ambient_harmonics(atmosphere, grid, np.zeros(4), 6)
-    through = atmosphere.spectral_at_points([5.0], [0.0], [0.0], [0.0], [0.0], np.zeros(4)).transmittance[0]
+    through = atmosphere.spectral_at_points(LinesOfSight([5.0], [0.0], [0.0], [0.0], [0.0]), np.zeros(4)).transmittance[
+        0
+    ]
     emitted = planck_wavenumber(points.wavenumber, 300.0) * points.radiance_weight
     share = (through @ emitted) / (emitted.sum() * (through @ points.weight) / points.weight.sum())
     found = [np.interp(300.0, GROUND_TEMPERATURES, part) for part in tables.ground[:, 0, 0, :, 0]]

@@ -15,6 +15,7 @@ from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.formulas import BETA_CAP_KM
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
 from skyshine.schemas.errors import InputError
 
@@ -164,7 +165,7 @@ def test_isothermal_opaque_band_shows_the_black_body():
 
 def test_direct_light_of_a_clear_band_is_the_irradiance_over_pi(state, band, sun):
     clear = replace(state, mole_fraction={gas: x * 1e-9 for gas, x in state.mole_fraction.items()}, aerosols=())
-    point = BandAtmosphere.of(clear, band).at_points(0.01, 0.5, -30.0, 50.0, 0.0, sun)
+    point = BandAtmosphere.of(clear, band).at_points(LinesOfSight(0.01, 0.5, -30.0, 50.0, 0.0), sun)
     assert point.direct[0] == pytest.approx(band.radiance_weight @ sun / np.pi, rel=1e-3)
     assert point.transmittance[0] == pytest.approx(1.0, abs=1e-6)
 
@@ -173,7 +174,7 @@ def test_points_agree_with_the_table(air, sun, table):
     rng = np.random.default_rng(3)
     where = [rng.integers(n, size=40) for n in GRID.shape]
     axes = [getattr(GRID, name)[i] for name, i in zip(GRID.__dataclass_fields__, where, strict=True)]
-    points = air.at_points(*axes, sun)
+    points = air.at_points(LinesOfSight(*axes), sun)
     for name, values in vars(points).items():
         grid = getattr(table, name)[tuple(where[: getattr(table, name).ndim])]
         if name == "ambient":  # the table's sky irradiance is interpolated between altitudes
@@ -228,7 +229,7 @@ def test_lines_give_what_their_points_give(air, sun):
     lines = air.along_lines(ranges, altitude, elevation, source, azimuth, [1], sun)
     row, step, light = (index.ravel() for index in np.indices((2, 3, 2)))
     points = air.at_points(
-        ranges[row, step], altitude[row], elevation[row], source[row, light], azimuth[row, light], sun
+        LinesOfSight(ranges[row, step], altitude[row], elevation[row], source[row, light], azimuth[row, light]), sun
     )
     for name in ("path_radiance_ratio", "direct"):
         np.testing.assert_allclose(

@@ -64,5 +64,5 @@ def test_spectra_of_joined_lines_are_those_of_each_alone(synthetic_points, visib
     light = air.scattered_along(together.segments, together.depths, *map(np.concatenate, angles))
     assert light.shape == (3, 2, 4) and np.any(air.forward_peak.near(paths[0].segments, angles[0][0], angles[1][0]))
     for number, path in enumerate(paths):
-        alone = air.scattered_radiance(path.segments, path.segment_depths, *(part[number] for part in angles))
+        alone = air.scattered_along(path.segments, path.segment_depths, *(part[number] for part in angles))[0]
         assert light[number] == pytest.approx(alone, rel=1e-5)

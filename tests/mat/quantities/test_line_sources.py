@@ -22,7 +22,7 @@ def test_scattering_angle_at_the_observer():
 
 
 def test_pairs_run_over_the_last_axis_first():
-    sources = LineSources.of_axes(0.1, radians(10, 20), radians(0, 90, 180), by_scattering_angle=False)
+    sources = LineSources.of_axes(radians(10, 20), radians(0, 90, 180))
     assert np.degrees(sources.elevation) == pytest.approx([10, 10, 10, 20, 20, 20])
     assert np.degrees(sources.azimuth) == pytest.approx([0, 90, 180] * 2) and not np.any(sources.excess)
 
@@ -31,7 +31,8 @@ def test_pairs_run_over_the_last_axis_first():
 def test_every_scattering_angle_is_kept_at_the_observer(line):
     """Also those that no azimuth of such a source gives: the rest is an excess."""
     angles = np.linspace(0.0, np.pi, 13)
-    sources = LineSources.of_axes(np.radians(line), radians(-20, 0, 50), angles, by_scattering_angle=True)
+    up, away = (part.ravel() for part in np.meshgrid(radians(-20, 0, 50), angles, indexing="ij"))
+    sources = LineSources.at_angle(np.radians(line), up, away)
     found = np.arccos(np.clip(sources.local_deflection(np.radians(line)), -1.0, 1.0))
     # The cosine resolves angles near 0 and 180 degrees to 1e-8 of a radian.
     assert found == pytest.approx(np.tile(angles, 3), abs=1e-7)
@@ -39,7 +40,7 @@ def test_every_scattering_angle_is_kept_at_the_observer(line):
 
 def test_only_impossible_angles_have_an_excess():
     """A source at 50 degrees is 20 to 100 degrees from a line of sight at 30."""
-    sources = LineSources.of_axes(np.radians(30), radians(50), radians(0, 10, 20, 60, 100, 130), True)
+    sources = LineSources.at_angle(np.radians(30), np.radians(np.full(6, 50.0)), radians(0, 10, 20, 60, 100, 130))
     assert np.degrees(sources.excess) == pytest.approx([-20, -10, 0, 0, 0, 30], abs=1e-6)
 
 
@@ -57,6 +58,6 @@ def test_angles_along_a_straight_line_stay_while_zenith_angles_turn_with_the_ear
 
 def test_an_excess_turns_the_whole_line():
     rays = trace(VACUUM, np.array([0.0]), np.radians([30.0]), np.array([[0.0, 50e3]]))
-    sources = LineSources.of_axes(np.radians(30), radians(50), radians(5, 60), True)
+    sources = LineSources.at_angle(np.radians(30), radians(50, 50), radians(5, 60))
     angle = np.degrees(np.arccos(sources.deflection(rays)))
     np.testing.assert_allclose(angle, np.broadcast_to([5.0, 60.0], angle.shape), atol=1e-5)

@@ -37,9 +37,9 @@ def paths(air):
 def spectra(air, paths):
     return np.concatenate(
         [
-            air.air.scattered_radiance(
+            air.air.scattered_along(
                 path.segments, path.segment_depths, SOURCES.to_source(path.ends), SOURCES.deflection(path.ends)
-            )
+            )[0]
             for path in paths
         ]
     ).astype(float)

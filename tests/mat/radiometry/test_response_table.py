@@ -214,3 +214,8 @@ def test_what_is_done_with_a_table_is_said(text, note):
 def test_columns_that_nothing_names(text, words):
     with pytest.raises(InputError, match=words):
         parse_response(text, "r.csv")
+
+
+def test_decimal_commas_between_semicolons():
+    response = parse_response("wavelength (um);response\n8,0;0\n9,5;0,9\n11,25;1\n12,0;0\n", "r.csv")
+    assert response.wavelength.tolist() == [8.0, 9.5, 11.25, 12.0] and response.response.tolist() == [0, 0.9, 1, 0]

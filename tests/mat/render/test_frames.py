@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight, direction
 from skyshine.mat.render.exposure import exposure_of
 from skyshine.mat.render.frames import Renderer, check_hours
 from skyshine.mat.render.rays import ray_caster
 from skyshine.mat.render.scene_file import load_scene
-from skyshine.mat.render.surface_mesh import direction
-from skyshine.mat.runtime.misclassification import equivalent_temperature
+from skyshine.mat.runtime.equivalent_temperature import equivalent_temperature
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.response import forcing_hours
@@ -87,12 +87,8 @@ def library_pixel(
         return np.array([float(value)])
 
     view = View(
-        range=one(distance),
-        centre_range=one(distance),
-        centre_elevation=one(elevation),
-        altitude=one(altitude),
-        source_elevation=one(sun.elevation),
-        source_azimuth=one(sun.azimuth - azimuth),
+        LinesOfSight(*(one(value) for value in (distance, altitude, elevation, sun.elevation, sun.azimuth - azimuth))),
+        one(distance),
         normal=direction(90.0 - tilt[0], tilt[1])[None],
         to_source=direction(sun.elevation, sun.azimuth)[None],
         to_observer=-direction(elevation, azimuth)[None],

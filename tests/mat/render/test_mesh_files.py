@@ -336,3 +336,11 @@ def test_materials_of_obj_and_their_texture_scales(tmp_path):
 def test_a_wrong_obj_is_one_line(text, words, tmp_path):
     with pytest.raises(InputError, match=words):
         _parts(obj(tmp_path, text))
+
+
+@pytest.mark.parametrize("names", ["a" * 300, "a" * 300 + " in.mtl", "\0", "../in.mtl"])
+def test_a_library_of_materials_that_no_file_can_be_is_left_alone(names, tmp_path):
+    file = tmp_path / "in.obj"
+    file.write_text(f"mtllib {names}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", encoding="utf-8")
+    (part,) = _parts(file)
+    assert part[1].shape == (1, 3, 3)

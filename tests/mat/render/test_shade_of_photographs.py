@@ -12,10 +12,10 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2] / "fuzz"))
 from good_databases import with_shade
 
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight, direction
 from skyshine.mat.render.exposure import hidden
 from skyshine.mat.render.frames import Renderer
 from skyshine.mat.render.scene_file import load_scene
-from skyshine.mat.render.surface_mesh import direction
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
 from skyshine.mat.tables.loader import open_table
 from skyshine.tmm import open_tmm
@@ -39,13 +39,10 @@ def tables(small_build):
 
 def view_of(surface, count, hour, distance, elevation, heading, altitude, normal):
     one, sun = np.ones(count), surface.source_track("sun", time=hour)
+    place = distance, altitude, elevation, float(sun.elevation), np.mod(float(sun.azimuth) - heading, 360.0)
     return View(
-        range=distance * one,
-        centre_range=distance * one,
-        centre_elevation=elevation * one,
-        altitude=altitude * one,
-        source_elevation=float(sun.elevation) * one,
-        source_azimuth=np.mod(float(sun.azimuth) - heading, 360.0) * one,
+        LinesOfSight(*(value * one for value in place)),
+        distance * one,
         normal=np.broadcast_to(normal, (count, 3)),
         to_source=np.broadcast_to(direction(sun.elevation, sun.azimuth), (count, 3)),
         to_observer=-np.broadcast_to(direction(elevation, heading), (count, 3)),

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import tifffile
 
+from skyshine.mat.quantities.lines_of_sight import direction, slope_and_azimuth
 from skyshine.mat.render.surface import SurfaceMaterials, surface_of_scene
-from skyshine.mat.render.surface_mesh import direction, slope_azimuth
 from skyshine.schemas.errors import InputError
 
 SQUARE = np.array([[[0, 0, 0], [4, 0, 0], [4, 0, -4]], [[0, 0, 0], [4, 0, -4], [0, 0, -4]]], float)  # level, y up
@@ -160,6 +160,6 @@ def test_a_texture_of_a_mesh_is_read_from_its_top_left_corner(scene_of, write_gl
 
 
 def test_slope_and_azimuth_are_those_of_the_direction():
-    slope, azimuth = slope_azimuth(direction(np.array([30.0, 90.0, -20.0]), np.array([120.0, 0.0, 359.0])))
+    slope, azimuth = slope_and_azimuth(direction(np.array([30.0, 90.0, -20.0]), np.array([120.0, 0.0, 359.0])))
     assert slope == pytest.approx([60.0, 0.0, 110.0], abs=1e-9)
     assert azimuth == pytest.approx([120.0, 0.0, 359.0])

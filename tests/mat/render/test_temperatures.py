@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from skyshine.mat.quantities.lines_of_sight import direction
 from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.mat.render.alike import alike
 from skyshine.mat.render.camera import ViewRays
@@ -10,7 +11,6 @@ from skyshine.mat.render.exposure import SeenExposure
 from skyshine.mat.render.frames import _view
 from skyshine.mat.render.seen import SeenSurface
 from skyshine.mat.render.surface import Mixtures
-from skyshine.mat.render.surface_mesh import direction
 from skyshine.mat.render.temperatures import SeenTemperatures
 from skyshine.mat.tables.loader import open_table
 

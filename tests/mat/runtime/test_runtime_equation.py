@@ -7,6 +7,7 @@ import skyshine.mat
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.radiometry.blackbody import planck_wavelength
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
@@ -65,7 +66,7 @@ def exact(job):
 
 def sunlit(job, exact, *place):
     """The quantities at a place, computed directly."""
-    return exact.at_points(*place, source_irradiance(job, "sun", exact.band.wavenumber))
+    return exact.at_points(LinesOfSight(*place), source_irradiance(job, "sun", exact.band.wavenumber))
 
 
 def direct(job, exact):

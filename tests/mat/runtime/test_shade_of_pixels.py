@@ -5,6 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.runtime.pixel import Faces, PixelRadiance, View, pixel_radiance
 from skyshine.mat.tables.loader import open_table
 from skyshine.schemas.errors import InputError
@@ -25,7 +26,8 @@ def view():
     normal = np.tile([0.1, -0.2, 0.9], (COUNT, 1))
     sun = np.tile([0.0, -0.5, 0.8], (COUNT, 1))
     to_observer = np.tile([0.5, 0.5, 0.7], (COUNT, 1))
-    return View(one, one, -30 * one, 0.6 * one, 50 * one, 90 * one, normal, sun, to_observer, 170 * one)
+    lines = LinesOfSight(one, 0.6 * one, -30 * one, 50 * one, 90 * one)
+    return View(lines, one, normal, sun, to_observer, 170 * one)
 
 
 @pytest.fixture

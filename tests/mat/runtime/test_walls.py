@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance, sky_radiance
 from skyshine.mat.runtime.walls import beside_walls
 from skyshine.mat.tables.loader import open_table
@@ -23,7 +24,7 @@ def view():
     up = np.tile([0.0, 0.0, 1.0], (COUNT, 1))
     sun = np.tile([0.0, -0.5, 0.8], (COUNT, 1))
     to_observer = np.tile([0.5, 0.5, 0.7], (COUNT, 1))
-    return View(one, one, -30 * one, 0.6 * one, 50 * one, 90 * one, up, sun, to_observer)
+    return View(LinesOfSight(one, 0.6 * one, -30 * one, 50 * one, 90 * one), one, up, sun, to_observer)
 
 
 @pytest.fixture

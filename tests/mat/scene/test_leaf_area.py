@@ -10,8 +10,9 @@ import skyshine.mat
 from skyshine.mat.cli import main
 from skyshine.mat.job.load import load_job
 from skyshine.mat.scene.atmosphere import materials_digest
-from skyshine.mat.scene.moisture import job_library
+from skyshine.mat.scene.moisture import job_library, moist
 from skyshine.mat.scene.surface import surface_materials
+from skyshine.mat.surface.soil_moisture import TEXTURES
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 
@@ -44,11 +45,10 @@ def digest(name, **keys):
 
 
 def test_sparse_shrub_is_much_hotter_at_noon_and_says_of_what():
-    closed = skyshine.mat.temperature("shrub", job=job())
+    dense = skyshine.mat.temperature("shrub", job=job())
     sparse = skyshine.mat.temperature("shrub", job=job(leaf_area_index={"shrub": 0.8}))
-    assert closed.leaf_temperature is None and closed.soil_temperature is None
     noon = int(np.argmax(sparse.temperature))
-    assert 6 < sparse.temperature[noon] - closed.temperature[noon] < 14
+    assert 6 < sparse.temperature[noon] - dense.temperature[noon] < 14
     assert 8 < sparse.soil_temperature[noon] - sparse.leaf_temperature[noon] < 25
     here = skyshine.mat.temperature("shrub", job=job(), leaf_area_index=0.8)
     np.testing.assert_array_equal(here.temperature, sparse.temperature)
@@ -71,15 +71,53 @@ def test_soil_below_leaves_may_be_wet_although_no_material_shows_it():
     wet = skyshine.mat.temperature("shrub", job=job(**shrub, soil_moisture="wet"))
     assert dry.soil_temperature.max() - wet.soil_temperature.max() > 5
     with pytest.raises(InputError, match="of which none has soil"):
-        load_job(job(materials=["shrub"], soil_moisture="wet"))
+        load_job(job(materials=["concrete"], soil_moisture="wet"))
 
 
-def test_without_the_key_nothing_changes_and_with_it_only_stands_do():
-    assert library_of() is load_library()
+def test_without_the_key_stands_have_the_leaves_of_the_library():
+    for keys in ({}, {"leaf_area_index": "library"}):
+        day = skyshine.mat.temperature("grass_dry", job=job(**keys))
+        assert day.soil_temperature.max() > day.leaf_temperature.max() + 5
+    assert digest("grass_dry") == digest("grass_dry", leaf_area_index="library")
+
+
+def test_stands_are_closed_where_there_is_no_air_or_a_job_operates_them(tmp_path):
+    operated = job(materials=["shrub", "grass_dry"], operated={"shrub": {"kind": "fixed", "temperature_c": 20}})
+    library = job_library(load_job(operated).trimmed)
+    assert library["shrub"].opened is None and library["grass_dry"].opened is not None
+    file = tmp_path / "record.csv"
+    rows = [f"2026-07-15T{hour:02d}:00Z,300,340,25,40,2,1000" for hour in range(24)]
+    for names, more in ((RECORD, ""), (RECORD + ",rain", ",0")):
+        file.write_text("\n".join([names, *(row + more for row in rows)]) + "\n")
+        day = skyshine.mat.temperature("shrub", forcing=file)
+        assert day.leaf_temperature is not None and (day.film is not None) == bool(more)
+    assert skyshine.mat.temperature("shrub", forcing=file, depth=0.1).leaf_temperature is None
+    file.write_text("\n".join([RECORD, *(row.replace(",1000", ",0") for row in rows)]) + "\n")
+    assert skyshine.mat.temperature("shrub", forcing=file).leaf_temperature is None  # no air
+    with pytest.raises(InputError, match="where there is no air; allowed: a closed skin; remove leaf_area_index"):
+        skyshine.mat.temperature("shrub", forcing=file, leaf_area_index=1, latitude=40, longitude=5)
+    assert skyshine.mat.temperature("shrub", job=job(), depth=0.1).leaf_temperature is None
+
+
+def test_ground_of_watered_stands_is_at_field_capacity_unless_a_job_says_otherwise():
+    """Carsel and Parrish's loam at 33 kPa: 0.165 m3/m3."""
+    ground = job_library(load_job(job(materials=["grass_green"])).trimmed)["grass_green"].opened.soil
+    assert ground.surface == moist(load_library()["soil_loam_brown"], 0.165).surface
+    soil = TEXTURES["loam"]
+    drained = (1 + (3.3 * soil.alpha) ** soil.n) ** (1 / soil.n - 1)
+    assert soil.residual + (soil.saturated - soil.residual) * drained == pytest.approx(0.165, abs=0.002)
+    for value in ("dry", 0.3):
+        other = load_job(job(materials=["grass_green"], soil_moisture={"soil_loam_brown": value})).trimmed
+        ground = job_library(other)["grass_green"].opened.soil
+        known = load_library()["soil_loam_brown"]
+        assert ground.surface == moist(known, 0.3 if value == 0.3 else 0.0).surface
+
+
+def test_only_stands_answer_to_the_key():
     for name in ("soil_loam_brown", "hay", "concrete"):
         assert digest(name, leaf_area_index="library") == digest(name)
     assert len({digest("shrub", **keys) for keys in ({}, {"leaf_area_index": 1}, {"leaf_area_index": 2})}) == 3
-    assert digest("shrub", leaf_area_index={"grass_dry": 1}) == digest("shrub")
+    assert digest("shrub", leaf_area_index={"grass_dry": 1}) != digest("shrub")  # then it alone has gaps
     moist = {"leaf_area_index": 1, "soil_moisture": "moist"}
     assert digest("shrub", **moist) != digest("shrub", leaf_area_index=1)  # the soil below answers
 
@@ -116,8 +154,9 @@ def test_each_stand_of_the_library_stands_on_a_soil_of_it():
 
 def test_check_says_how_much_soil_is_seen():
     lines = skyshine.mat.check(job(leaf_area_index={"shrub": 0.8})).surfaces
-    assert lines == [
-        "leaf_area_index: shrub with 0.8 m2/m2 of leaves: 67.0% of the ground seen from above is soil_loam_brown"
+    assert lines[:-1] == [
+        "leaf_area_index: shrub with 0.8 m2/m2 of leaves: 67.0% of the ground seen from above is soil_loam_brown",
+        "leaf_area_index: grass_dry without gaps between its leaves",
     ]
 
 
@@ -134,7 +173,7 @@ def test_record_needs_the_sun_for_gaps_and_takes_it(tmp_path):
     place = {"forcing": file, "latitude": 40.0, "longitude": 5.0}
     closed, sparse, bare = (
         skyshine.mat.temperature("shrub", **place, **given).temperature.max()
-        for given in ({}, {"leaf_area_index": 1}, {"leaf_area_index": 0})
+        for given in ({"leaf_area_index": 20}, {"leaf_area_index": 1}, {"leaf_area_index": 0})
     )
     assert closed + 3 < sparse < bare
     assert bare == pytest.approx(skyshine.mat.temperature("soil_loam_brown", **place).temperature.max(), abs=0.05)

@@ -5,16 +5,24 @@ import pytest
 
 from skyshine.mat.radiometry.constants import C2
 from skyshine.mat.spectroscopy.gases import GeneratedLibrary
-from skyshine.mat.spectroscopy.lines import read_lines
+from skyshine.mat.spectroscopy.lines import LineList, read_lines
 from skyshine.mat.spectroscopy.partition import reference_sum
 from skyshine.mat.spectroscopy.rotors import nitrous_oxide, ozone
 from skyshine.mat.spectroscopy.rotors.asymmetric import levels
-from skyshine.mat.spectroscopy.rotors.bands import line_list
 from skyshine.mat.spectroscopy.rotors.force_field import normal_modes
 from skyshine.mat.spectroscopy.rotors.linear import LinearState, transitions
 from skyshine.mat.spectroscopy.rotors.records import write
 
 pytest.importorskip("hapi")
+
+
+def line_list(bands):
+    """All lines of bands of one molecule, ordered by wavenumber."""
+    isotopologue = np.concatenate([np.full(band.wavenumber.size, band.isotopologue, np.int16) for band in bands])
+    names = ("wavenumber", "strength", "air_width", "self_width", "lower_energy", "temperature_exponent", "shift")
+    arrays = {name: np.concatenate([getattr(band, name) for band in bands]) for name in names}
+    lines = LineList(molecule=bands[0].molecule, isotopologue=isotopologue, **arrays)
+    return lines.select(np.argsort(lines.wavenumber, kind="stable"))
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from showers import random_rain
 
 from skyshine.mat.surface.balance import Balance, Forcing, skin_of
 from skyshine.mat.surface.days import solve_days
@@ -12,7 +13,7 @@ from skyshine.mat.surface.film import LATENT_HEAT, TOLERANCE, _root, aitken, eva
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.oracle import solve_oracle
 from skyshine.mat.surface.solver import DAY, solve_columns
-from skyshine.mat.surface.stress import random_forcing, random_material, random_rain
+from skyshine.mat.surface.stress import random_forcing, random_material
 from skyshine.mat.surface.vapour import saturation_pressure, surface_vapour
 from skyshine.mat.surface.wet_skin import FilmSkin, aged_albedo, film_capacity
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack

@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.surface.record import Record, record_forcing, sky_longwave
+from skyshine.mat.surface.column import from_record
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.record import Record, record_forcing, sky_longwave, standard_pressure
+from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
+from skyshine.schemas.errors import InputError
 
 SIGMA = 5.670374419e-8
 
@@ -84,3 +88,25 @@ def test_what_was_not_measured_is_said():
     assert np.all(cloudy.values["lw_down"] > found.values["lw_down"]) and "cloud_fraction" not in cloudy.values
     assert "under its cloud_fraction" in cloudy.notes[1]
     assert record().notes == () and found.refined(2).notes == found.notes
+
+
+def test_pressure_that_a_record_lacks_is_that_of_iso_2533_or_is_asked_for():
+    """Tables of ISO 2533 by geopotential altitude [hPa]: .25 % of gravity between it and a height of 20 km stays."""
+    for kilometres, hectopascal in ((0, 1013.25), (5, 540.20), (11, 226.32), (15, 120.45), (20, 54.75)):
+        assert standard_pressure(1e3 * kilometres) == pytest.approx(100 * hectopascal, rel=1e-3)
+    with pytest.raises(InputError, match="found no pressure at 50 km; allowed: without it to 20 km"):
+        standard_pressure(50e3)
+
+
+def test_sunlit_surface_without_air_radiates_what_it_absorbs():
+    """A perfect insulator in steady light under space: (a S / e sigma)^(1/4)."""
+    seconds = 3600.0 * np.arange(24)
+    values = {"sw_down": 1000.0, "lw_down": 20.0, "air_temperature": 300.0, "relative_humidity": 0.0}
+    values |= {"wind_speed": 5.0, "pressure": 0.0}
+    record = Record.of(seconds, {name: np.full(24, value) for name, value in values.items()})
+    stack = ThermalStack(Layer(1e-3, 1.0, 1000.0, 1000.0), (Layer(0.1, 1.0, 1.0, 1000.0),) * 2, Back("adiabatic"))
+    surface = SurfaceProperties(0.01, 1.0, 0.0, False, False)
+    material = SurfaceMaterial("plate", stack, surface, 0.5, 0.9)
+    column = from_record(material, record, 0.0, 0.0, None, 0.2)
+    expected = ((0.5 * 1000 + 0.9 * 20) / (0.9 * 5.670374e-8)) ** 0.25
+    np.testing.assert_allclose(column.temperature, expected, atol=0.02)

@@ -74,19 +74,11 @@ def test_the_stated_ground_is_the_default(sun, band):
     assert stated == pytest.approx(given, rel=1e-3)
 
 
-def test_a_part_of_a_table_reads_as_the_whole(sun):
-    part = sun.part(altitude=0.01, source_elevation=30.0, elevation=(-90, -60))
-    slope, azimuth = np.array([20.0, 90.0, 150.0]), np.array([0.0, 90.0, 200.0])
-    found = part.ambient_radiance(slope=slope, azimuth=azimuth, range=1.0, elevation=-90.0)
-    np.testing.assert_allclose(found, sun.ambient_radiance(slope=slope, azimuth=azimuth, **PLACE), rtol=1e-9)
-
-
 def test_outside_the_axes_it_clamps_or_refuses(sun):
     far = PLACE | {"range": 900.0}
     with pytest.raises(InputError, match="range: found 900"):
         sun.ambient_radiance(slope=90.0, **far)
-    policy = {"range": "clamp", "source_elevation": "clamp"}
-    found = sun.ambient_radiance(slope=90.0, out_of_range=policy, **far)
+    found = sun.clamped("range", "source_elevation").ambient_radiance(slope=90.0, **far)
     assert found == sun.ambient_radiance(slope=90.0, **PLACE | {"range": 20.0})
 
 

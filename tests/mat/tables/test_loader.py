@@ -1,15 +1,20 @@
 """Opening databases and their flat export: lazily, from several threads, per-axis policies, clear refusals."""
 
 import json
+import re
 import shutil
 import warnings
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
 import skyshine.mat
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.band import BandTable
+from skyshine.mat.tables.loader import open_as
 from skyshine.mat.tables.raw import export_raw, read_raw
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import read_file
@@ -72,13 +77,27 @@ def test_out_of_range_is_chosen_for_each_axis(small_build):
     table = skyshine.mat.open(small_build / "s01.htt.h5")
     high, steep = PLACE | {"altitude": 5.0}, PLACE | {"altitude": 5.0, "slope": 80.0}
     inside = table.temperature(material=1 * table.materials["asphalt_road"], **PLACE | {"altitude": 1.0})
-    assert table.temperature(material="asphalt_road", **high, out_of_range={"altitude": "clamp"}) == inside
+    clamped = table.clamped("altitude")
+    assert clamped.temperature(material="asphalt_road", **high) == inside
     with pytest.raises(InputError, match="slope: found 80"):
-        table.temperature(material="asphalt_road", **steep, out_of_range={"altitude": "clamp"})
+        clamped.temperature(material="asphalt_road", **steep)
+    nearest = table.clamped().temperature(material="asphalt_road", **steep)
+    assert nearest == table.temperature(material="asphalt_road", **PLACE | {"altitude": 1.0, "slope": 45.0})
     with pytest.raises(InputError, match="found the axis 'altitud'.*did you mean 'altitude'"):
-        table.temperature(material="asphalt_road", **high, out_of_range={"altitud": "clamp"})
-    with pytest.raises(InputError, match="found out_of_range 'wrap'"):
-        table.temperature(material="asphalt_road", **high, out_of_range={"altitude": "wrap"})
+        table.clamped("altitud")
+
+
+def test_a_file_of_another_type_says_what_is_meant(small_build):
+    assert open_as(BandTable, small_build / "b01.band.h5", "build again").blackbody_radiance(300.0) > 0
+    with pytest.raises(InputError, match="holds 'band'; allowed: atmq, lunar_atmq; build again"):
+        open_as(AtmosphereTable, small_build / "b01.band.h5", "build again")
+
+
+def test_no_module_asks_a_table_for_its_class():
+    """What differs between file types is a method of the class that is opened by the file's type."""
+    asks = re.compile(r"^(?! *>>>).*isinstance\(.*Table\b", re.MULTILINE)
+    modules = Path(skyshine.mat.__file__).parent.rglob("*.py")
+    assert [module.name for module in modules if asks.search(module.read_text(encoding="utf-8"))] == []
 
 
 @pytest.mark.parametrize(
@@ -164,9 +183,7 @@ def test_by_default_a_surface_lies_at_the_lowest_altitude(small_build):
     assert table.temperature(material="asphalt_road", time=12) == lowest
 
 
-def test_a_level_face_has_no_azimuth_and_a_part_no_axis_that_was_read(small_build):
+def test_a_level_face_has_no_azimuth(small_build):
     table = skyshine.mat.open(small_build / "s01.htt.h5")
     level = table.temperature(material="asphalt_road", altitude=0.5, time=12)
     assert level == table.temperature(material="asphalt_road", altitude=0.5, time=12, azimuth=200)
-    at_noon = table.part(altitude=0.5, time=12)
-    assert at_noon.temperature(material="asphalt_road") == pytest.approx(level, abs=1e-4)

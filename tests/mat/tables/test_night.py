@@ -92,7 +92,7 @@ def test_a_table_without_twilight_refuses_twilight_and_answers_in_the_dark(sun):
     with pytest.raises(InputError, match=r"source_elevation: found -9; allowed: .*-19.* and below, where it is dark"):
         table.value("ambient_radiance", **LINE, source_elevation=[-50.0, -9.0])
     lowest = table.value("ambient_radiance", **LINE, source_elevation=-1e-9)
-    clamped = table.value("ambient_radiance", **LINE, source_elevation=-9.0, out_of_range="clamp")
+    clamped = table.clamped().value("ambient_radiance", **LINE, source_elevation=-9.0)
     np.testing.assert_allclose(clamped, lowest, rtol=1e-9)
     assert np.all(table.value("ambient_radiance", **LINE, source_elevation=-30.0) > 0)
 

@@ -142,7 +142,6 @@ def test_no_change_of_heat_gives_exactly_the_table(day, steps):
     place = {"material": NAMES, "slope": 33.0, "azimuth": 70.0, "time": 13.3}
     table = day.table.temperature(**place)
     assert np.array_equal(day.table.temperature(**place, absorbed_change=np.zeros(steps)), table)
-    assert np.array_equal(day.table.sunlit_temperature(**place), table)
 
 
 def test_shade_all_day_is_one_call(day):
@@ -150,7 +149,7 @@ def test_shade_all_day_is_one_call(day):
     change = day.table.absorbed_change(**place, shade=[(0, 24)], sky_view=0.8)
     shaded = day.table.shaded_temperature(**place, time=13.0, sky_view=0.8)
     assert np.array_equal(shaded, day.table.temperature(**place, time=13.0, absorbed_change=change))
-    assert np.all(shaded < day.table.sunlit_temperature(**place, time=13.0) - 5)
+    assert np.all(shaded < day.table.temperature(**place, time=13.0) - 5)
 
 
 @pytest.mark.parametrize("name", NAMES[:-1])

@@ -6,7 +6,9 @@ import pytest
 import skyshine.mat
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
 from skyshine.mat.quantities.channels.coordinates import TOP_KM, Entry
+from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.scattering_angle import scattering_angle
+from skyshine.mat.tables.atmq import tables_on_axes
 
 JOB = """\
 skyshine: 1
@@ -53,7 +55,16 @@ def test_the_entry_is_where_the_line_meets_the_top_of_the_air(altitude, elevatio
 def test_observers_in_the_air_stay_where_they_are():
     entry = Entry.of([1.0, 2.0], [0.0, 99.0], [-30.0, 30.0])
     assert entry.range_km.tolist() == [1.0, 2.0] and entry.elevation_deg == pytest.approx([-30.0, 30.0])
-    assert entry.source_elevation(12.0, 50.0) == pytest.approx([12.0, 12.0])
+    assert entry.source_elevation(60.0, 50.0).tolist() == [60.0, 60.0]  # no rounding beyond the end of an axis
+
+
+def test_tables_on_axes_hold_sources_that_are_higher_where_a_line_enters_the_air(air):
+    """At the entry a Sun ahead, 60 degree high at the observer, is higher: read at the end of the channels."""
+    axes = [1.0, 900.0], [90.0, 700.0], [-60.0, -25.0], [-8.0, 60.0], [0.0, 180.0]
+    grid = PathGrid(*map(np.array, axes))
+    assert Entry.of(900.0, 700.0, -60.0).source_elevation(60.0, 0.0) > 60.0
+    path = tables_on_axes(air, grid)["path_radiance_ratio"].values
+    assert path.shape == (2, 2, 2, 2, 2) and np.all(np.isfinite(path)) and np.all(path >= 0)
 
 
 def test_a_satellite_reads_what_the_top_of_the_air_reads_on_the_same_line(air):

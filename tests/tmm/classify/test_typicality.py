@@ -18,7 +18,7 @@ from skyshine.tmm.features.colour import DistinctColours, to_coordinates
 from skyshine.tmm.images.texture import Texture
 from skyshine.tmm.inputs.seeds import SeedTexels
 from skyshine.tmm.job.model import TextureJob
-from skyshine.tmm.training.seed_boxes import seed_boxes
+from skyshine.tmm.training.seed_boxes import SeedBoxes, seed_boxes
 
 GREEN, GREY = "grass_green", "asphalt_road"
 
@@ -234,12 +234,33 @@ def test_seeds_of_unknown_make_what_looks_like_them_unknown(job, contrasts, buil
     unknown = result.code == 0
     assert unknown[:, 230:].mean() > 0.9 and unknown[:, :180].mean() < 0.02
     assert result.map.names == tuple(sorted((GREEN, GREY), key=result.map.names.index))
-    assert result.map.quality.whole.tested == 0
+    assert result.map.quality.quality.tested == 0
 
 
 def test_with_seeds_of_the_contrast_nothing_is_unknown(job, contrasts, build):
     polygons = {GREEN: _squares(0), GREY: _squares(100), "gravel_limestone": _squares(200)}
     assert np.mean(build(job(contrasts, polygons)).code == 0) < 0.02
+
+
+def test_the_least_typical_place_of_the_seeds_limits_the_threshold(job, contrasts, build):
+    """Grey seeds of which one place is speckled: speckle is then no evidence of another material."""
+    even = {GREEN: _squares(0), GREY: _squares(100)}
+    mixed = {GREEN: _squares(0), GREY: [*_squares(100), _squares(200)[0]]}
+    assert build(job(contrasts, even)).map.thresholds[1] > 0.01
+    result = build(job(contrasts, mixed))
+    assert result.map.thresholds[1] < 1e-3 and (result.code > 0).mean() > 0.98
+
+
+def test_places_are_as_typical_as_the_others_have_it():
+    random = np.random.default_rng(4)
+    features = random.normal(0, 1, (40, 6)) * np.sqrt(np.diag(prior_covariance(3)))
+    features[:10] += 100
+    material, region = np.repeat([0, 1], 20), np.repeat([0, 1, 2, 3], 10)
+    boxes = SeedBoxes(_boxes(_noise((60, 60, 3))), features, np.arange(40), material, region)
+    found = boxes.of_places()
+    model = fit_boxes(features[10:], material[10:], region[10:])
+    expected = stats.chi2.sf(np.median(model.squared_distance(features[:10]).min(axis=0)), 6)
+    assert found[0] == pytest.approx(expected, abs=1e-12) and found[0] < 1e-6 < found[2:].min()
 
 
 def test_up_to_a_border_within_a_cell_a_material_is_as_typical_as_inside():

@@ -40,22 +40,6 @@ def test_info_and_usage(run, demo):
     assert usage["all"]["conifer"]["value"] == pytest.approx(report["usage"]["conifer"]["value"], rel=1e-5)
 
 
-def test_usage_by_chunk(run, demo):
-    path, report = demo
-    found = json.loads(run("usage", path, "--chunks", "--json").output)
-    entry = found["files"][str(path)]
-    share = np.array(entry["share"]["values"])
-    height, width = report["height"], report["width"]
-    assert share.shape == (-(-height // 256), -(-width // 256), len(entry["materials"]))
-    # Chunks weigh by their texels, those at the edges less.
-    rows, columns = (np.diff(np.append(np.arange(0, n, 256), n)) for n in (height, width))
-    mean = np.einsum("yxk,y,x->k", share, rows, columns) / (height * width)
-    assert dict(zip(entry["materials"], mean, strict=True)) == pytest.approx(
-        {n: u["value"] for n, u in report["usage"].items()}, abs=1e-6
-    )
-    assert f"{100 * share[0, 1, 0]:.1f}" in run("usage", path, "--chunks").output
-
-
 def test_preview(run, demo, demo_folder, tmp_path):
     path, _ = demo
     out = tmp_path / "picture.png"

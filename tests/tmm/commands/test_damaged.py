@@ -61,8 +61,8 @@ DATABASE = {
 }
 VALUES = {
     "an unknown code": ("levels/0/code", 65535, "code 65535", ("preview", "score", "export")),
-    "an unknown code in a mixture": ("levels/0/mix_code", 65535, "code 65535", ("usage", "export")),
-    "weights of another sum": ("levels/0/mix_weight", 1, "do not sum to 65535", ("usage", "export")),
+    "an unknown code in a mixture": ("levels/0/mix_code", 65535, "code 65535", ("export",)),
+    "weights of another sum": ("levels/0/mix_weight", 1, "do not sum to 65535", ("export",)),
     "confidence not a number": ("levels/0/confidence", np.nan, "between 0 and 1", ("preview", "score")),
     "confidence above 1": ("levels/0/confidence", 1.5, "between 0 and 1", ("preview", "score")),
 }
@@ -80,9 +80,8 @@ def commands(job, two_halves, build, tmp_path, write_image):
     return path, {
         "info": ("info", path),
         "info --json": ("info", path, "--json"),
-        "usage": ("usage", path, "--chunks"),
-        "shares": ("usage", path),
-        "score": ("score", path, tmp_path / "truth.yaml", *image),
+        "usage": ("usage", path),
+        "score": ("score", path, tmp_path / "truth.yaml"),
         "preview": ("preview", path, "--out", tmp_path / "picture.png", *image),
         "export": ("export", path, "--to", "png", "--out", tmp_path / "out"),
     }

@@ -41,7 +41,7 @@ def test_round_trip(built, library):
             np.testing.assert_array_equal(file.array(f"levels/{k}/mix_weight"), level.mix_weight)
         np.testing.assert_allclose(file.array("levels/0/confidence"), confidence, rtol=0, atol=1 / 128)
         assert file.attributes["texture_sha256"] == mapped.texture.sha256
-        assert file.group_attributes("quality")["overall_accuracy"] == mapped.quality.whole.overall_accuracy
+        assert file.group_attributes("quality")["overall_accuracy"] == mapped.quality.quality.overall_accuracy
 
 
 def test_points(built):

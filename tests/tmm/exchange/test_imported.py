@@ -13,7 +13,6 @@ from skyshine.tmm.database.reader import open_tmm
 from skyshine.tmm.database.usage import read_usage
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.imported import coarser_levels, import_texture, write_imported
-from skyshine.tmm.exchange.indexed_png import write_png
 
 NAMES = {22: "asphalt_road", 68: "grass_green", 81: "water_sea"}
 
@@ -50,24 +49,30 @@ def test_levels_of_mixtures_are_means():
     assert top.mix_weight[0, 0] / WEIGHT_TOTAL == pytest.approx([15 / 16, 1 / 16, 0], abs=2e-5)
 
 
-def test_png_there_and_back(library, tmp_path):
+def imported(folder, name, code, library):
+    """A database of codes (h, w) as an import writes it."""
+    from PIL import Image
+
+    Image.fromarray(code.astype(np.uint8)).save(folder / f"{name}.png")
+    used = {key: NAMES[key] for key in NAMES if (code == key).any()}
+    palette = {str(key): value for key, value in used.items()}
+    path = folder / f"{name}.tmm.h5"
+    write_imported(MaterialImage(name, used, pure_level(code)), folder / f"{name}.png", palette, path, library.version)
+    return path
+
+
+def test_an_imported_database_is_like_any_other(library, tmp_path):
     code = np.random.default_rng(2).choice(np.array([0, 22, 68], np.uint16), (20, 30))
-    write_png(tmp_path, MaterialImage("patch", {22: NAMES[22], 68: NAMES[68]}, pure_level(code)))
-    result = run("import", tmp_path / "patch.png", "--out", tmp_path / "a", "--json")
-    assert result.exit_code == 0, result.output
-    path = tmp_path / "a" / "patch.tmm.h5"
-    assert json.loads(result.output)["file"] == str(path) and not problems(path)
+    path = imported(tmp_path, "patch", code, library)
+    assert not problems(path)
     with open_tmm(path) as file:
         assert np.array_equal(file.array("levels/0/code"), code)
         assert np.array_equal(file.array("levels/0/confidence"), code > 0)
     assert read_usage(path)["grass_green"] == pytest.approx((code == 68).sum() / (code > 0).sum())
     first = path.read_bytes()
-    run("import", tmp_path / "patch.png", "--out", tmp_path / "a")
-    assert path.read_bytes() == first
+    assert imported(tmp_path, "patch", code, library).read_bytes() == first
     preview = run("preview", path, "--out", tmp_path / "p.png", "--image", tmp_path / "patch.png")
     assert preview.exit_code == 0, preview.output
-    assert run("export", path, "--to", "png", "--out", tmp_path / "b").exit_code == 0
-    assert (tmp_path / "b" / "patch.png").read_bytes() == (tmp_path / "patch.png").read_bytes()
 
 
 def test_all_levels_of_a_model_texture_share_one_table(library, tmp_path):
@@ -75,8 +80,7 @@ def test_all_levels_of_a_model_texture_share_one_table(library, tmp_path):
     from skyshine.tmm.exchange.cdb_materials import load_map
 
     code = np.random.default_rng(7).choice(np.array([22, 68, 81], np.uint16), (16, 8))
-    write_png(tmp_path, MaterialImage("wall", NAMES, pure_level(code)))
-    run("import", tmp_path / "wall.png", "--out", tmp_path)
+    imported(tmp_path, "wall", code, library)
     result = run(
         "export",
         tmp_path / "wall.tmm.h5",
@@ -131,8 +135,7 @@ def test_a_real_cdb_comes_back_with_its_names_and_codes(tile, shared_data, tmp_p
 @pytest.mark.parametrize(
     "name, message",
     [
-        ("a.jpg", "found the ending '.jpg'; allowed: .tif of a CDB, .png"),
-        ("a.png", "does not exist"),
+        ("a.jpg", "is not named as a CDB raster"),
         ("a.tif", "is not named as a CDB raster"),
         ("N12E044_D005_S001_T001_L00_U0_R0.tif", "is not in its place in a CDB"),
         ("Tiles/N12/E044/005_RMTexture/L00/U0/N12E044_D005_S001_T001_L00_U0_R0.tif", "does not exist"),
@@ -146,18 +149,11 @@ def test_wrong_files(name, message, tmp_path):
 
 def test_too_large_for_an_exchange(library, tmp_path, monkeypatch):
     code = np.full((20, 30), 22, np.uint16)
-    write_png(tmp_path, MaterialImage("patch", {22: NAMES[22]}, pure_level(code)))
-    assert run("import", tmp_path / "patch.png", "--out", tmp_path).exit_code == 0
+    arguments = ("export", imported(tmp_path, "patch", code, library), "--to", "png", "--out", tmp_path)
     monkeypatch.setattr("skyshine.tmm.exchange.image.MAX_TEXELS", 599)
-    for arguments in (
-        ("import", tmp_path / "patch.png", "--out", tmp_path),
-        ("export", tmp_path / "patch.tmm.h5", "--to", "png", "--out", tmp_path),
-    ):
-        result = run(*arguments)
-        assert result.exit_code == 2 and "has 30 x 20 texels; allowed in an exchange: 599" in result.output, (
-            result.output
-        )
-        assert result.output.count("\n") == 1
+    result = run(*arguments)
+    assert result.exit_code == 2 and "has 30 x 20 texels; allowed in an exchange: 599" in result.output, result.output
+    assert result.output.count("\n") == 1
     assert run(*arguments, "--level", 1).exit_code == 0
 
 

@@ -208,7 +208,7 @@ def test_a_job_with_the_azimuth_stores_the_layer_and_the_material_beneath(tmp_pa
         "asphalt_road": [[[152, 5], [188, 5], [188, 50], [152, 50]]],
         "soil_sand": [[[232, 72], [298, 72], [298, 98], [232, 98]]],  # the roofs
     }
-    common = {"image": "cast.png", "classifier": {"radius": 2}, "seeds": {"polygons": seeds}}
+    common = {"image": "cast.png", "classifier": {"typicality_threshold": 1e-6}, "seeds": {"polygons": seeds}}
     built = build(TextureJob.model_validate({**common, "shade": {"sun_azimuth_deg": 135}}))
     with open_tmm(built.path) as file:
         stored, code = file.array("levels/0/shade"), file.array("levels/0/code")

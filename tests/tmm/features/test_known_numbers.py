@@ -8,7 +8,6 @@ from skimage.color import rgb2lab
 
 from skyshine.tmm.features import textured
 from skyshine.tmm.features.colour import ndvi, to_coordinates, to_lab, to_linear
-from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.features.textured import features, in_other_light, in_shadow, names
 from skyshine.tmm.mapping.ways import _quantities
 
@@ -25,10 +24,6 @@ def test_lab_is_that_of_scikit_image():
     colours = np.concatenate([np.repeat(np.arange(256), 3).reshape(-1, 3), random]).astype(np.uint8)
     np.testing.assert_allclose(to_lab(colours, "srgb"), rgb2lab(colours), atol=1e-9)
     assert to_lab(colours[:0], "srgb").shape == (0, 3)
-
-
-def test_luminance_weighs_red_green_and_blue_as_rec_709_does():
-    np.testing.assert_allclose(luminance(np.eye(3), "linear"), [0.2126, 0.7152, 0.0722], atol=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -63,15 +58,6 @@ def test_ndvi_by_hand():
     colours = np.array([[50, 0, 0, 200], [200, 9, 9, 50], [0, 5, 5, 0], [7, 0, 0, 7]], np.uint8)
     np.testing.assert_allclose(ndvi(colours), [0.6, -0.6, 0, 0])
     assert to_coordinates(colours, "srgb")[0, 3] == pytest.approx(60)
-
-
-def test_the_limit_of_shadow_lies_above_the_skylight_of_a_clear_day():
-    # Skylight is 0.2 to 0.35 of clear-sky irradiance; half a material's light is within the spread of a material.
-    light = np.ones(9)
-    assert 0.35 < shadow_limits(light, np.zeros(9, int), 1)[0] < 0.5
-    # The median, which a few dark and bright texels do not move.
-    light[:3], light[6:] = 0.01, 20
-    assert 0.35 < shadow_limits(light, np.zeros(9, int), 1)[0] < 0.5
 
 
 def _features(light: np.ndarray) -> dict[str, np.ndarray]:

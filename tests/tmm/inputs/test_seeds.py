@@ -74,7 +74,7 @@ def test_colour_labels(job, two_halves, write_image, tmp_path, library):
     mapped = job(two_halves, seeds=_labels(image, {"#32FFA7": GREEN, "#6d32ff": GREY}))
     result = map_texture(mapped, tmp_path, library)
     assert (result.seeds.material == result.names.index(GREEN)).sum() == 200
-    assert result.quality.whole.tested == 0  # each material has one place
+    assert result.quality.quality.tested == 0  # each material has one place
     assert result.files.keys() == {"labels.png"}
 
 

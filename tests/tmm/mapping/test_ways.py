@@ -141,6 +141,12 @@ def test_more_clusters_than_colours(make, write_image, library):
     assert (result.code == library[GREY].code).all()
 
 
+def test_clusters_without_names_are_unknown(make, write_image):
+    """They are looked at and named afterwards; until then no class is a material."""
+    values = np.repeat(np.array([200, 20], np.uint8), 128).reshape(16, 16, 1)
+    assert (make(write_image("two.png", values), clusters={"count": 2}).code == 0).all()
+
+
 def test_overrides_win_and_later_polygons_win(make, two_halves, write_image, library):
     labels = np.zeros((20, 40, 1), np.uint8)
     labels[10:, :20] = 7

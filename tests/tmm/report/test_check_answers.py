@@ -68,12 +68,6 @@ def test_nothing_answered_and_places_beyond_the_image(answered):
         answered((4, 2, "gras"))
 
 
-def test_other_options_do_not_go_with_answers(answered, tmp_path):
-    database, _ = answered((2, 2, GREEN))
-    result = run("score", database, tmp_path / "check.yaml", "--image", "x.png")
-    assert result.exit_code == 2 and "leave --image" in result.output
-
-
 @pytest.fixture
 def drawn(two_halves, tmp_path):
     (tmp_path / "job.yaml").write_text(f"textures:\n  - {{image: {two_halves}, material: {GREEN}}}\n")

@@ -1,11 +1,10 @@
-"""Scores against label images: confusion and calibration by hand, shadow, and what does not fit."""
+"""Scores against label images: confusion and calibration by hand, and what does not fit."""
 
 import numpy as np
 import pytest
 import yaml
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.features.shadow import SHADOW_RATIO, shadow_limits
 from skyshine.tmm.quality.counts import Tally
 from skyshine.tmm.report.score import score
 
@@ -33,25 +32,11 @@ def test_confusion_of_a_known_error(scored):
         values[:, :10], values[:, 30:], values[:5, 30:] = 1, 2, 3
 
     _, found = scored(draw)
-    assert found.whole.tested == 20 * 10 + 20 * 10
-    assert found.whole.overall_accuracy == pytest.approx(350 / 400)
-    iou = dict(zip(found.names, found.whole.intersection_over_union, strict=True))
+    assert found.quality.tested == 20 * 10 + 20 * 10
+    assert found.quality.overall_accuracy == pytest.approx(350 / 400)
+    iou = dict(zip(found.names, found.quality.intersection_over_union, strict=True))
     assert iou == pytest.approx({GREEN: 1, GREY: 150 / 200, "water_fresh": 0})
-    assert found.whole.mean_iou == pytest.approx((1 + 0.75 + 0) / 3)
-    assert found.inside.tested + found.outside.tested == 400
-
-
-def test_a_texture_is_read_with_the_near_infrared_of_its_job(build, job, write_image, tmp_path, library):
-    """Its fourth channel would else be taken for alpha, and its dark texels for holes."""
-    values = np.full((20, 40, 4), 90, np.uint8)
-    values[:, :20], values[..., 3] = (60, 140, 50, 0), 10
-    values[::2, ::2, :3] += 8
-    database = build(job(write_image("a.png", values), near_infrared="4")).path
-    write_image("truth.png", np.repeat([1, 2], 20).astype(np.uint8)[None, :, None].repeat(20, 0))
-    labels = {"image": "truth.png", "palette": {"1": GREEN, "2": GREY}}
-    (tmp_path / "truth.yaml").write_text(yaml.safe_dump(labels))
-    found = score(database, tmp_path / "truth.yaml", library, tmp_path / "a.png")
-    assert found.inside.tested + found.outside.tested == found.whole.tested == 800
+    assert found.quality.mean_iou == pytest.approx((1 + 0.75 + 0) / 3)
 
 
 def test_calibration_error_by_hand():
@@ -63,13 +48,6 @@ def test_calibration_error_by_hand():
     quality = tally.quality()
     assert quality.calibration_error == pytest.approx((10 * 0.15 + 10 * 0.45) / 20)
     assert quality.confusion.tolist() == [[1, 8, 2], [0, 0, 10]]
-
-
-def test_shadow_is_dark_for_its_own_material():
-    light = np.array([0.5, 0.5, 0.5, 0.19, 0.02, 0.02, 0.02])
-    limits = shadow_limits(light, np.array([0, 0, 0, 0, 1, 1, 1]), 3)
-    np.testing.assert_allclose(limits, [SHADOW_RATIO * 0.5, SHADOW_RATIO * 0.02, 0])
-    assert (light < limits[[0, 0, 0, 0, 1, 1, 1]]).tolist() == [False, False, False, True, False, False, False]
 
 
 def test_nothing_labelled(scored):

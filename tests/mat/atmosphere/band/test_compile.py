@@ -150,7 +150,7 @@ def test_points_chosen_at_the_ends_of_a_span_of_airs_hold_between_them(band):
     )
     for kind in KINDS:
         assert errors[kind]["rms"] < 2e-3, kind
-    assert errors["transmittance"]["rms"] < 0.5 * at_end["transmittance"]["rms"]
+    assert errors["transmittance"]["rms"] < 0.75 * at_end["transmittance"]["rms"]
 
 
 def test_the_shared_choice_keeps_a_gas_that_any_of_its_airs_needs(band):

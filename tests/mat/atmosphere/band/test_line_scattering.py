@@ -33,5 +33,5 @@ def test_segments_add_up_to_the_light_of_double_precision_at_each_range(air, lin
             near = line.segments.first(int(end))
             depths = Depths(near.column(air.optics.extinction))
             ends = slice(None, end + 1)
-            whole = air.scattered_radiance(near, depths, line.to_source[ends], line.deflection[ends])[0]
+            whole = air.scattered_along(near, depths, line.to_source[ends], line.deflection[ends])[0][0]
             np.testing.assert_allclose(single[:end].sum(axis=0), whole, rtol=2e-5)

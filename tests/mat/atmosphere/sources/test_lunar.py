@@ -366,6 +366,7 @@ def test_direct_moonlight_on_the_ground_follows_the_phase():
     from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
     from skyshine.mat.atmosphere.state.state import AtmosphericState
     from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+    from skyshine.mat.quantities.lines_of_sight import LinesOfSight
     from skyshine.mat.radiometry.blackbody import SpectralResponse
 
     response = SpectralResponse.rectangular(0.55, 0.56)
@@ -374,7 +375,7 @@ def test_direct_moonlight_on_the_ground_follows_the_phase():
     direct = []
     for phase in (10.0, 30.0, 90.0):
         light = lunar_irradiance(band.wavenumber, phase, MEAN_DISTANCE, 1.0).total
-        direct.append(atmosphere.at_points(0.5, 0.5, -90.0, 40.0, 0.0, light).direct[0])
+        direct.append(atmosphere.at_points(LinesOfSight(0.5, 0.5, -90.0, 40.0, 0.0), light).direct[0])
     assert np.array(direct[1:]) / direct[0] == pytest.approx(
         np.array([2.15, 0.444]) / 3.53, rel=0.15
     )  # each is within 10 %

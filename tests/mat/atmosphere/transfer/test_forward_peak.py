@@ -105,7 +105,7 @@ def test_thin_air_and_air_without_particles_change_nothing(air):
     for clear in (air(), air(clouds=[CloudLayer("water", 1e3, 2e3, 10.0, 1e-4)])):
         segments, depths, to_source, deflection = path(clear, 0.0, 0.5, 0.5, np.zeros(1))
         assert not clear.forward_peak.near(segments, to_source, deflection).any()
-        assert np.all(clear.scattered_radiance(segments, depths, to_source, deflection) > 0)
+        assert np.all(clear.scattered_along(segments, depths, to_source, deflection)[0] > 0)
 
 
 def test_sources_far_from_the_line_are_left_as_they_are(fog):
@@ -121,10 +121,10 @@ def test_the_correction_begins_without_a_step_where_there_is_enough_of_the_peak(
     for depth in (4e-3, 0.02, 0.03, 0.04, 0.06, 0.1):
         thin = air(clouds=[CloudLayer("water", 1e3, 2e3, 10.0, depth)])
         segments, depths, *angles = path(thin, 0.0, 1.5, [1.5], [0.02])
-        whole = thin.scattered_radiance(segments, depths, *angles)[0, 0]
+        whole = thin.scattered_along(segments, depths, *angles)[0][0, 0]
         with monkeypatch.context() as without:
             without.setattr(forward_peak.ForwardPeak, "near", lambda *_: np.zeros(0, int))
-            light.append(whole / thin.scattered_radiance(segments, depths, *angles)[0, 0])
+            light.append(whole / thin.scattered_along(segments, depths, *angles)[0][0, 0])
     assert light[0] == 1.0 and light[-1] < 0.99
     assert np.all(np.diff(light) <= 0) and np.all(np.diff(light) > -0.015)
 
@@ -151,7 +151,7 @@ def test_light_is_finite_and_not_negative_in_any_depth(air, optical_depth, altit
         segments, depths, to_source, deflection = path(thick, altitude, elevation, source, NEAR)
         if not segments.index.size:
             continue
-        light = thick.scattered_radiance(segments, depths, to_source, deflection)
+        light = thick.scattered_along(segments, depths, to_source, deflection)[0]
         along = thick.scattered_in_band(segments, depths, to_source, deflection, np.ones(2))
         assert np.all(np.isfinite(light)) and np.all(light >= 0)
         assert np.all(np.isfinite(along)) and np.all(np.diff(along, axis=0) >= 0)
@@ -163,7 +163,7 @@ def test_the_band_and_its_points_agree_up_to_each_range(cloud):
     for count in (3, segments.index.size // 2, segments.index.size):
         near, ends = segments.first(count), slice(None, count + 1)
         part = Depths(near.column(cloud.optics.extinction))
-        light = cloud.scattered_radiance(near, part, to_source[ends], deflection[ends])[:, 0]
+        light = cloud.scattered_along(near, part, to_source[ends], deflection[ends])[0][:, 0]
         assert along[count] == pytest.approx(light, rel=3e-3, abs=1e-9)
 
 

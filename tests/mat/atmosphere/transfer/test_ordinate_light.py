@@ -41,7 +41,7 @@ def test_a_brighter_ground_brightens_the_sky_and_the_path(hazy):
         segments = Segments.of(rays, 0)
         depths = Depths(segments.column(air.optics.extinction))
         direct = direct_transmittance(air.source_paths, np.zeros(1), elevation)[0, 0, 0]
-        path = air.scattered_radiance(segments, depths, *angles(rays, segments, (elevation, np.zeros(1))))
+        path = air.scattered_along(segments, depths, *angles(rays, segments, (elevation, np.zeros(1))))[0]
         light.append((sky, path[0, 0]))
     black, grey, white = np.array(light)
     assert np.all(grey > black * 1.01) and np.all(white > grey)
@@ -67,7 +67,7 @@ def test_a_band_is_the_sum_of_its_points(hazy):
     to_source, deflection = angles(rays, segments, (np.radians([50.0, 5.0, -4.0]), np.radians([0.0, 120.0, 60.0])))
     depths = Depths(segments.column(air.optics.extinction))
     weight = np.linspace(1.0, 2.0, 6)
-    spectral = air.scattered_radiance(segments, depths, to_source, deflection) @ weight
+    spectral = air.scattered_along(segments, depths, to_source, deflection)[0] @ weight
     band = air.scattered_in_band(segments, depths, to_source, deflection, weight)
     assert band[-1] == pytest.approx(spectral, rel=1e-5)
     faint = air.scattered_in_band(segments, depths, to_source, deflection, weight * 1e-40)

@@ -1,0 +1,59 @@
+"""What tilted faces lose where a job names no ground around them, in kelvin."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from skyshine.mat.job.model import Job
+from skyshine.mat.scene.moisture import job_library
+from skyshine.mat.scene.surface import scene_inputs, surface_materials
+from skyshine.mat.surface.days import solve_days
+from skyshine.mat.surface.forcing import Scene
+from skyshine.schemas.arrays import Floats
+
+_AZIMUTHS = np.array([0.0, 90.0, 180.0, 270.0])
+_STEPS = 48  # half hours: enough to know a difference to a tenth
+
+
+def ground_notes(job: Job, materials: Sequence[str]) -> list[str]:
+    """A line where tilted faces see ground as warm as the air, and how much a ground of the job's materials changes.
+
+    Faces as steep as the job has them, to four aspects, under the first state without a ground, are solved with and
+    without it: the ground is the first of the job's level materials (of exposure field, not leaves).
+    """
+    steepest = max(job.surface_grid.slope_deg)
+    numbers = [number for number, state in enumerate(job.states, 1) if state.ground_material is None]
+    library = job_library(job)
+    grounds = [name for name in materials if library[name].surface.exposure == "field"]
+    grounds.sort(key=lambda name: library[name].surface.canopy)
+    solved = [name for name in materials if name not in job.temperatures_c]
+    if not numbers or not grounds or not solved or steepest == 0 or job.surface_grid.slope_deg[0] > 0:
+        return []
+    number, ground = numbers[0], grounds[0]
+    states = list(job.states)
+    states[number - 1] = states[number - 1].model_copy(update={"ground_material": ground})
+    named = job.model_copy(update={"states": states})
+    before, after = (_faces(each, number, solved, steepest) for each in (job, named))
+    change = after - before
+    colder, warmer = float(change.min()), float(change.max())
+    return [
+        f"ground: state {number} names no ground_material, so tilted faces see ground as warm as the air: with"
+        f" {ground} those of {steepest:g} degrees change by {colder:+.1f} to {warmer:+.1f} K; name what lies there"
+    ]
+
+
+def _faces(job: Job, number: int, materials: Sequence[str], slope: float) -> Floats:
+    """Temperatures (materials x faces, times) [K] of a state, counted from 1."""
+    sun, weather, sky = scene_inputs(job, number)
+    altitude = np.array([1e3 * job.surface_altitudes_km[0]])
+    scene = Scene(sun, weather, sky, altitude, np.full(_AZIMUTHS.shape, slope), _AZIMUTHS)
+    library = job_library(job)
+    rows = []
+    for material in surface_materials([library[name] for name in materials], job.operated, weather.wetting):
+        whole = np.empty((_AZIMUTHS.size, _STEPS))
+        for columns, solution in solve_days(material, scene.days[-1:], steps=_STEPS, fine_steps=None):
+            whole[columns] = solution.temperature
+        rows.append(whole)
+    return np.concatenate(rows)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.radiometry.response_table import parse_response
+from skyshine.mat.scene.moisture import open_library
 from skyshine.mat.scene.sources import solar_spectrum
 from skyshine.mat.tables.band import BandTable, band_group
 from skyshine.mat.tables.files import BAND
@@ -62,7 +63,7 @@ def band(
         assert response is not None
         name = os.fspath(response)
         sensor = parse_response(read_text(name), name)
-    library = load_library()
+    library = open_library(load_library(), "library")  # stands as jobs have them
     chosen = list(library) if materials is None else [library[material] for material in materials]
     group = band_group(sensor, sorted(chosen, key=lambda material: material.code), solar_spectrum())
     return BandTable(

@@ -414,7 +414,7 @@ class AtmosphereGrid(StrictModel):
             " 0.3 of sky and source, in radiance all). In bands that end before 2.5 um percent are of the light that"
             " such a surface reflects of the source outside the atmosphere, and 3 % count as 1 K. By default the"
             " job's accuracy. A default of 0.5 K is held as far as most_nodes allows; a written one is held, or the"
-            " build ends."
+            " build ends; mat check says where that is to be expected."
         ),
     )
     most_nodes: int = Field(

@@ -18,7 +18,7 @@ from skyshine.mat.tables.gridded import QUANTITIES
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.database.usage import read_usage
-from skyshine.tmm.inputs.load import job_materials
+from skyshine.tmm.inputs.load import job_materials, refuse_without_materials
 
 FLOAT_BYTES = 4
 _VALUES_IN_CHANNELS = 300_000  # of tables in channels, whose nodes a tolerance places: those of 0.5 K in 3-5 um
@@ -152,9 +152,11 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list[Pat
     Raises
     ------
     InputError
-        The job uses no material at all.
+        The job uses no material at all, or a texture names none.
     """
     job = loaded.trimmed
+    for texture in job.texture_jobs:
+        refuse_without_materials(texture, job_materials(texture, loaded.folder))
     materials = used_materials(loaded, library, usage_files)
     tasks = [Task(Kind.TEXTURE, i, 0, (texture_file(loaded, i),), 0) for i in range(len(job.texture_jobs))]
     states = len(job.states)

@@ -43,20 +43,29 @@ from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
 from skyshine.mat.scene.summary import state_attributes
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, grid_group, tables_on_axes
 from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ
-from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure
+from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure, with_independent
 from skyshine.schemas.digest import digest_of
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 FILE_TYPES = {"sun": ATMQ, "moon": LUNAR_ATMQ}
 LINES, SKY = 200, 48  # lines on which errors are measured, others than those on which nodes were placed
 SHARED_LINES, SHARED_SKY = 80, 24  # the same for each of many states that share nodes: they err alike
-
+# What the compiled band is tested on, for each quantity of the tables.
+_SPECTRAL_KINDS = {
+    "beta_star": ("transmittance",),
+    "path_radiance_ratio": ("path_thermal", "path_radiance"),
+    "direct_radiance": ("direct_irradiance",),
+    "ambient_radiance": ("sky_irradiance",),
+    AMBIENT_HARMONICS: ("sky_irradiance",),
+}
 
 METHOD = (
     f"interpolation against direct computation above the ground, {DRAWN}; kelvin: change of a black body at 300 K seen"
     f" through the path; a surface that reflects {REFLECTANCE:g} faces sky and source; percent: of that black body's"
     " radiance, in bands that end before 2.5 um of the light that such a surface reflects of the source outside the"
-    f" atmosphere; {AMBIENT_HARMONICS}: ambient radiance of faces in all directions, half of them beside walls"
+    f" atmosphere; {AMBIENT_HARMONICS}: ambient radiance of faces in all directions, half of them beside walls; kelvin"
+    " and percent contain what the chosen spectral points err by against all points, on random paths of their own"
+    " (squares add, largest errors add)"
 )
 
 
@@ -235,16 +244,33 @@ class _SourceTables:
                     faces.errors(placed.table, scale) for scale in (None, *self._scales(irradiance))
                 )
                 measures.append(measure(AMBIENT_HARMONICS, own, kelvin, percent, regions=faces.regions()))
+            measures = self._with_spectral(measures)
         report.notes.append(f"{self.source}: {channels.words(placed)}")
         notes = notes | {"tolerance": axes.tolerance} | channels.notes(placed)
         groups = {"accuracy": _accuracy(measures, self.compiled, seed, notes)}
         if axes.writes_tables:
             with report.stage("grid"):
                 tables = tables_on_axes(placed.table, table_grid(job))
-                errors = probes.measured(tables, *self._scales(irradiance))
+                errors = self._with_spectral(probes.measured(tables, *self._scales(irradiance)))
                 groups["grid"] = grid_group(tables, accuracy_group(errors, {}, {}, {"seed": seed, "method": METHOD}))
         root = placed.table.root
         return replace(root, groups=groups, attributes=self._attributes(names) | root.attributes), placed.nodes
+
+    def _with_spectral(self, measures: list[ErrorMeasure]) -> list[ErrorMeasure]:
+        """Errors of interpolation with those of the chosen spectral points, on random paths against all points."""
+        absolute, number = self.compiled.absolute, self.loaded.trimmed.sources.index(self.source)
+
+        def spectral(quantity: str, scale: Scale) -> dict[str, float]:
+            """Statistics of the quantity's worst kind of in-band light, in the scale's unit."""
+            parts = [absolute[kind][number] for kind in _SPECTRAL_KINDS[quantity] if kind in absolute]
+            seen = {"beta_star": scale.background, "path_radiance_ratio": 1.0}.get(quantity, scale.reflectance / np.pi)
+            return {
+                name: seen * scale.factor * max((part[name] for part in parts), default=0.0)
+                for name in ("max", "p99", "p95", "rms")
+            }
+
+        scales = self._scales(self.irradiance)
+        return [with_independent(one, *(spectral(one.quantity, scale) for scale in scales)) for one in measures]
 
     def _probes(self, base: PathGrid, irradiance: npt.NDArray[np.float64], lines: int, sky: int) -> Probes:
         """Random lines of sight on which tables in channels are measured."""

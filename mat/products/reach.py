@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
+from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
@@ -136,10 +137,11 @@ def _surface_notes(loaded: LoadedJob, materials: Sequence[str]) -> list[str]:
     return notes
 
 
-def _span(state: object) -> float:
+def _span(state: State) -> float:
     """Highest less lowest temperature of the air of a day [K]."""
-    air = np.asarray(state.weather.air_temperature_c, float)  # type: ignore[attr-defined]
-    return float(np.ptp(air))
+    weather = state.weather
+    air = weather.air_temperature_c if weather.hourly is None else weather.hourly.air_temperature_c
+    return float(np.ptp(np.asarray(air, np.float64)))
 
 
 def _state_note(loaded: LoadedJob, materials: Sequence[str], number: int) -> str | None:

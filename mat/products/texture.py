@@ -63,6 +63,6 @@ class TextureProduct:
         (identity,) = self.identity(context)
         with report.stage("train"):
             texture = map_texture(identity.job, identity.job_folder, context.library)
-        if texture.quality.whole.tested:
-            report.notes.append(f"held-out seeds: accuracy {texture.quality.whole.overall_accuracy:.3f}")
+        if texture.quality.quality.tested:
+            report.notes.append(f"held-out seeds: accuracy {texture.quality.quality.overall_accuracy:.3f}")
         yield texture

@@ -164,7 +164,8 @@ def _solve(
     source = back_flux.source
     columns, unknowns = balance.shape
     temperature = first_guess(balance)
-    residual, iterations = np.full(columns, np.inf), np.zeros(columns, np.int32)
+    residual: Floats = np.full(columns, np.inf)
+    iterations: Integers = np.zeros(columns, np.int32)
     methods = np.full(columns, method, np.uint8)
     if unknowns <= DENSE_STEPS:
         relaxation = Relaxation.of_all_steps(balance, conduction, source)
@@ -179,12 +180,12 @@ def _solve(
         iterations[left] += result.iterations
         methods[left] = Method(method + 1)
     loss = balance.loss(temperature)
-    imbalance = balance.by_ground(loss + conduction.flux(temperature) - source)
+    total = balance.by_ground(loss + conduction.flux(temperature) - source)
     return Solution(
         seen_temperature(balance.canopy, temperature),
         np.zeros((columns, unknowns // 2)),
         residual,
-        imbalance.mean(axis=1),
+        total.mean(axis=1),
         bound_excess(balance, temperature, loss, back_flux, None),
         methods,
         iterations,

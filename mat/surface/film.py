@@ -160,8 +160,7 @@ class WetSkin:
 
     def loss(self, forcing: Forcing, temperature: Floats) -> Floats:
         """Heat loss under a forcing with films (columns, sources N) [W m^-2]."""
-        whole: Floats = Balance(forcing, self.material).loss(temperature)
-        return whole
+        return np.asarray(Balance(forcing, self.material).loss(temperature), float)
 
     def temperature(self, solution: Solution) -> Floats:
         """Those of the sources (columns, sources N) [K]."""

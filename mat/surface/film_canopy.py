@@ -35,8 +35,7 @@ class WetStand(WetSkin):
         return replace(forcing, film=leaves, film_below=soil)
 
     def loss(self, forcing: Forcing, temperature: Floats) -> Floats:
-        whole: Floats = CanopyBalance(forcing, self.material).loss(temperature)
-        return whole
+        return np.asarray(CanopyBalance(forcing, self.material).loss(temperature), float)
 
     def temperature(self, solution: Solution) -> Floats:
         assert solution.sources is not None

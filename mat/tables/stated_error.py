@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -70,6 +71,27 @@ def measure(
     }
     return ErrorMeasure(
         quantity, own.size, top, p99, p95, rms, top_k, p99_k, p95_k, rms_k, top_percent, p99_percent, parts
+    )
+
+
+def with_independent(measured: ErrorMeasure, kelvin: Mapping[str, float], percent: Mapping[str, float]) -> ErrorMeasure:
+    """Errors with others that do not depend on them: squares add, largest errors add.
+
+    Parameters
+    ----------
+    measured : ErrorMeasure
+    kelvin, percent : mapping of str to float
+        The others by "max", "p99", "p95" and "rms".
+    """
+    return replace(
+        measured,
+        maximum_kelvin=measured.maximum_kelvin + kelvin["max"],
+        p99_kelvin=math.hypot(measured.p99_kelvin, kelvin["p99"]),
+        p95_kelvin=math.hypot(measured.p95_kelvin, kelvin["p95"]),
+        rms_kelvin=math.hypot(measured.rms_kelvin, kelvin["rms"]),
+        maximum_percent=measured.maximum_percent + percent["max"],
+        p99_percent=math.hypot(measured.p99_percent, percent["p99"]),
+        regions={name: with_independent(part, kelvin, percent) for name, part in measured.regions.items()},
     )
 
 

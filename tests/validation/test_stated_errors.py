@@ -23,6 +23,7 @@ from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band
 from skyshine.mat.scene.grids import path_grid
+from skyshine.mat.scene.ground import over_ground
 from skyshine.mat.scene.sources import source_irradiance
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
 from skyshine.mat.surface.table import temperature_table
@@ -57,7 +58,8 @@ def starter(folder, change=None):
 def rebuilt(loaded, band):
     """The physics that a file was computed with, sunlight, the job's axes, and the scale of errors."""
     job, base = loaded.trimmed, path_grid(loaded.trimmed)
-    state, response = atmospheric_state(job.site, job.states[0]), response_of(job.bands[band - 1])
+    response = response_of(job.bands[band - 1])
+    state = over_ground(atmospheric_state(job.site, job.states[0]), job.states[0], response, load_library())
     points = band_points(absorption_table().points(*response.wavenumber_range), response)
     compiled, _ = compiled_band(loaded, job.states[0], response, state, points)
     sun = source_irradiance(job, "sun", compiled.band.wavenumber, compiled.band.width)
@@ -135,7 +137,8 @@ def own_lines(region, base, ground_km, count, generator):
 def own_truth(loaded, band, region, count):
     """Places of own lines and the quantities there at all spectral points of the band; ambient on the first."""
     job = loaded.trimmed
-    state, response = atmospheric_state(job.site, job.states[0]), response_of(job.bands[band - 1])
+    response = response_of(job.bands[band - 1])
+    state = over_ground(atmospheric_state(job.site, job.states[0]), job.states[0], response, load_library())
     points = band_points(absorption_table().points(*response.wavenumber_range), response)
     air, sun = BandAtmosphere.of(state, points), source_irradiance(job, "sun", points.wavenumber, points.width)
     base, generator, ground = path_grid(job), np.random.default_rng(20260727), job.site.altitude_km

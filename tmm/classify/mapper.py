@@ -117,9 +117,11 @@ class ColourMapper:
         )
         pixels, valid = (part[::step, ::step] for part in self.texture.window(down, across))
         colours, index = self._colours.of(pixels, valid)
-        if self._shared is None and colours is None:
-            colours, index = self._colours.in_use(index)
-        tables = self._shared or self.model.tables(colours, self.texture.encoding)
+        tables = self._shared
+        if tables is None:
+            if colours is None:
+                colours, index = self._colours.in_use(index)
+            tables = self.model.tables(colours, self.texture.encoding)
         return *tables, index.astype(np.intp, copy=False), valid  # numpy gathers faster by its own index type
 
 

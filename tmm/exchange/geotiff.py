@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from skyshine.tmm.exchange.files import write_json
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.rasters import write_tiff
 
-LAYOUT = {"tiled": True, "blockxsize": 256, "blockysize": 256, "compress": "deflate"}
+LAYOUT: dict[str, Any] = {"tiled": True, "blockxsize": 256, "blockysize": 256, "compress": "deflate"}
 
 
 def write_geotiff(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Collection
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -70,6 +71,14 @@ def job_materials(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
     if job.model is not None and job.seeds is None and not job.scene_materials:
         names |= set(read_model(model_path(job.model, base_folder)).names)
     return tuple(sorted(names))
+
+
+def refuse_without_materials(job: TextureJob, names: Collection[str]) -> None:
+    """Raise InputError where a job names no material at all: a database has one at least."""
+    if names:
+        return
+    look = "; 'tmm check' shows their colours" if job.clusters is not None else ""
+    raise InputError(f"'{job.name}' names no material; allowed: one or more, of which texels may be{look}; name one")
 
 
 def narrowed(

@@ -147,9 +147,9 @@ class Classifier(StrictModel):
     typicality_threshold: Probability | None = Field(
         default=None,
         description="Texels less typical of all materials than this become unknown (code 0): with seeds by the colour "
-        "and the contrast of the box about them, else by colour alone. By default 0.2, or the "
-        "typicality of the least typical place of the seeds by the others, where seeds were drawn at three "
-        "separate places a material or more, none of them is of the class 'unknown' and none is an answer to what "
+        "and the contrast of the box about them, else by colour alone. By default what one in twenty of the seeds' own "
+        "places lies below, 0.2 at most, where 19 separate places or more were drawn, three a material, none of them "
+        "is of the class 'unknown' and none is an answer to what "
         "'tmm suggest' asked; else 0, which leaves none out.",
     )
 

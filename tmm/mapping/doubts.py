@@ -20,7 +20,6 @@ def doubts(mapped: TextureMap, written: Written) -> list[str]:
     if not written.texels.any():
         way = {
             "rules": "no rule holds anywhere; compare the limits with the image",
-            "clusters": "no cluster has a name; 'tmm check' shows their colours",
         }
         found.append(
             f"no texel has a material: {way.get(mapped.job.way, 'all are below the thresholds of the classifier')}"

@@ -16,8 +16,7 @@ class ClassMixtures:
 
     def __init__(self, names: tuple[str, ...], code_of: dict[str, int]) -> None:
         """`names` are the C classes: materials, mixtures or `unknown`; `code_of` has the codes of all materials."""
-        # 0 is no material: where no class has one, as of clusters without names, the database is unknown throughout.
-        self._codes = np.array(sorted(code_of.values()) or [0], np.uint16)
+        self._codes = np.array(sorted(code_of.values()), np.uint16)
         # Weights of the K materials in the classes; the last row, which -1 means, is that of no material.
         weights = np.zeros((len(self._codes), len(names) + 1), np.int64)
         for number, name in enumerate(names):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -194,32 +193,6 @@ def _with_seeds(job: TextureJob, kept: tuple[Answer, ...]) -> TextureJob:
     return job.model_copy(update={"seeds": others if drawn else None})
 
 
-def known_by_library(surveyed: Survey, model: TrainedModel | None) -> Known:
-    """What is known before the first seed: what a library model says, or nothing."""
-    number = len(surveyed.superpixels.size)
-    nowhere = np.zeros(number, bool)
-    if model is None:
-        return Known((), np.ones((number, 1)), np.zeros(number), nowhere, False)
-    return Known(model.names, surveyed.library, np.ones(number), nowhere, True)
-
-
-def known_by_seeds(
-    surveyed: Survey,
-    shares: npt.NDArray[np.float64],
-    names: tuple[str, ...],
-    classes: npt.NDArray[np.float64],
-    seeds: tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]],
-) -> Known:
-    """What is known by seeds, and by a library where there is one; the parameters as of `seed_shares`."""
-    number = len(surveyed.superpixels.size)
-    covered = np.ones(number)
-    if len(classes) and (classes > 0).any(axis=0).all():
-        covered = (surveyed.library @ classes).sum(axis=1)
-    at = surveyed.superpixels.label[seeds[0] // surveyed.step, seeds[1] // surveyed.step]
-    touched = np.bincount(at, minlength=number) * surveyed.step**-2.0
-    return Known(names, shares, covered, touched > SEEDED * surveyed.superpixels.size, bool(classes.any()))
-
-
 def _known(
     job: TextureJob,
     texture: TextureFile,
@@ -228,14 +201,24 @@ def _known(
     seeds: SeedTexels | None,
     library: MaterialLibrary,
 ) -> Known:
+    """What is known by seeds, by a library model, by both or by neither."""
+    superpixels = surveyed.superpixels
+    number, covered = len(superpixels.size), np.ones(len(superpixels.size))
     if seeds is None:
-        return known_by_library(surveyed, model)
+        nowhere = np.zeros(number, bool)
+        if model is None:
+            return Known((), np.ones((number, 1)), np.zeros(number), nowhere, False)
+        return Known(model.names, surveyed.library, covered, nowhere, True)
     own = fit_seeds(seeds, texture.encoding, job.classifier.prior)
     groups = class_groups(model, own.names, library)
     classes = library_classes(() if model is None else model.names, own.names, groups)
-    placed = seeds.drawn(own.names)
-    shares = seed_shares(surveyed, own, classes, placed)
-    return known_by_seeds(surveyed, shares, own.names, classes, placed)
+    rows, columns, material = seeds.drawn(own.names)
+    shares = seed_shares(surveyed, own, classes, (rows, columns, material))
+    if len(classes) and (classes > 0).any(axis=0).all():
+        covered = (surveyed.library @ classes).sum(axis=1)
+    at = superpixels.label[rows // surveyed.step, columns // surveyed.step]
+    seeded = np.bincount(at, minlength=number) * surveyed.step**-2.0 > SEEDED * superpixels.size
+    return Known(own.names, shares, covered, seeded, bool(classes.any()))
 
 
 def ask(

@@ -21,7 +21,7 @@ from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.georeference import GeoReference, read_georeference
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.images.texture import TextureFile
-from skyshine.tmm.inputs.load import job_files, load_texture, narrowed
+from skyshine.tmm.inputs.load import job_files, load_texture, narrowed, refuse_without_materials
 from skyshine.tmm.inputs.seeds import SeedTexels
 from skyshine.tmm.job.materials import UNKNOWN
 from skyshine.tmm.job.model import TextureJob
@@ -39,10 +39,7 @@ from skyshine.tmm.quality.held_out import HeldOut, measure, untested, with_unkno
 from skyshine.tmm.training.seed_boxes import SeedBoxes, seed_boxes
 from skyshine.tmm.training.train import fit_seeds
 
-# The threshold is this, or the typicality of the least typical place of the seeds by the others, if that is less. With
-# six clicks a material on six of the twelve aerial sheets 0.5 % of what is known falls below it where nothing else is
-# there, and 26 % of a material left out; below a threshold of 0.04 on all of them 0.95 and 26 %. A box of few texels
-# scatters more.
+# The threshold of typicality is at most this. A box of few texels scatters too much.
 UNTYPICAL, UNTYPICAL_RADIUS = 0.2, 4
 # Separate places of a material, the median over them: with fewer the threshold takes more of what is known than it is
 # worth (5 % with two places a material, 7 % with one).
@@ -128,10 +125,11 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
     Raises
     ------
     InputError
-        A file cannot be read, or does not fit the image or the library.
+        A file cannot be read, or does not fit the image or the library; or the job names no material.
     """
     base_folder = Path(base_folder)
     texture, colours, names, seeds = load_texture(job, base_folder, library)
+    refuse_without_materials(job, names)
     confidence, typicality = thresholds(job, seeds)
     if seeds is not None:
         boxes = None
@@ -139,7 +137,7 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
             radius = job.classifier.radius if job.classifier.speed == "fast" else TYPICAL_RADIUS
             boxes = seed_boxes(Boxes(texture, colours, radius), seeds)
             if job.classifier.typicality_threshold is None:
-                typicality = float(boxes.of_places().min(initial=typicality))
+                typicality = min(typicality, boxes.threshold())
         general = None if job.model is None else read_model(model_path(job.model, base_folder))
         mapper_of = seed_mappers(job, texture, colours, seeds, general, library, boxes)
         mapper, quality = mapper_of(None), measure(job, seeds, mapper_of, (confidence, typicality))

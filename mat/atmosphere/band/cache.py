@@ -226,6 +226,7 @@ def _write(path: Path, key: str, compiled: CompiledBand) -> None:
         "total_points": compiled.total_points,
         "errors": compiled.errors,
         "dropped": compiled.dropped,
+        "absolute": compiled.absolute,
     }
     arrays = {
         "index": compiled.index,
@@ -247,7 +248,9 @@ def _read(path: Path, key: str, band: BandPoints) -> CompiledBand | None:
         if not _fits_band(index, weight, ladder, about, band):
             return None
         few = BandPoints(band.points.subset(index), weight, tuple(about["gases"]))
-        return CompiledBand(few, index, about["total_points"], about["errors"], about["dropped"], ladder)
+        return CompiledBand(
+            few, index, about["total_points"], about["errors"], about["dropped"], ladder, about["absolute"]
+        )
     except Exception:  # whatever a damaged file leads to, the band is compiled again
         return None
 
@@ -267,6 +270,9 @@ def _fits_band(
     if not kinds or not index.shape == weight.shape == (index.size,) or ladder.ndim != 1 or not index.size:
         return False
     numbers = [error[name] for error in about["errors"].values() for name in STATISTICS]
+    numbers += [
+        error[name] for errors in about["absolute"].values() for error in errors for name in (*STATISTICS, "p99")
+    ]
     return bool(
         np.all((index >= 0) & (index < size))
         and np.unique(index).size == index.size
@@ -274,7 +280,7 @@ def _fits_band(
         and math.isclose(weight.sum(), band.weight.sum(), rel_tol=1e-9)
         and np.all(np.isfinite(ladder) & (ladder >= 0))
         and about["total_points"] == size
-        and set(about["errors"]) <= set(KINDS)
+        and set(about["absolute"]) == set(about["errors"]) <= set(KINDS)
         and all(isinstance(number, float) and 0 <= number < math.inf for number in numbers)
         and sorted([*about["gases"], *about["dropped"]]) == sorted(band.gases or ())
     )

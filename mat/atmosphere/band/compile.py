@@ -9,7 +9,7 @@ same job, over the ground and in the light of the state itself; states that diff
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.band.sample import Sample, lines_to_space
 from skyshine.mat.atmosphere.band.selection import select_points
 from skyshine.mat.atmosphere.band.targets import (
+    DIRECT,
     Responses,
     Targets,
     fitted_and_tested,
@@ -30,13 +31,12 @@ from skyshine.mat.atmosphere.transfer.optics import spectral_optics
 from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathAxes, PathScope
 from skyshine.schemas.arrays import Floats, Integers
 
-# A larger number of candidates is thinned, evenly in mean logarithm of optical depth. In six jobs 1,600 candidates and
-# 160 lines give points that err no less on other lines (0.0003 to 0.009 rms against 0.0003 to 0.006).
-_MAX_CANDIDATES = 900
+# A larger number of candidates is thinned, evenly in mean logarithm of optical depth.
+_MAX_CANDIDATES = 1600
 # Candidates tried at each step of the choice; with twice as many the fit is no better.
 _SHORT_LIST = 6
 # Lines of sight for the fit and for the test.
-_TRAINING_RAYS, _TEST_RAYS = 80, 40
+_TRAINING_RAYS, _TEST_RAYS = 160, 40
 # The same for each of many states that share points: they err alike.
 _SHARED_TEST_RAYS, _SHARED_TEST_SKIES = 16, 2
 _TEST_STREAM = 1  # of random numbers: what a band is tested on does not depend on what it was fitted to
@@ -75,6 +75,9 @@ class CompiledBand:
         Omitted gases: largest change of an in-band transmittance by each.
     ladder : (n,) array
         Error of the fit with 1, 2, ... points.
+    absolute : dict
+        By quantity, for each source: {"max", "p99", "p95", "rms"} of the same errors as they are: of transmittance in
+        1, of the others in band, W m^-2 sr^-1 or W m^-2.
     """
 
     band: BandPoints
@@ -83,6 +86,7 @@ class CompiledBand:
     errors: dict[str, dict[str, float]]
     dropped: dict[str, float]
     ladder: Floats
+    absolute: dict[str, list[dict[str, float]]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,8 +143,31 @@ class FittedBand:
         chosen, (irradiance, brightness) = self.chosen, _light(source_irradiance)
         exact = self.exact.mean(surface_temperature, irradiance, brightness)
         approximate = self.approximate.mean(surface_temperature, irradiance[:, chosen.index], brightness)
-        errors = _errors(exact, approximate)
-        return CompiledBand(chosen.band, chosen.index, chosen.total_points, errors, chosen.dropped, chosen.ladder)
+        return CompiledBand(
+            chosen.band,
+            chosen.index,
+            chosen.total_points,
+            _errors(exact, approximate),
+            chosen.dropped,
+            chosen.ladder,
+            self._absolute(exact, approximate, brightness),
+        )
+
+    def _absolute(
+        self, exact: dict[str, Floats], approximate: dict[str, Floats], brightness: Floats
+    ) -> dict[str, list[dict[str, float]]]:
+        """`CompiledBand.absolute` of in-band means (M,) by quantity, direct light relative to brightness (B,)."""
+        width = float(self.chosen.band.weight.sum())
+        result: dict[str, list[dict[str, float]]] = {}
+        for kind, values in exact.items():
+            error, source = np.abs(approximate.get(kind, np.zeros(1)) - values), self.exact.source[kind]
+            if kind != "transmittance":
+                error = error * width
+            if kind == DIRECT:
+                error = error * brightness[source]
+            lit = kind not in ("transmittance", "path_thermal")
+            result[kind] = [_statistics(error[source == number] if lit else error) for number in range(brightness.size)]
+        return result
 
 
 def compile_band(
@@ -454,10 +481,20 @@ def _errors(exact: dict[str, Floats], approximate: dict[str, Floats]) -> dict[st
     result = {}
     for kind, values in exact.items():
         # A quantity that is 0 everywhere has no entry.
-        error = (approximate.get(kind, np.zeros(1)) - values) / _size(kind, values)
-        result[kind] = {
-            "max": float(np.abs(error).max()),
-            "p95": float(np.percentile(np.abs(error), 95)),
-            "rms": float(np.sqrt(np.mean(error**2))),
-        }
+        error = np.abs(approximate.get(kind, np.zeros(1)) - values) / _size(kind, values)
+        statistics = _statistics(error)
+        result[kind] = {name: statistics[name] for name in ("max", "p95", "rms")}
     return result
+
+
+def _statistics(error: Floats) -> dict[str, float]:
+    """Of the sizes of errors (M,); 0 of none."""
+    if not error.size:
+        return dict.fromkeys(("max", "p99", "p95", "rms"), 0.0)
+    p99, p95 = np.percentile(error, (99, 95))
+    return {
+        "max": float(error.max()),
+        "p99": float(p99),
+        "p95": float(p95),
+        "rms": float(np.sqrt(np.mean(error**2))),
+    }

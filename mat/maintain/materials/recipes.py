@@ -153,7 +153,7 @@ class Piece(StrictModel):
             return np.full(wavelength.shape, self.value)
         if self.source == "slum":
             samples = [readers.read_slum(folder / "slum", sample) for sample in self.sample.split(", ")]
-            return np.mean([self._interpolated(wavelength, *sample) for sample in samples], axis=0)
+            return np.asarray(np.mean([self._interpolated(wavelength, *sample) for sample in samples], axis=0))
         if self.source == "fresnel":
             return optics.fresnel_reflectance(self._index(folder, self.files, wavelength))
         spectra = [self._read(folder / file) for file in self.files]

@@ -51,7 +51,7 @@ def train(photographs: Path, out: Path) -> str:
         library = load_library()
         job, folder = load_job(work / "job.yaml", library)
         model, measured = train_library(job, folder, library)
-    quality = {"textures": len(job.textures), "tested_texels": measured.whole.tested}
+    quality = {"textures": len(job.textures), "tested_texels": measured.quality.tested}
     text = yaml.safe_dump({"textures": [texture.image for texture in job.textures]}, sort_keys=False)
     return write_model(model, out, text, f"materials {library.version}", quality)
 

@@ -49,9 +49,11 @@ def test_a_wider_band_takes_longer_to_compile(cost):
 
 
 def test_each_further_material_costs_the_same(cost):
-    few = ["asphalt_road", "asphalt_road, grass_green", "asphalt_road, grass_green, concrete"]
+    few = ["asphalt_road", "asphalt_road, brick_red", "asphalt_road, brick_red, concrete"]
     one, two, three = (cost(("[asphalt_road]", f"[{names}]"))["temperature"] for names in few)
     assert three - two == pytest.approx(two - one) and two > one
+    leafy = cost(("[asphalt_road]", "[asphalt_road, grass_green]"))["temperature"]
+    assert leafy - one > 1.01 * (two - one)  # leaves and soil; most of the cost of so few columns is by material
     # Part of a material's cost is that of its columns, which are as many again at another altitude.
     high = ("altitude_km: [0]", "altitude_km: [0, 1]")
     first, second = (cost(("[asphalt_road]", f"[{names}]"), high)["temperature"] for names in few[:2])

@@ -5,9 +5,9 @@ import pytest
 
 import skyshine.mat
 from skyshine.mat.job.load import load_job
+from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
 from skyshine.mat.surface.table import temperature_table
-from skyshine.materials.library import load_library
 
 JOB = """\
 skyshine: 1
@@ -45,7 +45,7 @@ def test_a_job_that_says_nothing_keeps_half_a_kelvin(build_surface, tmp_path, sc
     table = skyshine.mat.open(build_surface(loaded, tmp_path))
     stated = table.error("temperature")
     assert 0 < stated["p99_kelvin"] <= 0.5 and stated["maximum_kelvin"] < 3
-    job, library = loaded.trimmed, load_library()
+    job, library = loaded.trimmed, job_library(loaded.trimmed)
     draw = np.random.default_rng(20)
     height, azimuth, slope, time = (
         np.sort(draw.uniform(low, high, count))

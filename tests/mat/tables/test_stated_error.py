@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from skyshine.mat.tables.stated_error import accuracy_group, measure, worst_kelvin
+from skyshine.mat.tables.stated_error import accuracy_group, measure, with_independent, worst_kelvin
 from skyshine.schemas.hdf5 import Group
 
 
@@ -42,3 +42,12 @@ def test_tables_without_parts_or_percent_have_no_such_arrays():
     group = accuracy_group([measure("solver", np.ones(3), np.ones(3))], {}, {}, {})
     assert "region" not in group.axes
     assert not [name for name in group.variables if "percent" in name or "region" in name]
+
+
+def test_errors_of_another_cause_are_added_in_squares_and_the_largest_plainly():
+    measured = measure("tau", np.array([0.3]), np.array([3.0]), np.array([6.0]), regions={"day": np.ones(1, bool)})
+    whole = with_independent(measured, dict.fromkeys(("max", "p99", "p95", "rms"), 4.0), {"max": 1.0, "p99": 8.0})
+    for one in (whole, whole.regions["day"]):
+        assert (one.maximum_kelvin, one.p99_kelvin, one.p95_kelvin, one.rms_kelvin) == (7.0, 5.0, 5.0, 5.0)
+        assert (one.maximum_percent, one.p99_percent) == (7.0, 10.0)
+        assert one.p99 == 0.3

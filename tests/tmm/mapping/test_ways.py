@@ -141,10 +141,11 @@ def test_more_clusters_than_colours(make, write_image, library):
     assert (result.code == library[GREY].code).all()
 
 
-def test_clusters_without_names_are_unknown(make, write_image):
-    """They are looked at and named afterwards; until then no class is a material."""
+def test_clusters_without_names_are_refused(make, write_image):
+    """Their colours are looked at before: no database is without a material."""
     values = np.repeat(np.array([200, 20], np.uint8), 128).reshape(16, 16, 1)
-    assert (make(write_image("two.png", values), clusters={"count": 2}).code == 0).all()
+    with pytest.raises(InputError, match="names no material; allowed: one or more.*'tmm check' shows their colours"):
+        make(write_image("two.png", values), clusters={"count": 2})
 
 
 def test_overrides_win_and_later_polygons_win(make, two_halves, write_image, library):

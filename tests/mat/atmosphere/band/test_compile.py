@@ -167,3 +167,20 @@ def test_the_shared_choice_keeps_a_gas_that_any_of_its_airs_needs(band):
 def test_irradiance_that_varies_within_an_interval_is_refused(state, band, fitted):
     with pytest.raises(ValueError, match="same at all points of an interval"):
         fitted.measured(state.surface_temperature, np.linspace(1.0, 2.0, band.weight.size))
+
+
+def test_errors_as_they_are_follow_the_light_of_each_source(state, band):
+    """Direct light of a source a millionth as bright errs by a millionth; all are within the relative error of the
+    brightest light, and above a tenth of it where errors count relative to that.
+    """
+    sun = solar_irradiance(band.wavenumber)
+    both = compile_band(state, band, GRID, np.stack([sun, 1e-6 * sun]))
+    of_sun, of_moon = both.absolute["direct_irradiance"]
+    assert {name: 1e6 * value for name, value in of_moon.items()} == pytest.approx(
+        of_sun, rel=0.3
+    )  # other paths in part
+    assert both.absolute["path_thermal"][0] == both.absolute["path_thermal"][1]
+    assert both.absolute["transmittance"][0]["max"] <= both.errors["transmittance"]["max"]
+    outside = float(band.radiance_weight @ sun)
+    largest = both.errors["direct_irradiance"]["max"] * outside
+    assert 0.05 * largest < of_sun["max"] <= largest

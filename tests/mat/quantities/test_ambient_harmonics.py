@@ -76,6 +76,13 @@ def test_harmonics_agree_with_the_hemispheres_of_faces(lit, height, elevation):
     assert errors[1] < 0.008
 
 
+def test_a_table_over_high_ground_begins_at_it(band):
+    state = AtmosphericState.from_profile("midlatitude_summer", surface_altitude=1200.0)
+    air = BandAtmosphere.of(state, band).air
+    sky = HarmonicSky.over_ground(air, np.zeros(1), np.zeros(4), 6)
+    assert sky.sky.altitude[0] == 1200.0 and np.all(np.diff(sky.sky.altitude) > 0)
+
+
 def test_without_a_source_azimuth_does_not_matter(lit):
     atmosphere, _ = lit
     sky = HarmonicSky.of(atmosphere.air, np.zeros(1), np.zeros(1), np.zeros(4), 11)

@@ -36,6 +36,18 @@ def test_a_spectrum_that_is_linear_between_the_wavelengths_is_itself():
     assert reflectance_spectra([replaced], response)[0] == pytest.approx(values, abs=1e-6)
 
 
+def test_the_mean_of_a_spectrum_with_a_narrow_line_is_kept():
+    """A line of a third of the distance between two wavelengths, from 0.1 to 0.9."""
+    response = BANDS[0]
+    nodes = band_wavelengths(response)
+    step, line = nodes[1] - nodes[0], nodes[3] + 0.5 * (nodes[1] - nodes[0])
+    wavelength = np.linspace(nodes[0], nodes[-1], 20_001)
+    values = np.where(np.abs(wavelength - line) < step / 6, 0.9, 0.1)
+    narrow = type("Spectrum", (), {"wavelength": wavelength, "reflectance": values, "name": "line"})()
+    read = np.interp(wavelength, nodes, reflectance_spectra([narrow], response)[0])
+    assert read.mean() == pytest.approx(values.mean(), abs=2e-3) and values.mean() > 0.105
+
+
 def test_the_parts_sum_to_the_whole_even_beyond_the_ends():
     nodes = band_wavelengths(BANDS[0])
     shares = parted(np.array([0.3, 3.0, 3.03, 4.9999, 5.0, 80.0]), nodes)

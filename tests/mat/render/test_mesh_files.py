@@ -344,3 +344,15 @@ def test_a_library_of_materials_that_no_file_can_be_is_left_alone(names, tmp_pat
     file.write_text(f"mtllib {names}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", encoding="utf-8")
     (part,) = _parts(file)
     assert part[1].shape == (1, 3, 3)
+
+
+def test_corners_on_a_line_before_a_turn_keep_the_polygon_whole(tmp_path):
+    """A concave polygon of 7 corners, two of them on an edge: its area, wherever it begins; all parts turn alike."""
+    ring = [(0, 0), (2, 0), (4, 0), (4, 4), (2, 1), (0, 4), (0, 2)]
+    area = 0.5 * sum(a * d - b * c for (a, b), (c, d) in zip(ring, ring[1:] + ring[:1], strict=True))
+    for first in range(len(ring)):
+        turned = ring[first:] + ring[:first]
+        text = "".join(f"v {x} {y} 0\n" for x, y in turned) + "f 1 2 3 4 5 6 7\n"
+        ((_, corners, _),) = _parts(obj(tmp_path, text))
+        areas = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
+        assert areas.sum() == pytest.approx(area) and np.all(areas >= 0)

@@ -40,6 +40,12 @@ def test_humidity_is_that_over_water():
     assert record_forcing(record(), light, 0.0).vapour_pressure == pytest.approx(0.6 * 1388.0, rel=3e-3)
 
 
+def test_rain_is_by_the_second():
+    """18 mm/h are 0.005 kg m^-2 s^-1."""
+    light = (np.zeros(4), np.zeros(4), np.zeros(4))
+    assert record_forcing(record(rain=np.full(4, 18.0)), light, 0.0).rain == pytest.approx(0.005)
+
+
 def test_light_goes_to_its_own_parts():
     direct, diffuse, reflected = np.full(4, 3.0), np.full(4, 2.0), np.full(4, 1.0)
     forcing = record_forcing(record(), (direct, diffuse, reflected), 30.0)

@@ -188,7 +188,8 @@ class Weather(StrictModel):
         exclude=True,
         description=(
             "Rain of the weather file: read (file) or not (none). By default that of a CSV file's column is read, and"
-            " that of EPW and TMY3 is not, whose depths are often missing; `mat check` says what falls."
+            " that of EPW and TMY3 on days on which some falls, for their depths are often missing; `mat check` says"
+            " what falls."
         ),
     )
     ground: Ground | None = Field(

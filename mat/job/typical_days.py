@@ -68,7 +68,7 @@ def typical_days(
             " asks for; allowed: days with depths in mm; take another date or file, or remove rain",
             file=year.file,
         )
-    if rain == "file":
+    if any(table.rain_mm_h is not None for table in tables):
         tables = [
             table if table.rain_mm_h is not None else table.model_copy(update={"rain_mm_h": [0.0] * len(table.time)})
             for table in tables
@@ -91,22 +91,22 @@ def _is_lit(year: YearFile, day: date) -> bool:
 def _with_rain(
     year: YearFile, table: HourlyWeather, rows: list[int], wanted: bool, notes: dict[str, None]
 ) -> HourlyWeather:
-    """The day with its rain, where it is wanted and told; else it is said that it rained."""
+    """The day with its rain, where it is wanted or falls, which is said then."""
     try:
         rain = hourly_rain(year, rows)
     except InputError:
         if wanted:
             raise
-        return table  # who asks for no rain is not stopped by a wrong depth
+        return table  # who does not ask for rain is not stopped by a wrong depth
     silent = int(np.count_nonzero(np.isnan(rain)))
     if not wanted:
         fallen = float(np.nansum(rain)) / year.per_hour
-        if fallen >= _SAID_MM:
-            notes[
-                f"has {fallen:.1f} mm of rain on a day that is read, which leaves surfaces dry; rain: file of the"
-                " weather wets them"
-            ] = None
-        return table
+        if fallen < _SAID_MM:
+            return table
+        notes[
+            f"has {fallen:.1f} mm of rain on a day that is read, which wets surfaces; rain: none of the weather leaves"
+            " them dry"
+        ] = None
     if silent:
         notes[f"has no rain value in {silent} of {len(rows)} hours; these are taken as dry"] = None
     if silent == len(rows):

@@ -20,14 +20,15 @@ def rain_of(weather):
     return dict(zip(weather.time, weather.rain_mm_h, strict=True))
 
 
-def test_rain_of_an_epw_file_is_read_where_the_job_asks_for_it(tmp_path, load_weather, epw):
+def test_rain_of_an_epw_file_is_read_where_it_falls(tmp_path, load_weather, epw):
     """3 mm in the hour that ends at 5, 6 mm in the three that end at 12 of which .6 in that which ends at 11."""
     file = epw(tmp_path, rainy((24 + 4, "3", "1"), (24 + 10, "0.6", "1"), (24 + 11, "6.0", "3")))
     found = rain_of(read_weather(file, date(2026, 6, 22), -7, rain="file").hourly)
     fallen = {hour: depth for hour, depth in found.items() if depth}
     assert fallen == pytest.approx({5: 3.0, 10: 2.7, 11: 0.6, 12: 2.7})
-    silent = read_weather(file, date(2026, 6, 22), -7)
-    assert silent.hourly.rain_mm_h is None and any("9.0 mm of rain" in note for note in silent.notes)
+    unasked = read_weather(file, date(2026, 6, 22), -7)
+    assert rain_of(unasked.hourly) == found and any("9.0 mm of rain" in note for note in unasked.notes)
+    assert read_weather(file, date(2026, 6, 21), -7).hourly.rain_mm_h is None  # a dry day knows no film
     assert read_weather(file, date(2026, 6, 22), -7, rain="none").notes == ()
     loaded = load_weather({"file": "test.epw", "rain": "file", "ground": "air"})
     assert sum(loaded.states[0].weather.hourly.rain_mm_h) == pytest.approx(9)

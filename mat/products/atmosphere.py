@@ -258,7 +258,8 @@ class _SourceTables:
 
     def _with_spectral(self, measures: list[ErrorMeasure]) -> list[ErrorMeasure]:
         """Errors of interpolation with those of the chosen spectral points, on random paths against all points."""
-        absolute, number = self.compiled.absolute, self.loaded.trimmed.sources.index(self.source)
+        absolute, sources = self.compiled.absolute, list[str](self.loaded.trimmed.sources)
+        number = sources.index(self.source)
 
         def spectral(quantity: str, scale: Scale) -> dict[str, float]:
             """Statistics of the quantity's worst kind of in-band light, in the scale's unit."""

@@ -239,8 +239,8 @@ def test_by_default_settings(shared_data, tmp_path):
         default, fast = rows[f"default, random, {clicks}"], rows[f"speed fast, random, {clicks}"]
         assert default["accuracy"] > fast["accuracy"]
         assert default["accuracy"] > rows[f"scikit-learn QDA, random, {clicks}"]["accuracy"]
-        assert rows[f"default with model, asked, {clicks}"]["false_unknown"] <= 0.01
-    assert rows["default with model, asked, 6"]["accuracy"] >= 0.93
+        assert rows[f"default, random, {clicks}"]["false_unknown"] <= 0.01
+    assert rows["default with model, asked by a model, 6"]["accuracy"] >= 0.95
 
 
 if __name__ == "__main__":

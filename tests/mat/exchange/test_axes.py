@@ -65,5 +65,5 @@ def test_options_that_do_not_fit_are_one_line(channel_atmosphere, tmp_path, argu
 def test_a_file_is_not_written_over_itself_and_bands_have_no_axes(channel_atmosphere, small_build):
     with pytest.raises(InputError, match="would be written over itself"):
         export_axes(channel_atmosphere, channel_atmosphere.parent, 1.0, 1000)
-    with pytest.raises(InputError, match="holds 'band'; allowed with --axes: atmq, lunar_atmq"):
+    with pytest.raises(InputError, match="holds 'band'; allowed: atmq, lunar_atmq; name one with --axes"):
         export_axes(small_build / "b01.band.h5", small_build.parent / "other", 1.0, 1000)

@@ -43,7 +43,13 @@ textures:
         asphalt_road: [[[25, 3], [38, 3], [38, 12], [25, 12]]]
 """
 # Hosts that a Chromium asks for updates and dictionaries of its own, whatever page it shows.
-OWN_HOSTS = {"clients2.google.com", "update.googleapis.com", "accounts.google.com", "redirector.gvt1.com"}
+OWN_HOSTS = {
+    "accounts.google.com",
+    "clients2.google.com",
+    "optimizationguide-pa.googleapis.com",
+    "redirector.gvt1.com",
+    "update.googleapis.com",
+}
 BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome", "chrome")
 
 

@@ -75,7 +75,8 @@ def test_source_and_line_of_sight_of_a_view_span_the_angle_between_their_directi
     sun = table.source_track("sun", time=9.0)
     view = _view(air, rays, np.arange(3), np.ones(3), np.tile([0.0, 0.0, 1.0], (3, 1)), sun)
     between = np.degrees(np.arccos(np.sum(ahead * view.to_source, axis=1)))
-    assert scattering_angle(view.centre_elevation, view.source_elevation, view.source_azimuth) == pytest.approx(between)
+    line = view.lines
+    assert scattering_angle(line.elevation, line.source_elevation, line.source_azimuth) == pytest.approx(between)
     assert view.to_observer == pytest.approx(-ahead)
 
 

@@ -146,7 +146,16 @@ def test_a_full_disk_behind_standard_output_is_one_line(command, built):
 
 
 @posix
-def test_brackets_in_names_are_text_on_a_terminal(write_image, write_job, tmp_path):
+@pytest.mark.parametrize(
+    "names",
+    [
+        pytest.param(("classify", "info", "preview"), id="three"),
+        pytest.param(
+            ("check", "classify", "info", "usage", "score", "preview"), id="all", marks=pytest.mark.validation
+        ),  # 6 s: a process each
+    ],
+)
+def test_brackets_in_names_are_text_on_a_terminal(write_image, write_job, tmp_path, names):
     import pty
 
     image = "x [/bold][red].png"  # a folder "x [" and a file in it: together they read as markup
@@ -168,7 +177,8 @@ def test_brackets_in_names_are_text_on_a_terminal(write_image, write_job, tmp_pa
         "score": (database, tmp_path / "truth [/i].yaml", "grass_green"),
         "preview": (database, "--out", tmp_path / "p [/b].png", "--image", tmp_path / image, "p [/b].png"),
     }
-    for name, (*arguments, shown) in commands.items():
+    for name in names:
+        *arguments, shown = commands[name]
         leader, follower = pty.openpty()
         with os.fdopen(follower, "w") as terminal:
             result = subprocess.Popen([*PROGRAM, name, *map(str, arguments)], stdout=terminal, stderr=terminal)

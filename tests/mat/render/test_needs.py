@@ -87,7 +87,7 @@ def test_a_yard_before_a_wall_gives_its_faces_materials_and_hours(yard):
     assert limits["observer_altitude_km"] == pytest.approx([0.105, 0.107], abs=2e-6)
     # The wall is 39 m away, and seen under 15 degree to both sides; its foot lies 6 m deeper.
     assert limits["range_km"][1] == pytest.approx(1.02 * np.hypot(39 / np.cos(np.radians(15)), 6) / 1e3, rel=0.02)
-    assert needs.replaced == {"concrete": "brick_red"} and 0 <= needs.replaced_share < 1e-3
+    assert needs.replaced == {"concrete": "asphalt_road"} and 0 <= needs.replaced_share < 1e-3
 
 
 @pytest.mark.parametrize("seed", range(4))

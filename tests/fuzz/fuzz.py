@@ -86,7 +86,8 @@ def fuzz(target: str, seconds: float, seed_of_draws: int) -> None:
     beside.mkdir()
     os.chdir(beside)
     tempfile.tempdir = os.environ["TMPDIR"] = str(beside)
-    watch, end = Watch(folder), time.monotonic() + seconds
+    # Temporary folders may come and go; what stays beside the input is found below.
+    watch, end = Watch(folder.parent), time.monotonic() + seconds
 
     def one(data: bytes) -> None:
         nonlocal tried, found

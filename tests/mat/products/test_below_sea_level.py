@@ -6,7 +6,7 @@ import pytest
 from skyshine.mat.job.load import load_job
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.surface_nodes import refined_axes
-from skyshine.mat.products.temperature import _axes, _places
+from skyshine.mat.products.temperature import StartAxes, _places
 from skyshine.mat.scene.atmosphere import atmospheric_state
 
 JOB = """\
@@ -31,7 +31,7 @@ def job(request, tmp_path):
 
 @pytest.mark.parametrize("seed", range(20))
 def test_the_places_of_the_error_lie_on_the_axes(job, seed):
-    axes = _axes(job)
+    axes = StartAxes.of(job).requested
     altitude = _places(axes, True, random_stream(seed, Stream.TEMPERATURE_ERROR))["altitude_km"]
     assert altitude.min() >= axes["altitude_km"][0] and altitude.max() <= axes["altitude_km"][-1]
 

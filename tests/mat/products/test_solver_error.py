@@ -5,7 +5,7 @@ import pytest
 
 from skyshine.mat.api.examples import starter_files
 from skyshine.mat.job.load import load_job
-from skyshine.mat.products.temperature import _errors, _rules, _Solver
+from skyshine.mat.products.temperature import Solver, _errors, _rules
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
 from skyshine.materials.library import load_library
 
@@ -22,7 +22,7 @@ def solver():
     job = load_job(next(file for file in starter_files() if file.name == "job.yaml")).trimmed
     library = load_library()
     materials = surface_materials([library[name] for name in ("concrete", "grass_green", "paint_grey_on_metal")], {})
-    return _Solver(materials, scene_inputs(job, 1), {})
+    return Solver(materials, scene_inputs(job, 1), {})
 
 
 @pytest.mark.parametrize("steps", [96, 192])

@@ -241,10 +241,8 @@ def test_lines_give_what_their_points_give(air, sun):
 
 
 def test_direct_light_at_points_is_what_the_air_leaves_of_the_source(air, sun):
-    places = {"range": 1.0, "altitude": 1.0, "elevation": -30.0, "source_elevation": 60.0, "source_azimuth": 0.0}
-    one, two = (
-        air.spectral_at_points(*(np.array([each]) for each in places.values()), light) for light in (sun, 2 * sun)
-    )
+    line = LinesOfSight(*(np.array([each]) for each in (1.0, 1.0, -30.0, 60.0, 0.0)))
+    one, two = (air.spectral_at_points(line, light) for light in (sun, 2 * sun))
     assert two.direct_irradiance == pytest.approx(2 * one.direct_irradiance)
     share = one.direct_irradiance[0] / sun
     assert np.all((share >= 0) & (share <= 1)) and share.max() > 0.5

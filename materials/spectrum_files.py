@@ -296,7 +296,8 @@ def _envi(file: Path, said: Said) -> _Raw:
     """A spectrum of an ENVI spectral library, by the header reader of Spectral Python."""
     header = file if file.suffix.lower() == ".hdr" else _header(file)
     fields, values = _envi_library(header, file)
-    names = [str(name) for name in fields.get("spectra names", range(1, len(values) + 1))]
+    named = fields.get("spectra names") or range(1, len(values) + 1)
+    names = [named] if isinstance(named, str) else [str(name) for name in named]  # one needs no braces
     if said.record is None and len(names) > 1:
         raise InputError(f"holds {len(names)} spectra; name one with --record: {', '.join(names[:8])} ...", file=file)
     if said.record is not None and said.record not in names:
@@ -318,7 +319,9 @@ def _envi(file: Path, said: Said) -> _Raw:
         )
     unit = str(fields.get("wavelength units", "")).strip().lower()
     scale = None if factor == 1 else "fraction"
-    return _Raw(wavelength, value / factor, "ENVI library", names[index], ENVI_UNITS.get(unit) or _unit(unit), scale)
+    with np.errstate(over="ignore"):  # values beyond all limits are refused as such
+        value = value / factor
+    return _Raw(wavelength, value, "ENVI library", names[index], ENVI_UNITS.get(unit) or _unit(unit), scale)
 
 
 def _envi_library(header: Path, file: Path) -> tuple[dict[str, Any], npt.NDArray[Any]]:

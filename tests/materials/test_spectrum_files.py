@@ -158,6 +158,11 @@ def test_the_header_of_envi_is_heeded(tmp_path):
     assert spectrum.wavelength == pytest.approx(np.delete(UM, 5), abs=1e-5)
 
 
+@pytest.mark.parametrize(("names", "title"), [("spectra names =", "1"), ("spectra names = slate roof", "slate roof")])
+def test_the_name_of_a_single_spectrum_of_envi_needs_no_braces(tmp_path, names, title):
+    assert envi_of(tmp_path, CURVE, names).title == title  # the last line of a name counts
+
+
 @pytest.mark.parametrize("encoding", ["utf-8", "cp1252", "utf-8-sig"])
 def test_units_of_envi_in_any_encoding(tmp_path, encoding):
     spectrum = envi_of(tmp_path, CURVE, "wavelength units = \u00b5m", encoding)
@@ -167,6 +172,7 @@ def test_units_of_envi_in_any_encoding(tmp_path, encoding):
 @pytest.mark.parametrize(
     ("header", "words"),
     [
+        ("reflectance scale factor = 1e-308", "says that its values are fraction, but they reach"),
         ("reflectance scale factor = 0", "the reflectance scale factor 0; allowed: as many, and above 0"),
         ("bbl = {1, 0}", "is no ENVI spectral library"),
         ("data ignore value = none", "could not convert string to float"),

@@ -104,6 +104,6 @@ def test_nor_on_a_locale_with_decimal_commas(built, expected, comma):
 @pytest.mark.parametrize("name", ENVIRONMENTS)
 def test_the_bytes_of_a_build_do_not_depend_on_its_environment(name, built, expected):
     found = built(*ENVIRONMENTS[name])
-    assert len(expected) == 3 + 2 + 12 + 6 + 1  # temperatures, bands, two sources, weighted transmittance, the texture
+    assert len(expected) == 3 + 2 + 12 + 1  # temperatures, bands, two sources, the texture
     assert found.keys() == expected.keys()
     assert [file for file in expected if found[file] != expected[file]] == []

@@ -1,7 +1,7 @@
 """Whether a build can hold the tolerances of a job, as `mat check` says.
 
-Nodes of temperatures are placed by the same computation as in the build where it takes seconds; of many materials, a
-sample tells. What channels take is told by measured builds.
+Nodes of temperatures are placed by the same computation as in the build where it takes seconds, or those of a sample
+where materials are many. Limits of channels come from measured builds.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.measure.scale import REFLECTANCE, Scale
+from skyshine.mat.plan.cost import FILM
 from skyshine.mat.products.channel_tables import FEWEST, channel_nodes
 from skyshine.mat.products.temperature import StartAxes, state_solver, tolerance_axes
 from skyshine.mat.quantities.channels.nodes import NodeCounts
@@ -31,10 +32,8 @@ from skyshine.schemas.errors import CheckFailed, InputError
 # placings for 1 to 40 materials in six days of all seasons, 0.25 to 2 K, and of three materials at 0.05 K.
 _NODES_AT_1_K, _POWER = 1.0e6, 1.5
 _MATERIALS = 12  # that are placed in some seconds
-_OF_SAMPLE = (
-    0.5  # of the nodes of a material, as placed for a sample of so many: all of 40 took 0.9 to 2.8 times, once 13
-)
-_FILM = 28  # times the cost of a surface on which water may lie (plan/cost.py)
+# Of the nodes of a material, as placed for a sample of so many: all of 40 took 0.9 to 2.8 times, once 13.
+_OF_SAMPLE = 0.5
 _STATES = 4  # whose nodes are placed at most
 # Of a radiance seen: the finest tolerance that a build has held, and the coarsest of those that none held.
 _FINEST_HELD, _NEVER_HELD = 1.6e-4, 1.6e-5
@@ -73,10 +72,10 @@ def _channel_notes(loaded: LoadedJob) -> list[str]:
             "atmosphere_grid",
             f"most_nodes: found {grid.most_nodes}; allowed: at least {least}, from which placing starts; allow more",
         )
-    notes = []
+    notes = list[str]()
+    if not loaded.insists("atmosphere_grid"):
+        return notes
     for number in job.needed_bands:
-        if not loaded.insists("atmosphere_grid"):
-            continue
         response = response_of(job.bands[number - 1])
         scale = Scale.of_unit(unit, response, 1.0)
         share = tolerance / (scale.background * scale.factor)
@@ -150,7 +149,7 @@ def _state_note(loaded: LoadedJob, materials: Sequence[str], number: int) -> str
     job, library = day.trimmed, job_library(day.trimmed)
     grid, insist = job.surface_grid, loaded.insists("surface_grid")
     rainy = "rain_mm_h" in job.states[number - 1].weather.water
-    count = min(len(materials), max(1, _MATERIALS // (_FILM if rainy else 1)))
+    count = min(len(materials), max(1, int(_MATERIALS / (FILM if rainy else 1.0))))
     chosen = [materials[place] for place in np.unique(np.linspace(0, len(materials) - 1, count).round().astype(int))]
     share = 1.0 if len(chosen) == len(materials) else _OF_SAMPLE
     most = int(share * grid.most_nodes * len(chosen) / len(materials))

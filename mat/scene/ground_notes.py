@@ -29,7 +29,7 @@ def ground_notes(job: Job, materials: Sequence[str]) -> list[str]:
     grounds = [name for name in materials if library[name].surface.exposure == "field"]
     grounds.sort(key=lambda name: library[name].surface.canopy)
     solved = [name for name in materials if name not in job.temperatures_c]
-    if not numbers or not grounds or not solved or steepest == 0 or job.surface_grid.slope_deg[0] > 0:
+    if not numbers or not grounds or not solved or steepest == 0:
         return []
     number, ground = numbers[0], grounds[0]
     states = list(job.states)

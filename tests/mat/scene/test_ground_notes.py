@@ -48,3 +48,8 @@ def test_check_says_by_how_much_a_ground_changes_walls():
 def test_nothing_is_said_where_the_ground_is_named_or_all_is_level():
     assert notes(job(ground_material="asphalt_road")) == []
     assert notes(job() | {"surface_grid": {"slope_deg": [0], "altitude_km": [0]}}) == []
+
+
+def test_faces_that_are_all_tilted_see_ground_too():
+    (line,) = notes(job() | {"surface_grid": {"slope_deg": [90], "altitude_km": [0]}})
+    assert "those of 90 degrees" in line

@@ -13,7 +13,7 @@ from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.quantities.grid import PathGrid
-from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.schemas.errors import InputError
 
 GRID = PathGrid(
@@ -184,3 +184,24 @@ def test_errors_as_they_are_follow_the_light_of_each_source(state, band):
     outside = float(band.radiance_weight @ sun)
     largest = both.errors["direct_irradiance"]["max"] * outside
     assert 0.05 * largest < of_sun["max"] <= largest
+
+
+def test_errors_as_they_are_have_the_units_of_the_band(state, band, fitted):
+    """Points that give nothing err by all that there is: a transmittance of 1, the radiance of a black body as warm as
+    the air along a long level path, and the light of the source on a mountain.
+    """
+    sun = solar_irradiance(band.wavenumber)
+    nothing = replace(
+        fitted.approximate,
+        **{
+            part: {kind: 0 * values for kind, values in getattr(fitted.approximate, part).items()}
+            for part in ("unlit", "ground", "light")
+        },
+    )
+    absolute = replace(fitted, approximate=nothing).measured(state.surface_temperature, sun).absolute
+    largest = {kind: errors[0]["max"] for kind, errors in absolute.items()}
+    assert 0.95 < largest["transmittance"] <= 1
+    black = float(band.radiance_weight @ planck_wavenumber(band.wavenumber, float(state.temperature.max())))
+    assert 0.85 * black < largest["path_thermal"] <= black
+    outside = float(band.radiance_weight @ sun)
+    assert 0.85 * outside < largest["direct_irradiance"] <= outside

@@ -23,11 +23,11 @@ from skyshine.schemas.errors import InputError
 
 # What stands in the place of a quantity that a typical year lacks for longer than linear interpolation may bridge.
 _INSTEAD = {
-    "relative_humidity_percent": "weather.relative_humidity_percent of the job, or its default, stands for it",
-    "wind_speed_m_s": "weather.wind_speed_m_s of the job, or its default, stands for it",
-    "cloud_fraction": "weather.cloud_fraction of the job, or its default, a clear sky, stands for it",
-    "pressure_hpa": "that of the state's profile stands for it",
-    "longwave_down_w_m2": "that of the state stands for it",
+    "relative_humidity_percent": "weather.relative_humidity_percent of the job, or its default, is taken",
+    "wind_speed_m_s": "weather.wind_speed_m_s of the job, or its default, is taken",
+    "cloud_fraction": "weather.cloud_fraction of the job, or its default, a clear sky, is taken",
+    "pressure_hpa": "that of the state's profile is taken",
+    "longwave_down_w_m2": "that of the state is taken",
 }
 _SAID_MM = 0.1  # of a day's rain: less wets nothing for an hour
 _READ = ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa")
@@ -154,7 +154,7 @@ def _readings_of(
             continue
         if _in_year(year, beside) != beside:
             beside = _in_year(year, beside)
-            notes["has no 29 February; the 28th stands for it"] = None
+            notes["has no 29 February; the 28th is taken"] = None
         found += [(24.0 * shift + year.readings[row][4] + ahead_h, row) for row in year.hours_of(beside)]
     inside = sorted((hour % 24.0, row) for hour, row in found if repeats or 0 <= hour < 24)
     return [row for _, row in inside], np.array([hour for hour, _ in inside])

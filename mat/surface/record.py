@@ -37,7 +37,7 @@ class Record:
         choice "rain" [mm/h], "soil_moisture" [m3/m3], "albedo" [1] or "snow_age" [d]. Negative readings of sunlight are
         0, humidity is at most 100.
     notes : tuple of str
-        What stands for what was not measured.
+        What is taken for what was not measured.
     """
 
     start: np.datetime64
@@ -73,14 +73,14 @@ class Record:
         if "pressure" not in series:
             pressure = standard_pressure(altitude)
             series["pressure"] = np.full(steps, pressure)
-            notes.append(f"no pressure: {pressure / 100:.0f} hPa stands for it, that of ISO 2533 at {altitude:g} m")
+            notes.append(f"no pressure: {pressure / 100:.0f} hPa is taken, that of ISO 2533 at {altitude:g} m")
         cloud = series.pop("cloud_fraction", None)
         if "lw_down" not in series:
             temperature = series["air_temperature"]
             vapour = series["relative_humidity"] / 100.0 * saturation_pressure(temperature)
             series["lw_down"] = sky_longwave(temperature, vapour, np.zeros(steps) if cloud is None else cloud)
             sky = "a clear sky" if cloud is None else "its cloud_fraction"
-            notes.append(f"no lw_down: that of the air near the ground under {sky} stands for it (Prata 1996)")
+            notes.append(f"no lw_down: that of the air near the ground under {sky} is taken (Prata 1996)")
         return cls(np.datetime64(round(1e3 * seconds[0]), "ms"), step, series, tuple(notes))
 
     @property

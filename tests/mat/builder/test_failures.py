@@ -2,6 +2,8 @@
 
 import json
 import logging
+from concurrent.futures import CancelledError
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 
 import pytest
@@ -96,6 +98,8 @@ def test_what_no_other_task_could_do_better_stops_the_build(tmp_path):
     task = Task(Kind.ATMOSPHERE, 1, 1, ("s01b01.atmq.h5",), 1)
     full = InputError("cannot be written: No space left on device", file=tmp_path / "s01b01.atmq.h5")
     assert failures.stops_the_build(task, full, tmp_path)
+    assert failures.stops_the_build(task, BrokenProcessPool(), tmp_path)
+    assert failures.stops_the_build(task, CancelledError(), tmp_path)
     assert not failures.stops_the_build(task, InputError("is wrong", file="air.csv"), tmp_path)
     assert not failures.stops_the_build(task, MemoryError(), tmp_path)
     assert failures.stops_the_build(Task(Kind.TEXTURE, 1, 0, ("a.tmm.h5",), 1), ValueError(), tmp_path)

@@ -79,7 +79,7 @@ def missing(column, code):
             9,
             "999999",
             "pressure_hpa",
-            "has no pressure_hpa in 24 of 24 hours; that of the state's profile stands for it",
+            "has no pressure_hpa in 24 of 24 hours; that of the state's profile is taken",
         ),
         (21, "999", "wind_speed_m_s", "has no wind_speed_m_s in 24 of 24 hours; weather.wind_speed_m_s of the job"),
         (8, "999", "relative_humidity_percent", "in 24 of 24 hours; it follows from the dew point"),
@@ -121,7 +121,7 @@ def test_a_job_s_own_keys_stand_for_what_the_file_lacks(tmp_path, load_weather, 
     (warning,) = said_of(tmp_path / "job.yaml")
     assert warning == (
         "state 1: weather file test.epw has no cloud_fraction in 24 of 24 hours; weather.cloud_fraction of the job, or"
-        " its default, a clear sky, stands for it"
+        " its default, a clear sky, is taken"
     )
     job = load_weather("{file: test.epw, cloud_fraction: 0.7}")
     assert said_of(tmp_path / "job.yaml") == ()
@@ -133,7 +133,7 @@ def test_places_in_latin_1_and_leap_days(tmp_path, epw):
     text = file.read_text().replace("LOCATION,Test", "LOCATION,Z\u00fcrich")
     file.write_bytes(text.replace(",6,22,", ",2,28,").encode("latin-1"))
     found = read_weather(file, date(2028, 2, 29), -7)
-    assert found.notes == ("has no 29 February; the 28th stands for it",) and found.station.altitude == 1829
+    assert found.notes == ("has no 29 February; the 28th is taken",) and found.station.altitude == 1829
     file.write_bytes(text.replace(",6,22,", ",2,29,").replace(",6,21,", ",2,28,").encode("latin-1"))
     found = read_weather(file, date(2028, 2, 29), -7)
     assert found.notes == () and len(found.hourly.time) == 24

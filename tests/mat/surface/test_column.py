@@ -246,7 +246,7 @@ def test_what_a_record_lacks_is_noted(tmp_path):
     rows = [",".join(row.split(",")[:2] + row.split(",")[3:6]) for row in hourly()]
     header = "time,sw_down,air_temperature[C],relative_humidity,wind_speed"
     result = run(tmp_path, "--altitude", "2", rows=rows, header=header)
-    assert "note: no pressure: 795 hPa stands for it" in result.output and "note: no lw_down" in result.output
+    assert "note: no pressure: 795 hPa is taken" in result.output and "note: no lw_down" in result.output
     notes = json.loads(run(tmp_path, "--json", rows=rows, header=header).output)["notes"]
     assert len(notes) == 3 and "1013 hPa" in notes[0]
 

@@ -87,8 +87,8 @@ def test_what_was_not_measured_is_said():
     assert found.values["pressure"] == pytest.approx(79495.0, rel=1e-4)
     assert np.all(found.values["lw_down"] > 200)
     assert found.notes == (
-        "no pressure: 795 hPa stands for it, that of ISO 2533 at 2000 m",
-        "no lw_down: that of the air near the ground under a clear sky stands for it (Prata 1996)",
+        "no pressure: 795 hPa is taken, that of ISO 2533 at 2000 m",
+        "no lw_down: that of the air near the ground under a clear sky is taken (Prata 1996)",
     )
     cloudy = Record.of(3600.0 * np.arange(4), bare | {"cloud_fraction": np.full(4, 0.5)})
     assert np.all(cloudy.values["lw_down"] > found.values["lw_down"]) and "cloud_fraction" not in cloudy.values

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.line_of_sight import lines_of_sight
+from skyshine.mat.atmosphere.transfer.scene_lines import SceneLines
 from skyshine.mat.measure.probes import NIGHT_DEG
 from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.measure.scale import Scale
-from skyshine.mat.measure.scene_lines import SceneLines
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.facet_light import Faces, Walls, light_among_walls
 from skyshine.mat.quantities.formulas import mean_transmittance

@@ -13,10 +13,10 @@ import numpy as np
 
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
+from skyshine.mat.atmosphere.transfer.scene_lines import lines_in_cells
 from skyshine.mat.measure.channel_nodes import WORST, PlacedChannels, largest_errors, placed_channels
 from skyshine.mat.measure.probes import LINES, Probes
 from skyshine.mat.measure.random_streams import Stream, random_stream
-from skyshine.mat.measure.sampling import lines_in_cells
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.channels.absorbers import absorbers

@@ -11,7 +11,6 @@ from skyshine.mat.budget.runtime_terms import (
     AtmosphereReadings,
     ReflectedLight,
     emitted_transmittance,
-    incidence,
     runtime_radiance,
 )
 from skyshine.mat.budget.truth import FacetRadiance, FacetTruth, Prepared
@@ -47,8 +46,7 @@ def pixel_radiance(
     """
     read = tables.readings(views, temperature)
     ambient = tables.among_walls(views, around, read.ambient, tables.level_ambient(views))
-    by_angle = tables.finish_at(incidence(views, views.normal))
-    bounce = truth.bounce(views, views.normal, by_angle, around)
+    bounce = truth.bounce(views, views.normal, tables.finish, around)
     light = tables.reflected_light(views, around)
     return runtime_radiance(replace(read, ambient=ambient), tables.emission(temperature), bounce, tables.finish, light)
 

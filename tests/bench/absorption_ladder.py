@@ -187,7 +187,8 @@ def line_by_line(
     advance: Callable[[int], object] | None = None,
 ) -> Means:
     """The reference; `advance` is called after each interval."""
-    from skyshine.mat.bench.line_by_line import absorption_at_levels
+    from line_by_line_levels import absorption_at_levels
+
     from skyshine.mat.spectroscopy.linebyline import interval_grid
 
     shells, segments = scene.rays()
@@ -378,7 +379,7 @@ def bench_band(
     gases: Sequence[str] = table.gases
     left_out: list[str] = []
     if library is not None and continua is not None:
-        from skyshine.mat.bench.line_by_line import judged_gases
+        from line_by_line_levels import judged_gases
 
         gases, left_out = judged_gases(library, table, 1e4 / limits[1], 1e4 / limits[0])
     scene = AbsorptionScene(limits, gases)

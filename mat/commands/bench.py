@@ -10,7 +10,6 @@ from skyshine.mat.commands.atmosphere_bench import atmosphere
 from skyshine.mat.commands.batch import batch
 from skyshine.mat.commands.front import front
 from skyshine.mat.commands.leaving_out import leaving_out
-from skyshine.mat.commands.stability import stability
 from skyshine.mat.commands.surface_bench import surface
 
 
@@ -39,5 +38,5 @@ def command() -> None:
     """
 
 
-for part in (front, surface, atmosphere, batch, stability, leaving_out):
+for part in (front, surface, atmosphere, batch, leaving_out):
     command.add_command(part)

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import click
 
-from skyshine.mat.commands.atmosphere_bench import atmosphere
 from skyshine.mat.commands.batch import batch
 from skyshine.mat.commands.front import front
 from skyshine.mat.commands.leaving_out import leaving_out
@@ -38,5 +37,5 @@ def command() -> None:
     """
 
 
-for part in (front, surface, atmosphere, batch, leaving_out):
+for part in (front, surface, batch, leaving_out):
     command.add_command(part)

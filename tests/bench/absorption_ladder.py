@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
+import ladders
 import numpy as np
 
 from skyshine.mat.atmosphere.band.points import band_points
@@ -24,7 +25,7 @@ from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.geometry import Shells, trace
 from skyshine.mat.atmosphere.transfer.optics import rayleigh_scattering, spectral_optics
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments, emitted
-from skyshine.mat.bench import ladders, lowtran
+from skyshine.mat.bench import lowtran
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.mat.spectroscopy.training import HELD_OUT_PROFILE
 from skyshine.schemas.arrays import Floats, Integers

@@ -10,12 +10,13 @@ import pytest
 from click.testing import CliRunner
 
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
-from skyshine.mat.bench import ladders, lowtran
+from skyshine.mat.bench import lowtran
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.schemas.errors import InputError
 
 sys.path.insert(0, str(Path(__file__).parent))
 import absorption_ladder as bench
+import ladders
 from absorption import absorption
 
 NARROW = (11.0, 11.3)

@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from skyshine.tmm.job.materials import UNKNOWN
+
 if TYPE_CHECKING:
     from skyshine.materials.library import MaterialLibrary
     from skyshine.tmm.classify.trained import TrainedModel
@@ -37,7 +39,7 @@ def library_classes(
     """What share (L, K) of each class of a library model stands for each of the materials of seeds.
 
     A class stands for the material of its name; without one, for the materials of its group, alike: those that no class
-    is named by, where there are any; else for none.
+    is named by, where there are any; else for `unknown`, which is the last material where the seeds have none of it.
 
     Parameters
     ----------
@@ -52,7 +54,11 @@ def library_classes(
         group = [k for k, other in enumerate(materials) if groups.get(other, other) == groups.get(name)]
         alike = [k for k in group if materials[k] not in classes] or group
         shares[i, alike] = 1 / max(len(alike), 1)
-    return shares
+    none = (shares.sum(axis=1) == 0).astype(float)
+    if UNKNOWN in materials:
+        shares[:, materials.index(UNKNOWN)] = none
+        return shares
+    return np.column_stack([shares, none]) if none.any() else shares
 
 
 def translated(

@@ -71,11 +71,13 @@ class SeedTexels:
 
     def drawn(
         self, names: tuple[str, ...], chosen: npt.NDArray[np.bool_] | None = None
-    ) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]:
-        """Rows, columns and material, counted among `names`, of all seeds or of those chosen (N,)."""
+    ) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[np.bool_]]:
+        """Rows, columns, material, counted among `names`, and whether it was asked for, of all seeds or of those chosen
+        (N,).
+        """
         keep = np.ones(len(self.rows), bool) if chosen is None else chosen
         number = np.array([names.index(name) if name in names else -1 for name in self.names])
-        return self.rows[keep], self.columns[keep], number[self.material[keep]]
+        return self.rows[keep], self.columns[keep], number[self.material[keep]], self.asked[keep]
 
 
 def seed_files(seeds: Seeds | None) -> tuple[str, ...]:

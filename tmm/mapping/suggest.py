@@ -211,12 +211,13 @@ def _known(
         return Known(model.names, surveyed.library, covered, nowhere, True)
     own = fit_seeds(seeds, texture.encoding, job.classifier.prior)
     groups = class_groups(model, own.names, library)
-    classes = library_classes(() if model is None else model.names, own.names, groups)
-    rows, columns, material = seeds.drawn(own.names)
-    shares = seed_shares(surveyed, own, classes, (rows, columns, material))
+    # What the library knows and no answer names is to be asked about: it is no class of its own here.
+    classes = library_classes(() if model is None else model.names, own.names, groups)[:, : len(own.names)]
+    drawn = seeds.drawn(own.names)
+    shares = seed_shares(surveyed, own, classes, drawn)
     if len(classes) and (classes > 0).any(axis=0).all():
         covered = (surveyed.library @ classes).sum(axis=1)
-    at = superpixels.label[rows // surveyed.step, columns // surveyed.step]
+    at = superpixels.label[drawn[0] // surveyed.step, drawn[1] // surveyed.step]
     seeded = np.bincount(at, minlength=number) * surveyed.step**-2.0 > SEEDED * superpixels.size
     return Known(own.names, shares, covered, seeded, bool(classes.any()))
 

@@ -63,11 +63,14 @@ def draw(
         axes[2].set_title("confidence")
         figure.colorbar(shown, ax=axes[2], shrink=0.8)
         if file.has_shade:
-            axes[3].imshow(1 - file.thinned("shade", step) / SHADE_TOTAL, vmin=0, vmax=1, cmap="gray")
-            axes[3].set_title("shade")
+            shown = axes[3].imshow(file.thinned("shade", step) / SHADE_TOTAL, vmin=0, vmax=1, cmap="gray_r")
+            axes[3].set_title("share in cast shade")
+            figure.colorbar(shown, ax=axes[3], shrink=0.8)
+            figure.legend(handles=legend, loc="outside right upper", frameon=False)
+        else:  # the legend fills the place of the shade
+            axes[3].legend(handles=legend, loc="upper left", frameon=False)
         for axis in axes:
             axis.set_axis_off()
-        figure.legend(handles=legend, loc="outside right upper", frameon=False)
     try:
         FigureCanvasAgg(figure).print_png(str(out), metadata={"Software": "skyshine"})  # type: ignore[no-untyped-call]
     except OSError as error:

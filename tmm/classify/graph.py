@@ -250,29 +250,48 @@ def seed_shares(
     seeds: tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[np.bool_]],
 ) -> npt.NDArray[np.float64]:
     """Share (N, K) of each material in each superpixel; K and the parameters as for `GraphMapper`."""
-    superpixels, count, seeded = surveyed.superpixels, classes.shape[1], len(model.names)
+    superpixels, count = surveyed.superpixels, len(model.names)
     rows, columns, material, asked = seeds
     drawn = np.full(superpixels.label.shape, -1)
     drawn[rows // surveyed.step, columns // surveyed.step] = material
-    at, kind = superpixels.label[drawn >= 0], drawn[drawn >= 0]
-    number = len(superpixels.size)
-    known = np.stack([np.bincount(at[kind == k], minlength=number) for k in range(count)], axis=1)
-    held, places = known.sum(axis=1), clicks(drawn, count)
-    few = max(float(np.median(places[:seeded])), 1.0)
-    textured = _textured(surveyed, drawn, model.log_prior, few)
-    own = np.sqrt(np.maximum(surveyed.posterior(model), LEAST_OWN) * np.maximum(textured, LEAST_OWN))
+    places = clicks(drawn, count)
+    few = max(float(np.median(places)), 1.0)
+    own = np.sqrt(
+        np.maximum(surveyed.posterior(model), LEAST_OWN)
+        * np.maximum(_textured(surveyed, drawn, model.log_prior, few), LEAST_OWN)
+    )
     own = np.maximum(own / own.sum(axis=1, keepdims=True), DOUBT if len(classes) else DOUBT / few)
     own *= np.where(np.array(model.names) == UNKNOWN, STRANGE, 1.0)
-    own = np.column_stack([own, np.full((number, count - seeded), UNSEEN * min(few, MANY))])
+    at, kind = superpixels.label[drawn >= 0], drawn[drawn >= 0]
+    known = np.stack([np.bincount(at[kind == k], minlength=len(own)) for k in range(count)], axis=1)
+    # Places that were asked about lie where materials are contested, and a prior that the user states is theirs.
+    power = 0.0 if asked.any() or np.ptp(model.log_prior) > 0 else (few - 1) / (few + EXTENT)
+    shares = _spread(surveyed, own, classes[:, :count], known, places, power)
+    if classes.shape[1] > count:
+        # What no seed names is found beside the materials, but does not change which of them it is.
+        own = np.pad(own, ((0, 0), (0, 1)), constant_values=UNSEEN * min(few, MANY))
+        unseen = _spread(surveyed, own, classes, np.pad(known, ((0, 0), (0, 1))), np.append(places, 0), power)[:, -1:]
+        shares = np.column_stack([shares * (1 - unseen), unseen])
+    return shares
+
+
+def _spread(
+    surveyed: Survey,
+    own: npt.NDArray[np.float64],
+    classes: npt.NDArray[np.float64],
+    known: npt.NDArray[Any],
+    places: npt.NDArray[Any],
+    power: float,
+) -> npt.NDArray[np.float64]:
+    """Share (N, K) of each class by what seeds say (N, K), by the library's word and by the seeds' texels (N, K)."""
+    superpixels, held = surveyed.superpixels, known.sum(axis=1)
     heard = known.T @ surveyed.library / np.maximum(known.sum(axis=0), 1)[:, np.newaxis]
     # Without a library the seeds say all.
     word = np.maximum(translated(surveyed.library, classes, heard, places), LEAST) if len(classes) else own
     first = own**SEEDS_SHARE * word ** (1 - SEEDS_SHARE)
     first /= first.sum(axis=1, keepdims=True)
-    # Places that were asked about lie where materials are contested, and a prior that the user states is theirs.
-    if not asked.any() and np.ptp(model.log_prior) == 0:
-        first *= np.maximum(superpixels.size @ first / superpixels.size.sum(), LEAST) ** ((few - 1) / (few + EXTENT))
-        first /= first.sum(axis=1, keepdims=True)
+    first *= np.maximum(superpixels.size @ first / superpixels.size.sum(), LEAST) ** power
+    first /= first.sum(axis=1, keepdims=True)
     # A superpixel that seeds hardly touch may be of another material.
     hold = HOLD * np.minimum(2 * held / superpixels.size, 1)
     shares = superpixels.spread(first, known / np.maximum(held, 1)[:, np.newaxis], hold)

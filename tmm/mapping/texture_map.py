@@ -139,7 +139,7 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
             if job.classifier.typicality_threshold is None:
                 typicality = min(typicality, boxes.threshold())
         general = None if job.model is None else read_model(model_path(job.model, base_folder))
-        mapper_of = seed_mappers(job, texture, colours, seeds, general, library, boxes)
+        mapper_of = seed_mappers(job, texture, colours, seeds, general, library, boxes if typicality > 0 else None)
         mapper, quality = mapper_of(None), measure(job, seeds, mapper_of, (confidence, typicality))
     else:
         mapper, quality = _untrained(job, texture, colours, names, base_folder, library)

@@ -16,12 +16,9 @@ class Cells:
 
     Attributes
     ----------
-    wide : slice
-        These cells and `reach` more to each side, as far as the texture goes.
-    inner : slice
-        They themselves, within `wide`.
-    texels : slice
-        The stretch, within their texels.
+    wide : slice; these cells and `reach` more to each side, as far as the texture goes.
+    inner : slice; they themselves, within `wide`.
+    texels : slice; the stretch, within their texels.
 
     Examples
     --------
@@ -56,10 +53,8 @@ def strongest(
 
     Parameters
     ----------
-    planes : iterable of (h, w) uint16
-        Posterior of each material in units of 1 / POSTERIOR_ONE.
-    valid : (h, w) bool
-        Places that count.
+    planes : iterable of (h, w) uint16; posterior of each material in units of 1 / POSTERIOR_ONE.
+    valid : (h, w) bool; places that count.
     """
     material: npt.NDArray[np.int16] = np.empty(0, np.int16)
     best: npt.NDArray[np.uint32] = np.empty(0, np.uint32)

@@ -70,12 +70,9 @@ class Survey:
 
     Attributes
     ----------
-    step : int
-        The grid is every `step`-th row and column of the texture.
-    stack : (F, h, w) float32
-        Features, as of `features`.
-    coordinates : (h, w, D) float32
-        As of `to_coordinates`.
+    step : int; the grid is every `step`-th row and column of the texture.
+    stack : (F, h, w) float32; features, as of `features`.
+    coordinates : (h, w, D) float32; as of `to_coordinates`.
     valid : (h, w) bool
     superpixels : Superpixels
     library : (N, L) float64
@@ -180,14 +177,11 @@ class GraphMapper:
         Parameters
         ----------
         surveyed : Survey
-        model : GaussianModel
-            Of the colours of the materials of the seeds.
+        model : GaussianModel; of the colours of the materials of the seeds.
         classes : (L, K) float64
             As of `library_classes`: K are these materials, and `unknown` where a library knows others.
-        seeds : (N,) arrays, four of them
-            As of `SeedTexels.drawn`.
-        typicality : Typicality or Everywhere
-            Of the boxes of the seeds.
+        seeds : (N,) arrays, four of them; as of `SeedTexels.drawn`.
+        typicality : Typicality or Everywhere; of the boxes of the seeds.
         """
         self.names = (*model.names, UNKNOWN)[: classes.shape[1]]
         self._texture, self._colours = texture, colours

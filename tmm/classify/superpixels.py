@@ -33,14 +33,10 @@ class Superpixels:
 
     Attributes
     ----------
-    label : (h, w) int
-        Superpixel of each texel of the grid, 0 to N - 1.
-    size : (N,) float64
-        Texels of each.
-    pairs : (2, E) int
-        Superpixels that an edge joins, each pair once.
-    weight : (E,) float64
-        Of each edge, where 1 is that of what is thought of a superpixel at first.
+    label : (h, w) int; superpixel of each texel of the grid, 0 to N - 1.
+    size : (N,) float64; texels of each.
+    pairs : (2, E) int; superpixels that an edge joins, each pair once.
+    weight : (E,) float64; of each edge, where 1 is that of what is thought of a superpixel at first.
     """
 
     label: npt.NDArray[Any]
@@ -58,12 +54,9 @@ class Superpixels:
 
         Parameters
         ----------
-        first : (N, K) float
-            Shares that are thought of each superpixel by itself.
-        known : (N, K) float
-            Shares by its seeds; anything where `hold` is 0.
-        hold : (N,) float
-            Weight of its seeds; that of `first` is 1.
+        first : (N, K) float; shares that are thought of each superpixel by itself.
+        known : (N, K) float; shares by its seeds; anything where `hold` is 0.
+        hold : (N,) float; weight of its seeds; that of `first` is 1.
         """
         from scipy.sparse import coo_array, diags_array
         from scipy.sparse.linalg import LinearOperator, cg
@@ -92,8 +85,7 @@ def find_superpixels(
 
     Parameters
     ----------
-    lab : (3, h, w) float32
-        L*a*b*.
+    lab : (3, h, w) float32; L*a*b*.
     features : (F, h, w) float32
         By whose means over a superpixel two are alike; each counts in units of its spread over the texture.
     """

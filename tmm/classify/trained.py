@@ -26,11 +26,9 @@ class Network:
 
     Attributes
     ----------
-    mean, scale : (F,) float32
-        The features are centred and divided by these.
+    mean, scale : (F,) float32; the features are centred and divided by these.
     inner_weight, inner_offset : (F, H), (H,) float32
-    outer_weight, outer_offset : (H, K), (K,) float32
-        The offsets include the logarithm of the prior.
+    outer_weight, outer_offset : (H, K), (K,) float32; the offsets include the logarithm of the prior.
     """
 
     mean: npt.NDArray[np.float32]
@@ -60,10 +58,8 @@ class TrainedModel:
 
     Attributes
     ----------
-    names : tuple of str
-        K materials.
-    colour : GaussianModel
-        Distribution of the colours of each material, which gives the typicality.
+    names : tuple of str; K materials.
+    colour : GaussianModel; distribution of the colours of each material, which gives the typicality.
     network : Network
     calibration : Calibration
     """

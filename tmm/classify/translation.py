@@ -43,8 +43,7 @@ def library_classes(
 
     Parameters
     ----------
-    groups : dict of str to str
-        Group of each material by name.
+    groups : dict of str to str; group of each material by name.
     """
     shares = np.zeros((len(classes), len(materials)))
     for i, name in enumerate(classes):
@@ -71,14 +70,10 @@ def translated(
 
     Parameters
     ----------
-    library : (N, L) float64
-        The library's posterior of its classes.
-    classes : (L, K) float64
-        As of `library_classes`.
-    heard : (K, L) float64
-        The mean posterior where seeds of each material are.
-    clicks : (K,) float
-        Of each material.
+    library : (N, L) float64; the library's posterior of its classes.
+    classes : (L, K) float64; as of `library_classes`.
+    heard : (K, L) float64; the mean posterior where seeds of each material are.
+    clicks : (K,) float; of each material.
 
     Examples
     --------

@@ -14,10 +14,8 @@ def raise_all(problems: list[tuple[str, InputError]], textures: int) -> None:
 
     Parameters
     ----------
-    problems : list of (str, InputError)
-        With the names of their textures.
-    textures : int
-        How many the command worked through.
+    problems : list of (str, InputError); with the names of their textures.
+    textures : int; how many the command worked through.
     """
     if not problems:
         return

@@ -99,12 +99,9 @@ def check_values(
 
     Parameters
     ----------
-    name : str
-        Path of the array in the file.
-    values : array
-        Some rows of it.
-    known : (65536,) bool
-        Which codes are those of materials, or 0.
+    name : str; path of the array in the file.
+    values : array; some rows of it.
+    known : (65536,) bool; which codes are those of materials, or 0.
     """
     plane = name.rpartition("/")[2]
     if not name.startswith("levels/"):

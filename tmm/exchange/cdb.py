@@ -36,8 +36,7 @@ class CdbRaster:
     place : Tile or ModelTexture
     index : (L, H, W) integer
         Index into the table of each layer; 0 for the default, which is no material unless the table has it.
-    share : (L, H, W) float32
-        Share of each layer's material.
+    share : (L, H, W) float32; share of each layer's material.
     table : dict of int to Composite
     """
 
@@ -56,8 +55,7 @@ def read_cdb(path: str | os.PathLike[str], table_path: str | os.PathLike[str] | 
     ----------
     path : path
         Its first layer of indices, ``..._D005_S001_T001_....tif`` or ``D504_S001_T001_....tif``, in its place in a CDB.
-    table_path : path, optional
-        Of its table, where that is not in its own place.
+    table_path : path, optional; of its table, where that is not in its own place.
     """
     path = Path(path)
     place, root = locate(path)
@@ -158,8 +156,7 @@ def from_image(
 
     Parameters
     ----------
-    codes : list of int, optional
-        The materials of the table, ascending; by default those in use.
+    codes : list of int, optional; the materials of the table, ascending; by default those in use.
     """
     _check_size(image, place)
     level = image.level
@@ -188,10 +185,7 @@ def write_cdb(root: str | os.PathLike[str], raster: CdbRaster) -> list[Path]:
 
     Raises InputError: there is nothing to write in the table, it breaks the schema, or a file cannot be written.
 
-    Returns
-    -------
-    list of Path
-        The files written.
+    Returns the files written.
     """
     root = Path(root)
     if not raster.table:

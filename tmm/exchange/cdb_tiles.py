@@ -35,10 +35,8 @@ class _Patch:
 
     Attributes
     ----------
-    top, left : int
-        First row and column.
-    codes : (K,) uint16
-        Ascending.
+    top, left : int; first row and column.
+    codes : (K,) uint16; ascending.
     share : (K, h, w) float32
     """
 
@@ -69,11 +67,6 @@ def cut_tiles(
     ----------
     finest : int, optional
         The finest level of detail, -10 to 23; by default the one whose texels are nearest in size to the texture's.
-
-    Returns
-    -------
-    list of Path
-        The files written.
     """
     with open_tmm(path) as file:
         ground = Ground(file, path)

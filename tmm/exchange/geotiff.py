@@ -27,10 +27,8 @@ def write_geotiff(
 
     Parameters
     ----------
-    image : MaterialImage
-        The level of the database that is written.
-    path : path
-        The database, which has the place on the map and the confidence.
+    image : MaterialImage; the level of the database that is written.
+    path : path; the database, which has the place on the map and the confidence.
     """
     with open_tmm(path) as file:
         attributes, size = file.attributes, (file.height, file.width)

@@ -34,8 +34,7 @@ class Buffer:
     Attributes
     ----------
     content : bytearray
-    views : list of dict
-        As a document has them.
+    views : list of dict; as a document has them.
     """
 
     def __init__(self) -> None:

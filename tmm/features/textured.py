@@ -81,10 +81,8 @@ def features(
 
     Parameters
     ----------
-    lab, linear : (3, h, w) float32
-        L*a*b* and linear light; written to.
-    valid : (h, w) bool
-        Texels without data take the mean of those with data.
+    lab, linear : (3, h, w) float32; L*a*b* and linear light; written to.
+    valid : (h, w) bool; texels without data take the mean of those with data.
 
     Returns
     -------
@@ -163,10 +161,8 @@ def in_shadow(
 
     Returns
     -------
-    colours : (h, w, 3) float32
-        Linear light.
-    shadow : (h, w) bool
-        Where less than half of the direct light is left.
+    colours : (h, w, 3) float32; linear light.
+    shadow : (h, w) bool; where less than half of the direct light is left.
     """
     from scipy.ndimage import gaussian_filter
 

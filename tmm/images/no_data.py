@@ -28,12 +28,9 @@ class NoData:
 
     Attributes
     ----------
-    value : float or None
-        The no-data value.
-    lossy : bool
-        Whether values near it count on the collar of the image.
-    masked : bool
-        Whether the file or one beside it has a mask.
+    value : float or None; the no-data value.
+    lossy : bool; whether values near it count on the collar of the image.
+    masked : bool; whether the file or one beside it has a mask.
     """
 
     def __init__(self, path: Path, image: Raster) -> None:
@@ -95,8 +92,7 @@ class NoData:
 
         Parameters
         ----------
-        windows : iterator of (slice, (h, w, C) array)
-            Rows and colours of bands of the image, from its top.
+        windows : iterator of (slice, (h, w, C) array); rows and colours of bands of the image, from its top.
         """
         top, bottom = np.full(width, height), np.full(width, -1)
         left, right = np.full(height, width), np.full(height, -1)

@@ -40,12 +40,9 @@ class Raster:
     path : Path
     height, width, channels : int
     channel_names : list of str
-    alpha : int or None
-        Channel that the file says is alpha.
-    colour_space : str
-        Name of the encoding that the file states; empty where it states none.
-    kind : str
-        Type of the values in the file.
+    alpha : int or None; channel that the file says is alpha.
+    colour_space : str; name of the encoding that the file states; empty where it states none.
+    kind : str; type of the values in the file.
     dtype : numpy.dtype
         uint8 and uint16 as stored; any other integer is scaled to its full range, any other float is float32.
     """

@@ -46,8 +46,7 @@ class Texture:
         A fourth channel is near infrared.
     valid : (H, W) bool
         False where the texel is transparent, the file says that it has no data, or a channel is not finite.
-    encoding : str
-        ``srgb``, ``linear``, or another colour space that OpenImageIO names and can convert.
+    encoding : str; ``srgb``, ``linear``, or another colour space that OpenImageIO names and can convert.
     """
 
     pixels: npt.NDArray[Any]
@@ -109,8 +108,7 @@ class TextureFile:
             `take_in`.
         near_infrared, white
             See `take_in`.
-        indices : bool
-            Whether the indices of the image's palette are read as grey levels.
+        indices : bool; whether the indices of the image's palette are read as grey levels.
         """
         self.path, self._raster = path, Raster(path, indices)
         self.intake = take_in(path, self._raster, near_infrared, alpha, white)

@@ -69,10 +69,8 @@ def read_answers(path: Path, texture: Sized | None = None, materials: tuple[str,
     Parameters
     ----------
     path : Path
-    texture : Sized, optional
-        Within which all places must lie.
-    materials : tuple of str, optional
-        Names that are allowed; by default all.
+    texture : Sized, optional; within which all places must lie.
+    materials : tuple of str, optional; names that are allowed; by default all.
     """
     document = read_yaml(path)
     answers = parse_model(document, AnswerList, {"materials": materials}).answers
@@ -113,10 +111,8 @@ def to_text(answers: list[Answer], gains: dict[int, float], texture: str) -> str
 
     Parameters
     ----------
-    gains : dict of int to float
-        Expected gain by number, of those that are asked now.
-    texture : str
-        Its name.
+    gains : dict of int to float; expected gain by number, of those that are asked now.
+    texture : str; its name.
     """
     lines = [
         f"# Materials of the numbered patches of {texture}: replace null by a name of the material library, 'unknown'",

@@ -94,8 +94,7 @@ def seed_polygons(seeds: Seeds, base_folder: Path, texture: Windowed, image: Pat
 
     Parameters
     ----------
-    image : Path
-        Of the texture; it gives the place on the map.
+    image : Path; of the texture; it gives the place on the map.
 
     Returns
     -------
@@ -232,11 +231,9 @@ def polygon_mask(
 
     Parameters
     ----------
-    top, left : int
-        First row and column of the window.
+    top, left : int; first row and column of the window.
     shape : (h, w)
-    step : int
-        Distance of the rows and columns looked at; others are left out of the answer.
+    step : int; distance of the rows and columns looked at; others are left out of the answer.
     """
     from skimage.draw import polygon
 

@@ -31,17 +31,12 @@ class SeedTexels:
 
     Attributes
     ----------
-    names : tuple of str
-        Materials in the order of their codes.
+    names : tuple of str; materials in the order of their codes.
     rows, columns : (N,) int
-    material : (N,) int
-        Index into `names`.
-    region : (N,) int
-        Number of the separate place, see `places`: its texels are alike and are held out together.
-    colours : (N, C)
-        As the texture holds them.
-    conflicting : int
-        Texels that more than one material claimed; they are left out.
+    material : (N,) int; index into `names`.
+    region : (N,) int; number of the separate place, see `places`: its texels are alike and are held out together.
+    colours : (N, C); as the texture holds them.
+    conflicting : int; texels that more than one material claimed; they are left out.
     asked : (N,) bool
         Whether `tmm suggest` asked for the texel: where the map was in doubt, so that it says little of other places.
     """
@@ -104,10 +99,8 @@ def seed_texels(
 
     Parameters
     ----------
-    names : tuple of str
-        Materials that the seeds name, in the order of their codes.
-    path : Path
-        Of the texture, for messages.
+    names : tuple of str; materials that the seeds name, in the order of their codes.
+    path : Path; of the texture, for messages.
     """
     claims = Claims()
     polygons = seed_polygons(seeds, base_folder, texture, path)

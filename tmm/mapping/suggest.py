@@ -35,12 +35,9 @@ class Question:
 
     Attributes
     ----------
-    answer : Answer
-        To be filled in.
-    gain : float or None
-        Share of the texture's texels that it is expected to put right; None where it is to measure.
-    now : str
-        The material that its superpixel has by what is known so far; empty where nothing is.
+    answer : Answer; to be filled in.
+    gain : float or None; share of the texture's texels that it is expected to put right; None where it is to measure.
+    now : str; the material that its superpixel has by what is known so far; empty where nothing is.
     """
 
     answer: Answer
@@ -55,16 +52,12 @@ class Suggestion:
     Attributes
     ----------
     texture : TextureFile
-    step : int
-        The texture was looked at in every `step`-th row and column.
-    path : Path
-        Of the list of answers; `kept` are those that it has already.
-    named : bool
-        Whether the job names this list.
+    step : int; the texture was looked at in every `step`-th row and column.
+    path : Path; of the list of answers; `kept` are those that it has already.
+    named : bool; whether the job names this list.
     doubt : float or None
         Share of the texels that are expected to have a wrong material now; None where nothing is known yet.
-    measures : bool
-        Whether the places were drawn at random, to measure a map by.
+    measures : bool; whether the places were drawn at random, to measure a map by.
     """
 
     job: TextureJob
@@ -94,15 +87,11 @@ class Known:
 
     Attributes
     ----------
-    names : tuple of str
-        K materials; none where nothing is known.
+    names : tuple of str; K materials; none where nothing is known.
     shares : (N, K) float64
-    covered : (N,) float64
-        Chance that a superpixel is of one of the materials.
-    seeded : (N,) bool
-        Whether it has seeds.
-    vouched : bool
-        Whether a library says something also of what looks like no seed.
+    covered : (N,) float64; chance that a superpixel is of one of the materials.
+    seeded : (N,) bool; whether it has seeds.
+    vouched : bool; whether a library says something also of what looks like no seed.
     """
 
     names: tuple[str, ...]
@@ -120,8 +109,7 @@ def suggest(job: TextureJob, folder: Path, library: MaterialLibrary, count: int)
 
     Parameters
     ----------
-    count : int
-        Places to find; a small texture has fewer.
+    count : int; places to find; a small texture has fewer.
     """
     if job.way not in WAYS:
         raise InputError(
@@ -229,10 +217,8 @@ def ask(
 
     Parameters
     ----------
-    asked : list of (int, int)
-        Rows and columns of the texture that are not asked about again.
-    barren : list of (int, int)
-        Those where, and where it looks alike, nothing can be gained.
+    asked : list of (int, int); rows and columns of the texture that are not asked about again.
+    barren : list of (int, int); those where, and where it looks alike, nothing can be gained.
 
     Returns
     -------

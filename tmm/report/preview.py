@@ -29,6 +29,8 @@ def draw(
 ) -> None:
     """Draw a texture database into a PNG file.
 
+    Raises InputError: the database or the image cannot be read, or the picture cannot be written.
+
     Parameters
     ----------
     path : path
@@ -36,11 +38,6 @@ def draw(
     out : path
     image : path, optional
         The texture; by default it is looked for by its name (see `find_image`).
-
-    Raises
-    ------
-    InputError
-        The database or the image cannot be read, or the picture cannot be written.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -22,12 +22,10 @@ class Examples:
 
     Attributes
     ----------
-    texel : (N,) int
-        Which of the seeds each is.
+    texel : (N,) int; which of the seeds each is.
     plain, shaded : (N, F) float32
         As they are; with shadows drawn on them and, of a library, in the light of another photograph.
-    material : (N,) int
-        Index into the names of the seeds.
+    material : (N,) int; index into the names of the seeds.
     """
 
     texel: npt.NDArray[Any]

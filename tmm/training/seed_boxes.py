@@ -28,8 +28,7 @@ class SeedBoxes:
     ----------
     boxes : Boxes
     features : (M, F) float64
-    seed : (M,) int
-        A seed texel of each; the others of its region in its cell stand in the same box.
+    seed : (M,) int; a seed texel of each; the others of its region in its cell stand in the same box.
     material, region : (M,) int
     """
 

@@ -14,8 +14,6 @@ POSTERIOR_ONE = 65535  # posteriors are summed as 16 bit integers: with MAX_RADI
 class Cells:
     """The cells, squares of `side` texels from the top left corner on, that hold a stretch of rows or of columns.
 
-    Attributes
-    ----------
     wide : slice; these cells and `reach` more to each side, as far as the texture goes.
     inner : slice; they themselves, within `wide`.
     texels : slice; the stretch, within their texels.
@@ -51,8 +49,6 @@ def strongest(
     """Material (h, w) int16 of the largest mean posterior over the box about each inner place, the first among equals,
     and that mean as float32.
 
-    Parameters
-    ----------
     planes : iterable of (h, w) uint16; posterior of each material in units of 1 / POSTERIOR_ONE.
     valid : (h, w) bool; places that count.
     """

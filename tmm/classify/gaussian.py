@@ -29,8 +29,6 @@ BLOCK_COLOURS = 1 << 16  # colours whose posteriors are computed at a time
 class GaussianModel:
     """One normal distribution for each material, in the D coordinates of `to_coordinates`: L*a*b*, or one more.
 
-    Attributes
-    ----------
     names : tuple of str; K materials.
     means : (K, D) float64
     covariances : (K, D, D) float64
@@ -92,8 +90,6 @@ def fit(
 ) -> GaussianModel:
     """Fit the model to seeds.
 
-    Parameters
-    ----------
     lab : (N, D) float64; coordinates of the seeds.
     material : (N,) int; index into `names`; each occurs.
     prior : "equal", "seeds" or dict; relative prior probability of the materials; a dict may leave materials at 1.

@@ -68,8 +68,6 @@ REACH = 2 * FILTER_RADIUS  # of that filter: coefficients are means over means
 class Survey:
     """What is known of a texture before its seeds: features, superpixels and the library's posterior on a grid.
 
-    Attributes
-    ----------
     step : int; the grid is every `step`-th row and column of the texture.
     stack : (F, h, w) float32; features, as of `features`.
     coordinates : (h, w, D) float32; as of `to_coordinates`.
@@ -174,8 +172,6 @@ class GraphMapper:
     ) -> None:
         """Solve for the superpixels' shares.
 
-        Parameters
-        ----------
         surveyed : Survey
         model : GaussianModel; of the colours of the materials of the seeds.
         classes : (L, K) float64

@@ -48,8 +48,6 @@ def write_model(
 
     Raises InputError: the file cannot be written.
 
-    Parameters
-    ----------
     job : str; what it was trained on, for the attribute `job`.
     quality : dict; attributes of the group ``/quality``.
     """

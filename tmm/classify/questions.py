@@ -36,8 +36,6 @@ SETTLED = 0.28
 class Place:
     """A superpixel to ask about.
 
-    Attributes
-    ----------
     superpixel : int
     gain : float; share of the texture's texels that the answer is expected to put right.
     """
@@ -73,8 +71,6 @@ def doubt(
 ) -> npt.NDArray[np.float64]:
     """Chance (N,) that each superpixel's material is not the one assigned.
 
-    Parameters
-    ----------
     shares : (N, K) float; of the materials in each superpixel.
     covered : (N,) float; chance, by a library, that it is of any of these materials; 1 without one.
     seeded : (N,) bool; whether it has seeds.
@@ -138,8 +134,6 @@ def choose(
 ) -> list[Place]:
     """The places to ask about next, the best first; fewer than `count` where no more are allowed.
 
-    Parameters
-    ----------
     told : (N, N) float; as of `reach`.
     texels : (N,) float; with data, of each superpixel.
     wrong : (N,) float; as of `doubt`.

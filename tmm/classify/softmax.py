@@ -29,8 +29,6 @@ def softmax_posterior(
 ) -> npt.NDArray[np.float64]:
     """Posterior (M, K) of materials at places with the features `asked` (M, F).
 
-    Parameters
-    ----------
     features : (N, F) float; of seeds, standardised.
     material : (N,) int; of each seed; each of the K occurs, and counts alike however many seeds it has.
     log_prior : (K,) float; logarithms of the prior probabilities.

@@ -41,8 +41,6 @@ def library_classes(
     A class stands for the material of its name; without one, for the materials of its group, alike: those that no class
     is named by, where there are any; else for `unknown`, which is the last material where the seeds have none of it.
 
-    Parameters
-    ----------
     groups : dict of str to str; group of each material by name.
     """
     shares = np.zeros((len(classes), len(materials)))
@@ -68,8 +66,6 @@ def translated(
 ) -> npt.NDArray[np.float64]:
     """Share (N, K) of each of the materials of seeds by a library's word, where each was as likely before.
 
-    Parameters
-    ----------
     library : (N, L) float64; the library's posterior of its classes.
     classes : (L, K) float64; as of `library_classes`.
     heard : (K, L) float64; the mean posterior where seeds of each material are.

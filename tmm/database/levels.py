@@ -25,8 +25,6 @@ PIECE_TEXELS = 1 << 17  # texels of a level worked out at a time
 class Level:
     """One mip level.
 
-    Attributes
-    ----------
     code : (h, w) uint16; the material with the largest share; 0 where no texel below has a material.
     mix_code : (h, w, 3) uint16
         The three materials with the largest shares, largest first (the lower code first among equals); 0 where unused.
@@ -89,8 +87,6 @@ def shares_of(level: Level, code: int) -> npt.NDArray[np.uint32]:
 def ranked(codes: npt.NDArray[np.uint16], counts: Iterable[npt.NDArray[Any]], total: int = WEIGHT_TOTAL) -> Level:
     """The mixtures of the three largest counts in each texel; where all are 0 there is no material.
 
-    Parameters
-    ----------
     codes : (K,) uint16; ascending: the lower code comes first among equals.
     counts : iterable of (h, w) integer; for each material, not negative.
     total : int; shares are rounded to parts of it, by largest remainders; `WEIGHT_TOTAL` or a smaller number.
@@ -264,8 +260,6 @@ def pure_level(code: npt.NDArray[np.uint16]) -> Level:
 def integer_weights(counts: npt.NDArray[np.int64], total: int) -> npt.NDArray[Any]:
     """Shares in integers that sum to `total` exactly, by largest remainders (Hamilton's method).
 
-    Parameters
-    ----------
     counts : (3, N) int64; non-negative, in descending order; where all are 0 the first share takes everything.
     """
     weights = np.zeros_like(counts)

@@ -170,8 +170,6 @@ class TmmFile:
 
         Raises InputError: there is no such level, or xarray is not installed.
 
-        Parameters
-        ----------
         level : int
         """
         if not 0 <= level < self.levels:

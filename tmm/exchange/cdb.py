@@ -31,8 +31,6 @@ _SHARE_UNIT = 1_000_000  # shares are ranked and scaled as integers
 class CdbRaster:
     """Raster materials as CDB has them.
 
-    Attributes
-    ----------
     place : Tile or ModelTexture
     index : (L, H, W) integer
         Index into the table of each layer; 0 for the default, which is no material unless the table has it.
@@ -51,8 +49,6 @@ def read_cdb(path: str | os.PathLike[str], table_path: str | os.PathLike[str] | 
 
     Raises InputError: a file is missing or damaged, layers differ in size, or an index is not in the table.
 
-    Parameters
-    ----------
     path : path
         Its first layer of indices, ``..._D005_S001_T001_....tif`` or ``D504_S001_T001_....tif``, in its place in a CDB.
     table_path : path, optional; of its table, where that is not in its own place.
@@ -154,8 +150,6 @@ def from_image(
 
     Raises InputError: the size is not the place's, or a material has no composite in the map.
 
-    Parameters
-    ----------
     codes : list of int, optional; the materials of the table, ascending; by default those in use.
     """
     _check_size(image, place)

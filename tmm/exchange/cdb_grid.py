@@ -52,8 +52,6 @@ class Geocell:
 class Ground:
     """Where a texture lies on the globe.
 
-    Attributes
-    ----------
     finest : int; level of detail whose texels are about as small as those of the texture.
     """
 

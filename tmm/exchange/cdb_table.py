@@ -28,8 +28,6 @@ PERCENT = 100
 class Substrate:
     """A layer of base materials.
 
-    Attributes
-    ----------
     materials : tuple of (str, int); base materials with weights in percent, in descending order.
     thickness : str, optional; in metres, as the table writes it.
     """

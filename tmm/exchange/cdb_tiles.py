@@ -33,8 +33,6 @@ _UNIT = 1 << 20  # of a share, which is ranked and rounded as an integer
 class _Patch:
     """Shares of the materials in a part of a tile, of the whole texel: what has no material has none.
 
-    Attributes
-    ----------
     top, left : int; first row and column.
     codes : (K,) uint16; ascending.
     share : (K, h, w) float32
@@ -63,8 +61,6 @@ def cut_tiles(
     Raises InputError: the texture has no place on a map, or one that is not known; it would make more than `MOST_TILES`
     tiles, or has no material; or a tile that is there holds what is no material of the library.
 
-    Parameters
-    ----------
     finest : int, optional
         The finest level of detail, -10 to 23; by default the one whose texels are nearest in size to the texture's.
     """

@@ -25,8 +25,6 @@ def write_geotiff(
     ``NAME.shade.tif`` (uint8, 255 in the shade).
     Raises InputError: the image had no place on a map, or a file cannot be written.
 
-    Parameters
-    ----------
     image : MaterialImage; the level of the database that is written.
     path : path; the database, which has the place on the map and the confidence.
     """

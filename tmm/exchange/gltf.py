@@ -31,8 +31,6 @@ _ALIGNMENT = 8  # of property table buffers, by the metadata specification
 class Buffer:
     """Collects buffer views of one binary buffer.
 
-    Attributes
-    ----------
     content : bytearray
     views : list of dict; as a document has them.
     """

@@ -31,8 +31,6 @@ def write_mesh(
     Raises InputError: the file cannot be read, is no glTF 2.0, has feature IDs or metadata already, or no primitive
     shows the photograph.
 
-    Parameters
-    ----------
     image : MaterialImage
     mesh : path; a ``.glb``, or a ``.gltf`` whose buffers and images lie in its folder or in data URIs.
     photograph : str, optional

@@ -33,8 +33,6 @@ def check_size(height: int, width: int, path: str | os.PathLike[str]) -> None:
 class MaterialImage:
     """One level of a texture.
 
-    Attributes
-    ----------
     name : str
     materials : dict of int to str; material names by code, codes ascending; every code of the level is among them.
     level : Level; code (H, W), mix_code and mix_weight (H, W, 3).
@@ -61,8 +59,6 @@ class MaterialImage:
     def index(self, rank: int = 0, first: int = 0) -> npt.NDArray[Any]:
         """Materials (H, W) int64 counted in the order of their codes.
 
-        Parameters
-        ----------
         rank : int; 0 for the material with the largest share, 1 and 2 for the next.
         first : int; number of the first material; ``first - 1`` stands for no material.
         """
@@ -77,8 +73,6 @@ def read_levels(path: str | os.PathLike[str], levels: range | list[int] | None =
     Raises InputError: the file is missing or damaged, is no texture database, or has no such level, or one of more than
     `MAX_TEXELS`.
 
-    Parameters
-    ----------
     path : path; a ``.tmm.h5``.
     levels : sequence of int, optional; by default the first alone.
     """

@@ -45,8 +45,6 @@ def write_imported(
     Confidence is 1 where there is a material, for nothing was classified, and 0 elsewhere.
     Raises InputError: the file cannot be written.
 
-    Parameters
-    ----------
     source : path; the file it was read from, for the provenance.
     colours : dict of str to str
         Material by colour or grey level of that file: the palette of the job that stands in the database.

@@ -41,8 +41,6 @@ def write_tiff(
 
     Raises InputError: GDAL does not know the coordinate system, or the file cannot be written.
 
-    Parameters
-    ----------
     place : (Affine, str), optional; where it lies on a map, and in which coordinate system.
     names : dict of str to str, optional; texts of its band by their keys.
     **layout

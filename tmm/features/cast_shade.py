@@ -50,8 +50,6 @@ _LEAST_SHARE = 0.001  # of the texels
 class Fall:
     """How shadows fall in a photograph.
 
-    Attributes
-    ----------
     x, y : float; unit vector in texels, away from the Sun: x to the right, y down.
     reach : int; texels that the longest shadow has, `REACH` at most.
     azimuth : float; of the Sun, in degrees clockwise from north; for messages.
@@ -67,8 +65,6 @@ class Fall:
 class _Edges:
     """Edges of light of one window: away from the Sun, or towards it.
 
-    Attributes
-    ----------
     ratio : (N, C); logarithm of light on the bright over the dark side.
     along : (N,); cosine between the normal to the bright side and the line from the Sun; negative towards the Sun.
     texel, edge : (M,) int; texels of the runs that lead from the edges through the dark, and the edge of each.
@@ -89,8 +85,6 @@ class _Edges:
 class CastShade:
     """What tells cast shade from sunlight in one photograph, where the Sun's direction is known.
 
-    Attributes
-    ----------
     fall : Fall
     gain : tuple of float; sunlit over shaded light, for each channel of the photograph.
     brightest : float; logarithm of the luminance that no texel without its shade has.

@@ -17,8 +17,6 @@ TABLED = 1 << 21  # distinct colours of one table: beyond, its posteriors would 
 def to_lab(colours: npt.NDArray[Any], encoding: str) -> npt.NDArray[np.float64]:
     """L*a*b* under D65 of colours as a file holds them.
 
-    Parameters
-    ----------
     colours : (N, 3) uint8, uint16 or float; integers over their full range, floats with 1 as white.
     encoding : str; ``srgb`` (IEC 61966-2-1), ``linear`` (Rec. 709 primaries), or a colour space known to OpenImageIO.
 
@@ -90,8 +88,6 @@ class DistinctColours:
     more than `TABLED` colours, a block's colours are sorted; float texels are nearly all different and stand for
     themselves. Texels without data may point at any colour.
 
-    Attributes
-    ----------
     valid_texels : int; texels of the texture with data.
     number : int
         Number of distinct colours of an 8 bit texture without near infrared; 0 for others, where they are not counted.
@@ -128,8 +124,6 @@ class DistinctColours:
     ) -> tuple[npt.NDArray[Any] | None, npt.NDArray[Any]]:
         """Colours of a window of the texture and, for each of its texels, which of them it has.
         None; None: the texture's own
-                Parameters
-                ----------
                 pixels, valid : (h, w, C), (h, w); as the texture's `window` gives them.
 
                 Returns

@@ -79,8 +79,6 @@ def features(
 ) -> npt.NDArray[Any]:
     """Features of every texel of a window, or of every `step`-th row and column of them.
 
-    Parameters
-    ----------
     lab, linear : (3, h, w) float32; L*a*b* and linear light; written to.
     valid : (h, w) bool; texels without data take the mean of those with data.
 
@@ -154,8 +152,6 @@ def in_shadow(
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """A window with smooth random shadows on it.
 
-    Parameters
-    ----------
     colours : (h, w, C)
     random : Generator
 

@@ -30,8 +30,6 @@ PIECE_TEXELS = 1 << 21  # read at a time
 class Intake:
     """What the channels and values of an image are taken to be.
 
-    Attributes
-    ----------
     colours : tuple of int; channels of red, green, blue and, where there is one, near infrared.
     alpha : int or None; channel of alpha.
     opaque : float; value of alpha that is fully opaque.
@@ -53,8 +51,6 @@ def take_in(path: Path, image: Raster, near_infrared: str | None, alpha: str, wh
 
     Raises InputError: the image lacks a channel.
 
-    Parameters
-    ----------
     near_infrared : str or None; name or number, from 1, of that channel, by the job; ``none`` where there is none.
     alpha : {"auto", "no-data", "ignore"}; ``no-data``: what the file calls alpha is alpha, whatever its values.
     white : float, "auto" or None; ``auto``: by the data; None: the largest value that the type holds.

@@ -35,8 +35,6 @@ class Raster:
     Rows that follow one another are read once: those of the last request are kept. An image of up to `KEPT_BYTES` is
     kept whole. Formats that decode only as a whole (progressive JPEG, JPEG 2000, DDS) take their size in memory.
 
-    Attributes
-    ----------
     path : Path
     height, width, channels : int
     channel_names : list of str

@@ -39,8 +39,6 @@ class Windowed(Protocol):
 class Texture:
     """A texture in memory.
 
-    Attributes
-    ----------
     pixels : (H, W, C) uint8, uint16 or float32
         Red, green, blue as the file holds them: integers over their full range, floats as they are. Grey is repeated.
         A fourth channel is near infrared.
@@ -98,8 +96,6 @@ class TextureFile:
         Raises InputError: the file is missing or is no image, its colour space is unknown, it lacks a channel, or its
         mask does not fit.
 
-        Parameters
-        ----------
         path : Path
         colour_space : {"auto", "srgb", "linear"}
             ``auto`` takes the file's own metadata; without any, integers are sRGB and floats linear.

@@ -66,8 +66,6 @@ def read_answers(path: Path, texture: Sized | None = None, materials: tuple[str,
 
     Raises InputError: at the line and column of what is wrong.
 
-    Parameters
-    ----------
     path : Path
     texture : Sized, optional; within which all places must lie.
     materials : tuple of str, optional; names that are allowed; by default all.
@@ -109,8 +107,6 @@ def disk(answer: Answer, width: int, height: int) -> tuple[tuple[float, float], 
 def to_text(answers: list[Answer], gains: dict[int, float], texture: str) -> str:
     """The YAML text of a list.
 
-    Parameters
-    ----------
     gains : dict of int to float; expected gain by number, of those that are asked now.
     texture : str; its name.
     """

@@ -29,8 +29,6 @@ MERGED_CLAIMS = 1 << 22  # claims of texels that wait before those of one texel 
 class SeedTexels:
     """Texels of known material, each once.
 
-    Attributes
-    ----------
     names : tuple of str; materials in the order of their codes.
     rows, columns : (N,) int
     material : (N,) int; index into `names`.
@@ -97,8 +95,6 @@ def seed_texels(
     has no texel left once texels without data and texels claimed by several materials are taken away. A material of the
     label palette or of map coordinates may be absent, for textures share them; but not all may.
 
-    Parameters
-    ----------
     names : tuple of str; materials that the seeds name, in the order of their codes.
     path : Path; of the texture, for messages.
     """
@@ -233,8 +229,6 @@ def places(
     """Number (N,) of the separate place that each texel belongs to: texels of a material that touch, at a corner too,
     or that are of one shape, are one place.
 
-    Parameters
-    ----------
     rows, columns, material, shape : (N,) int
         In the order of the rows and, within one, of the columns; `shape` is -1 where a texel is of none.
     """

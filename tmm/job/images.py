@@ -27,8 +27,6 @@ def find_images(folder: Path, image: str) -> dict[str, str] | None:
 
     Raises ValueError: there is no such image, or one lies outside the job's folder.
 
-    Parameters
-    ----------
     folder : Path; of the job.
     image : str
         A folder (its images, not those of folders in it), a pattern with ``*``, ``?`` and ``[...]`` (``**`` for any

@@ -77,8 +77,6 @@ def _clusters(clusters: Clusters, model: GaussianModel) -> list[dict[str, Any]]:
 class Outcome:
     """What became of one texture of a job.
 
-    Attributes
-    ----------
     job : TextureJob
     path : Path; of its database.
     mapped : TextureMap or None

@@ -33,8 +33,6 @@ WAYS = ("seeds", "model", "clusters")  # that answers are of use to
 class Question:
     """A place whose material is asked for.
 
-    Attributes
-    ----------
     answer : Answer; to be filled in.
     gain : float or None; share of the texture's texels that it is expected to put right; None where it is to measure.
     now : str; the material that its superpixel has by what is known so far; empty where nothing is.
@@ -49,8 +47,6 @@ class Question:
 class Suggestion:
     """What to ask about one texture.
 
-    Attributes
-    ----------
     texture : TextureFile
     step : int; the texture was looked at in every `step`-th row and column.
     path : Path; of the list of answers; `kept` are those that it has already.
@@ -85,8 +81,6 @@ class Suggestion:
 class Known:
     """What is known of superpixels.
 
-    Attributes
-    ----------
     names : tuple of str; K materials; none where nothing is known.
     shares : (N, K) float64
     covered : (N,) float64; chance that a superpixel is of one of the materials.
@@ -107,8 +101,6 @@ def suggest(job: TextureJob, folder: Path, library: MaterialLibrary, count: int)
     Raises InputError: an image, its seeds or a list of answers is wrong; the job's materials do not come from seeds; or
     there is a list of answers that the job does not name, which would be lost.
 
-    Parameters
-    ----------
     count : int; places to find; a small texture has fewer.
     """
     if job.way not in WAYS:
@@ -215,8 +207,6 @@ def ask(
 ) -> tuple[list[tuple[int, int, int, int, float]], float]:
     """Places where an answer is worth most.
 
-    Parameters
-    ----------
     asked : list of (int, int); rows and columns of the texture that are not asked about again.
     barren : list of (int, int); those where, and where it looks alike, nothing can be gained.
 

@@ -184,8 +184,6 @@ def seed_mappers(
 ) -> Callable[[npt.NDArray[np.bool_] | None], Mapper]:
     """Make mappers from all seeds (None) or from those chosen (N,), at the speed that the job asks for.
 
-    Parameters
-    ----------
     general : TrainedModel or None; a library model beside the seeds.
     boxes : SeedBoxes or None; None where nothing becomes unknown by its typicality.
     """

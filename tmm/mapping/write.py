@@ -45,8 +45,6 @@ LEVEL_TEXELS = 1 << 20  # texels whose mip levels are counted at a time
 class Written:
     """What the writing of a database counted.
 
-    Attributes
-    ----------
     texels : (K,) float64; number of texels of each material; a mixture counts by its shares.
     with_data : int; texels with data.
     with_material : int; those that have a material; the others are unknown.
@@ -254,8 +252,6 @@ def is_current(
 ) -> bool:
     """Whether a database is there, undamaged, from this job, this image and seeds, and this library.
 
-    Parameters
-    ----------
     base_folder : path; folder to which the paths of the job are relative.
     """
 

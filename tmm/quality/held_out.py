@@ -24,8 +24,6 @@ TILE = 1024  # texels; a larger region is tested in pieces of this size
 class HeldOut:
     """Quality on seeds that the model has not seen.
 
-    Attributes
-    ----------
     quality : Quality
     calibration : Calibration; turns a classifier's own confidence into one that is as often right as it says.
     places : int; separate places that were left out in turn.
@@ -53,8 +51,6 @@ def measure(
     with one place, which cannot be left out; answers to what `tmm suggest` asked, which lie where the map was in doubt
     and say little of all the rest; and seeds of the class `unknown`.
 
-    Parameters
-    ----------
     mapper_of : callable; gives the classifier that is trained on the seeds where a mask (N,) bool is true.
     thresholds : (float, float); of confidence and typicality.
     """
@@ -71,8 +67,6 @@ def measure(
 class HeldOutTexels:
     """What was found at texels that the classifier has not seen.
 
-    Attributes
-    ----------
     material, assigned : (N,) int; index of the true material and of the one assigned, -1 for none.
     confidence, typicality : (N,) float32
     region, fold : (N,) int; texels of one region are alike; those of one part were classified by one classifier.
@@ -101,8 +95,6 @@ def held_out(count: int, texels: HeldOutTexels, thresholds: tuple[float, float] 
     The calibration is fitted to all parts; where it is tested, to the other parts. The threshold of confidence
     applies to the calibrated one.
 
-    Parameters
-    ----------
     count : int; number of materials.
     texels : HeldOutTexels
     thresholds : (float, float); of confidence and typicality.

@@ -33,8 +33,6 @@ def write_questions(suggestion: Suggestion, folder: Path, materials: tuple[str, 
     Raises InputError: a file cannot be written.
     Returns the picture and the page.
 
-    Parameters
-    ----------
     folder : Path; of the pictures; made where it is missing.
     materials : tuple of str; names that the page offers.
     """

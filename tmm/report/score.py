@@ -28,8 +28,6 @@ BAND_TEXELS = 1 << 22  # texels compared at a time
 class Score:
     """What was found against what is labelled; texels without a label do not count.
 
-    Attributes
-    ----------
     names : tuple of str; K materials, labelled or found, in the order of their codes.
     quality : Quality
     """
@@ -72,8 +70,6 @@ def score(path: str | os.PathLike[str], labels: str | os.PathLike[str], library:
 class Checked:
     """What was found at places drawn at random, against what somebody saw there.
 
-    Attributes
-    ----------
     answered, right : int
         Places with an answer, and those whose material is that answer; `unknown` is right where nothing was found.
     skipped : int; places at which it could not be told, or was not yet.
@@ -99,8 +95,6 @@ def check_answers(path: str | os.PathLike[str], answers: str | os.PathLike[str],
     Raises InputError: a file cannot be read, a place lies beyond the image, a name is unknown, or nothing is answered
     yet.
 
-    Parameters
-    ----------
     path : path; the database.
     answers : path
     library : MaterialLibrary

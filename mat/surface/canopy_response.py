@@ -108,4 +108,5 @@ def _received(material: SurfaceMaterial, forcing: Forcing, cover: float) -> Floa
     dark = (forcing.shortwave_direct + forcing.shortwave_diffuse < _DARK) & np.ones(forcing.shape, bool)
     through = np.where(dark, gap_to_sky(canopy.leaf_area), through)
     leaves, soil, both = (np.where(dark, *pair) for pair in zip(emissivity, absorptance, strict=True))
-    return np.concatenate([(1 - through) / cover * leaves, through * soil], axis=1) / np.tile(np.maximum(both, 1e-9), 2)
+    shares: Floats = np.concatenate([(1 - through) / cover * leaves, through * soil], axis=1)
+    return shares / np.tile(np.maximum(both, 1e-9), 2)

@@ -179,8 +179,12 @@ def rounded(table: SurfaceTemperatures, tolerance: float | None = None) -> Surfa
     parts = _FINEST if tolerance is None else 2.0 ** np.ceil(np.log2(_PARTS_OF_TOLERANCE / tolerance))
     np.rint(table.temperature * np.float32(parts), out=table.temperature)
     np.divide(table.temperature, np.float32(parts), out=table.temperature)
-    names = ("residual", "energy_closure", "bound_excess")
-    return replace(table, **{name: rounded_bits(getattr(table, name), _DIGITS) for name in names})
+    return replace(
+        table,
+        residual=rounded_bits(table.residual, _DIGITS),
+        energy_closure=rounded_bits(table.energy_closure, _DIGITS),
+        bound_excess=rounded_bits(table.bound_excess, _DIGITS),
+    )
 
 
 def rounded_bits(values: Singles, bits: int) -> Singles:

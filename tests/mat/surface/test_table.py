@@ -184,4 +184,4 @@ def test_a_rounded_table_errs_by_half_of_its_digit(sun_path, weather, sky, toler
     # and the last digit of single precision
     assert 0.2 / parts < np.abs(short.temperature - exact).max() <= 0.5 / parts + 3e-5
     assert np.all(np.mod(short.temperature * parts, 1) == 0)
-    assert short.residual == pytest.approx(residual, rel=1e-2) and short.method.dtype == np.uint8
+    assert short.residual == pytest.approx(residual, rel=2**-6) and short.method.dtype == np.uint8

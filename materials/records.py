@@ -87,15 +87,15 @@ class ThermalStack:
     ----------
     skin : Layer
         Stores heat at the surface temperature; its own conduction is neglected.
-    layers : tuple of two Layer
-        From the skin inwards.
+    layers : tuple of Layer
+        From the skin inwards: two of the library, one more or two under snow.
     back : Back
     light : tuple of PenetratingLight
         Sunlight that the layers let in; the rest is absorbed at the surface.
     """
 
     skin: Layer
-    layers: tuple[Layer, Layer]
+    layers: tuple[Layer, ...]
     back: Back
     light: tuple[PenetratingLight, ...] = ()
 

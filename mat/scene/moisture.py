@@ -104,8 +104,8 @@ def _of_job(given: float | str | dict[str, float | str], material: Material) -> 
         return material
 
 
-def moist(material: Material, moisture: float) -> Material:
-    """A material that has soil, with a volume fraction of water in it, up to its porosity."""
+def moist(material: Material, moisture: float, frozen: bool = False) -> Material:
+    """A material that has soil, with a volume fraction of water in it, up to its porosity; frozen, it is ice."""
     if material.soil is None:
         return material
     moisture = min(moisture, material.soil.porosity)
@@ -117,7 +117,8 @@ def moist(material: Material, moisture: float) -> Material:
     )
     return replace(
         material,
-        thermal=moist_stack(material.thermal, material.soil, moisture),
+        thermal=moist_stack(material.thermal, material.soil, moisture, frozen),
+        moisture=moisture,
         surface=surface,
         reflectance=reflectance,
         absorptance=1.0 - reflectance,

@@ -109,4 +109,5 @@ def _received(material: SurfaceMaterial, forcing: Forcing, cover: float) -> Floa
     through = np.where(dark, gap_to_sky(canopy.leaf_area), through)
     leaves, soil, both = (np.where(dark, *pair) for pair in zip(emissivity, absorptance, strict=True))
     shares: Floats = np.concatenate([(1 - through) / cover * leaves, through * soil], axis=1)
-    return shares / np.tile(np.maximum(both, 1e-9), 2)
+    received: Floats = shares / np.tile(np.maximum(both, 1e-9), 2)
+    return received

@@ -4,11 +4,11 @@ References
 ----------
 Conductivity: Cote and Konrad (2005), Can. Geotech. J. 42, 443-458, equations (14), (15) and table of kappa, chi and eta
 for unfrozen and frozen soils; saturated conductivity as the geometric mean of solids and water or ice (Johansen 1975).
-Heat capacity: de Vries (1963), in van Wijk, Physics of Plant Environment: parts add by volume. Supply of water to a drying surface:
-Gardner and Hillel (1962), J. Geophys. Res. 67, 4319-4325, with the diffusivity of van Genuchten (1980), Soil Sci. Soc.
-Am. J. 44, 892-898, equation (11), parameters by texture of Carsel and Parrish (1988), Water Resour. Res. 24, 755-769,
-of organic soil those of HYPRES (Wosten et al. 1999, Geoderma 90, 169-185). Resistance of wet soil: van de Griend and
-Owe (1994), Water Resour. Res. 30, 181-188.
+Heat capacity: de Vries (1963), in van Wijk, Physics of Plant Environment: parts add by volume. Supply of water to a
+drying surface: Gardner and Hillel (1962), J. Geophys. Res. 67, 4319-4325, with the diffusivity of van Genuchten (1980),
+Soil Sci. Soc. Am. J. 44, 892-898, equation (11), parameters by texture of Carsel and Parrish (1988), Water Resour. Res.
+24, 755-769, of organic soil those of HYPRES (Wosten et al. 1999, Geoderma 90, 169-185). Resistance of wet soil: van de
+Griend and Owe (1994), Water Resour. Res. 30, 181-188.
 """
 
 from __future__ import annotations

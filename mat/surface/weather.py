@@ -98,7 +98,7 @@ class NearSurfaceAir:
     def _frozen(self) -> bool:
         """Whether the surface of the ground is below 0 C by its season, or else the mean air of all days."""
         if self.ground is not None:
-            return self.ground.below(0.0) < ZERO_CELSIUS
+            return bool(self.ground.below(0.0) < ZERO_CELSIUS)
         air = [weather.air_temperature for _, weather in self.before] + [self.air_temperature]
         return float(np.mean(air)) < ZERO_CELSIUS
 

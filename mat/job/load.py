@@ -18,6 +18,7 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.job.moisture import check_moisture
 from skyshine.mat.job.plausibility import zone_doubt
 from skyshine.mat.job.series import MEMBER_LIMIT, Series, changed, members
+from skyshine.mat.job.snow import check_snow
 from skyshine.mat.job.state_weather import weather_doubts, with_ground, with_weather_files
 from skyshine.mat.job.surface import named_operation
 from skyshine.mat.job.trim import limited_axes, trimmed
@@ -128,6 +129,7 @@ def load_job(
     _check_query_limits(job, document)
     _check_soil_moisture(job, document, library)
     _check_leaf_area(job, document, library)
+    _check_snow(job, document, library)
     job, remarks = _with_soundings(_with_typical_aerosol(_with_profiles(job)))
     requested, warnings = with_weather_files(job, document)
     requested, seasons = with_ground(requested, job, document)
@@ -217,6 +219,14 @@ def _check_leaf_area(job: Job, document: Document, library: MaterialLibrary) -> 
                 raise ValueError(f"found {name} in operated too; allowed: in one of them; remove it from one")
     except ValueError as error:
         raise document.error(("leaf_area_index",), f"leaf_area_index: {error}") from None
+
+
+def _check_snow(job: Job, document: Document, library: MaterialLibrary) -> None:
+    """Refuse snow on what carries none or is not in the job."""
+    try:
+        check_snow(job.snow_on, _materials_of(job, library), library)
+    except ValueError as error:
+        raise document.error(("snow_on",), f"snow_on: {error}") from None
 
 
 def _with_series(job: Job, document: Document, context: dict[str, Any]) -> Job:

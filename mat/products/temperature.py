@@ -98,21 +98,23 @@ class TemperatureProduct:
         def temperature(at: Axes) -> Floats:
             return solver.table(at, steps).temperature.astype(float)
 
-        if job.surface_grid.tolerance is not None:
+        tolerance = job.surface_grid.tolerance
+        if tolerance is not None:
             with report.stage("grid"):
                 refined = tolerance_axes(
                     job, solver, start, job.surface_grid.most_nodes, insist=context.loaded.insists("surface_grid")
                 )
-            axes, placed = dict(refined.axes), {"tolerance": job.surface_grid.tolerance}
+            axes, placed = dict(refined.axes), {"tolerance": tolerance}
             report.notes.append(
-                f"{' x '.join(str(nodes.size) for nodes in axes.values())} nodes for {job.surface_grid.tolerance}:"
+                f"{' x '.join(str(nodes.size) for nodes in axes.values())} nodes for {tolerance}:"
                 f" {refined.p99:.2g} K in 99 %, {refined.worst:.2g} K in nearly all reads"
             )
-        if job.surface_grid.time is None and job.surface_grid.tolerance is None:
+        if job.surface_grid.time is None and tolerance is None:
             with report.stage("grid"):
                 axes["time_h"] = placed_times(temperature, axes, whole_day=whole_day, seed=seed, fixed=fixed)
         with report.stage("tables"):
-            table = rounded(solver.table(axes, steps))
+            kelvin = None if tolerance is None else tolerance_parts(tolerance)[0]
+            table = rounded(solver.table(axes, steps), kelvin)
         shaded = limits is None or limits.shade
         response = None
         if shaded:

@@ -13,10 +13,10 @@ import numpy as np
 
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
+from skyshine.mat.atmosphere.transfer.scene_lines import lines_in_cells
 from skyshine.mat.measure.channel_nodes import WORST, PlacedChannels, largest_errors, placed_channels
 from skyshine.mat.measure.probes import LINES, Probes
 from skyshine.mat.measure.random_streams import Stream, random_stream
-from skyshine.mat.measure.sampling import lines_in_cells
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.channels.absorbers import absorbers
@@ -55,6 +55,7 @@ _THROUGH = 300  # of the sample's transmittances, with which light on surfaces i
 # Of the tolerance, which the choice of absorbers and that of directions may miss, root mean square. A low Sun along the
 # horizon errs by ten times as much as all lines do on average: 0.1 K asks for 18 to 26 directions.
 _SHARE, _SOURCE_SHARE = 0.1, 0.06
+_DIGITS_SHARE = 0.01  # of the tolerance, below which digits of path radiance are not stored
 # Tolerance, of the radiance seen, for which placing starts from all of `NodeCounts`: from fewer where it is coarser, as
 # linear interpolation errs with the square of the step, but for this share of them.
 _START, FEWEST = 0.01, 0.5
@@ -360,6 +361,7 @@ class ChannelTables:
             (float(base.range_km[0]), float(base.range_km[-1])),
             ends,
             dark_elevation(ends[1]),
+            _DIGITS_SHARE * self.tolerance / self.scale.factor,
         )
         group = channel_group(content, Group(), {})
         return AtmosphereTable(Path("in memory"), "atmq", group, group.attributes)

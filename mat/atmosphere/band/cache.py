@@ -49,8 +49,8 @@ from skyshine.schemas.digest import digest_of
 from skyshine.schemas.kept_arrays import keep_arrays, kept_arrays, kept_folder
 
 FOLDER = "bands"  # of the kept files
-FORMAT = 2  # raised when the layout of the kept files changes
-HEAD = b"skyshine compiled band 2\n"  # then the digest in hexadecimal digits, and the arrays as numpy keeps several
+FORMAT = 3  # raised when the layout of the kept files changes
+HEAD = b"skyshine compiled band 3\n"  # then the digest in hexadecimal digits, and the arrays as numpy keeps several
 STATISTICS = ("max", "p95", "rms")
 # Tolerances that shared points may err where the largest number of points, not the tolerance, ended their choice: those
 # fitted to the air of the state alone then miss the tolerance by as much.
@@ -271,7 +271,11 @@ def _fits_band(
         return False
     numbers = [error[name] for error in about["errors"].values() for name in STATISTICS]
     numbers += [
-        error[name] for errors in about["absolute"].values() for error in errors for name in (*STATISTICS, "p99")
+        error[name]
+        for sources in about["absolute"].values()
+        for regions in sources
+        for error in regions.values()
+        for name in (*STATISTICS, "p99")
     ]
     return bool(
         np.all((index >= 0) & (index < size))

@@ -1,4 +1,7 @@
-"""``mat bench atmosphere``: error against run time of the direct computation of atmospheric quantities."""
+"""Error against run time of the direct computation of atmospheric quantities.
+
+python tests/bench/atmosphere.py --quick
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from skyshine.schemas.commands import echo_table, emit_json, json_option, progre
 from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
-    from skyshine.mat.bench.atmosphere import AtmosphereBench
+    from atmosphere_ladder import AtmosphereBench
 
 
 @click.command()
@@ -25,9 +28,9 @@ def atmosphere(out: str | None, quick: bool, as_json: bool) -> None:
 
     \b
     Example:
-      mat bench atmosphere --quick
+      python tests/bench/atmosphere.py --quick
     """
-    from skyshine.mat.bench import atmosphere as bench
+    import atmosphere_ladder as bench
 
     bands = bench.QUICK_BANDS if quick else bench.BANDS
     with progress(4 * len(bands), "measuring") as advance:
@@ -68,3 +71,7 @@ def _print(bench: AtmosphereBench) -> None:
         echo_table(
             header, [[r.name, f"{r.seconds:.3g}", *(f"{100 * e:.2g}" for e in r.errors.values())] for r in rungs]
         )
+
+
+if __name__ == "__main__":
+    atmosphere()

@@ -15,7 +15,7 @@ from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.optics import gas_absorption
-from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.bench.peers import GRID
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.spectroscopy.training import TRAINING_PROFILES
 from skyshine.schemas.arrays import Floats, Integers
@@ -28,14 +28,6 @@ _COMPILE_TOLERANCE = 1e-4
 _AIR_MASSES = (1.0, 2.0, 5.0, 15.0, 38.0)
 _BOTTOMS = (0.0, 2e3, 6e3, 12e3)  # m
 _LENGTHS = (100.0, 300.0, 1e3, 3e3, 1e4, 3e4, 1e5)
-# The paths on which bands are compiled: those of a usual job.
-GRID = PathGrid(
-    range_km=np.array([0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100.0]),
-    altitude_km=np.array([0.0, 0.5, 1, 2, 4, 8, 12]),
-    elevation_deg=np.array([-90.0, -60, -30, -15, -5, 0, 5, 15, 30, 60, 90]),
-    source_elevation_deg=np.array([5.0, 30, 60, 90]),
-    source_azimuth_deg=np.array([0.0, 90, 180]),
-)
 
 
 def merged_intervals(points: SpectralPoints, width: float, gases: Sequence[str]) -> tuple[Integers, Floats, Integers]:

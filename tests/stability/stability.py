@@ -1,4 +1,7 @@
-"""``mat bench stability``: random extreme cases for a given time."""
+"""Random extreme and stiff cases for a given time.
+
+python tests/stability/stability.py --seconds 300
+"""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -6,7 +9,7 @@ from pathlib import Path
 import click
 
 from skyshine.schemas.commands import echo_table, emit_json, json_option
-from skyshine.schemas.errors import CheckFailed, InputError
+from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
 
 
@@ -32,10 +35,10 @@ def stability(seconds: float, seed: int, case: str | None, drawn: str | None, as
 
     \b
     Examples:
-      mat bench stability --seconds 60 --seed 3
-      mat bench stability --seed 3 --case job:12 --drawn jobs
+      python tests/stability/stability.py --seconds 60 --seed 3
+      python tests/stability/stability.py --seed 3 --case job:12 --drawn jobs
     """
-    from skyshine.mat.bench import stability as suite
+    import extreme_cases as suite
 
     if case is None:
         trials = suite.run(seconds, seed)
@@ -73,15 +76,14 @@ def stability(seconds: float, seed: int, case: str | None, drawn: str | None, as
             echo_table(("worst", "value"), [(measure, f"{value:.3g}") for measure, value in trial.worst.items()])
     failures = [failure for trial in trials.values() for failure in trial.failures]
     if failures:
-        raise CheckFailed(f"{len(failures)} cases failed, the first: {failures[0]}")
+        raise click.ClickException(f"{len(failures)} cases failed, the first: {failures[0]}")
 
 
 def _write_jobs(folder: Path, seed: int, numbers: Iterable[int]) -> None:
     """Write the jobs of these cases, each drawn again from its seed and number."""
     import numpy as np
     import yaml
-
-    from skyshine.mat.bench.extreme_jobs import random_job
+    from extreme_jobs import random_job
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -91,3 +93,7 @@ def _write_jobs(folder: Path, seed: int, numbers: Iterable[int]) -> None:
             (folder / f"job-{seed}-{number}.yaml").write_text(text, encoding="utf-8")
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror}; name another place", file=folder) from None
+
+
+if __name__ == "__main__":
+    stability()

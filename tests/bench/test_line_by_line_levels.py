@@ -1,8 +1,7 @@
 """Which gases of a table are judged line by line: those that lines describe over all of a range."""
 
 import pytest
-
-from skyshine.mat.bench.line_by_line import judged_gases
+from line_by_line_levels import judged_gases
 
 
 class Library:

@@ -3,6 +3,8 @@ that it writes.
 """
 
 import json
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,9 +12,11 @@ from click.testing import CliRunner
 
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.bench import atmosphere as bench
 from skyshine.mat.bench import lowtran
-from skyshine.mat.commands.bench import command
+
+sys.path.insert(0, str(Path(__file__).parent))
+import atmosphere_ladder as bench
+from atmosphere import atmosphere
 
 
 @pytest.fixture(scope="module")
@@ -24,9 +28,7 @@ def result(tmp_path_factory):
         patch.setattr(bench, "DIRECTIONS", (2, 8))
         patch.setattr(bench, "STREAMS", (2, 6))
         patch.setattr(bench, "_MOST_NODES", 10)
-        done = CliRunner().invoke(
-            command, ["atmosphere", "--quick", "--json", "--out", str(folder)], catch_exceptions=False
-        )
+        done = CliRunner().invoke(atmosphere, ["--quick", "--json", "--out", str(folder)], catch_exceptions=False)
     found = json.loads(done.stdout)
     assert found == json.loads((folder / "atmosphere-bench.json").read_text(encoding="utf-8"))
     assert (folder / "atmosphere-bench.png").read_bytes()[:4] == b"\x89PNG"

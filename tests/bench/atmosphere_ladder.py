@@ -25,17 +25,17 @@ from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.sky import sky_irradiance
 from skyshine.mat.atmosphere.transfer.stream_count import azimuthal_count
-from skyshine.mat.bench.ladders import GRID
+from skyshine.mat.bench.peers import GRID, VISIBILITY, thinned
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import AtmosphericQuantities
 from skyshine.mat.radiometry.blackbody import SpectralResponse
-from skyshine.schemas.arrays import Floats, Integers
+from skyshine.schemas.arrays import Floats
 
 Result = TypeVar("Result")
 BANDS = {"3-5 um": (3.0, 5.0), "8-12 um": (8.0, 12.0)}
 QUICK_BANDS = {"10-10.5 um": (10.0, 10.5)}
-PROFILE, VISIBILITY = "midlatitude_summer", 23.0  # km
+PROFILE = "midlatitude_summer"
 POINTS = (4, 16, 64)
 DIRECTIONS = (2, 4, 8, 16)
 STREAMS, _MOST_NODES = (2, 4, 6, 8), 16  # nodes of a hemisphere
@@ -173,18 +173,6 @@ def layers_ladder(state: AtmosphericState, band: BandPoints, sun: Floats) -> lis
         table, seconds = _timed(partial(_small_table, air, band, sun))
         rungs.append(AtmosphereRung(f"{levels.size} levels", seconds, _errors(table, exact)))
     return rungs
-
-
-def thinned(state: AtmosphericState, levels: Integers) -> AtmosphericState:
-    """A state at some of its levels, by their indices."""
-    return replace(
-        state,
-        altitude=state.altitude[levels],
-        pressure=state.pressure[levels],
-        temperature=state.temperature[levels],
-        mole_fraction={gas: values[levels] for gas, values in state.mole_fraction.items()},
-        aerosols=tuple(replace(part, extinction_550=part.extinction_550[levels]) for part in state.aerosols),
-    )
 
 
 def halved(state: AtmosphericState) -> AtmosphericState:

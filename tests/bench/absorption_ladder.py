@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
+import ladders
 import numpy as np
 
 from skyshine.mat.atmosphere.band.points import band_points
@@ -24,7 +25,7 @@ from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.geometry import Shells, trace
 from skyshine.mat.atmosphere.transfer.optics import rayleigh_scattering, spectral_optics
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments, emitted
-from skyshine.mat.bench import ladders, lowtran
+from skyshine.mat.bench import lowtran
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.mat.spectroscopy.training import HELD_OUT_PROFILE
 from skyshine.schemas.arrays import Floats, Integers
@@ -187,7 +188,8 @@ def line_by_line(
     advance: Callable[[int], object] | None = None,
 ) -> Means:
     """The reference; `advance` is called after each interval."""
-    from skyshine.mat.bench.line_by_line import absorption_at_levels
+    from line_by_line_levels import absorption_at_levels
+
     from skyshine.mat.spectroscopy.linebyline import interval_grid
 
     shells, segments = scene.rays()
@@ -378,7 +380,7 @@ def bench_band(
     gases: Sequence[str] = table.gases
     left_out: list[str] = []
     if library is not None and continua is not None:
-        from skyshine.mat.bench.line_by_line import judged_gases
+        from line_by_line_levels import judged_gases
 
         gases, left_out = judged_gases(library, table, 1e4 / limits[1], 1e4 / limits[0])
     scene = AbsorptionScene(limits, gases)

@@ -1,18 +1,23 @@
 """The bench of gas absorption: what it measures, on a narrow band, and the peer's source."""
 
 import json
+import sys
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
-from skyshine.mat.bench import absorption as bench
-from skyshine.mat.bench import ladders, lowtran
-from skyshine.mat.commands.bench import command
+from skyshine.mat.bench import lowtran
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.schemas.errors import InputError
+
+sys.path.insert(0, str(Path(__file__).parent))
+import absorption_ladder as bench
+import ladders
+from absorption import absorption
 
 NARROW = (11.0, 11.3)
 
@@ -78,9 +83,7 @@ def test_command_prints_and_writes_the_same_numbers(monkeypatch, tmp_path):
     monkeypatch.setattr(bench, "QUICK_BANDS", {"narrow": NARROW})
     monkeypatch.setattr(bench, "COUNTS", (4, 8))
     monkeypatch.setattr(lowtran, "find_source", lambda path: (None, "no package"))
-    done = CliRunner().invoke(
-        command, ["absorption", "--quick", "--json", "--out", str(tmp_path)], catch_exceptions=False
-    )
+    done = CliRunner().invoke(absorption, ["--quick", "--json", "--out", str(tmp_path)], catch_exceptions=False)
     result = json.loads(done.stdout)
     assert result == json.loads((tmp_path / "absorption-bench.json").read_text(encoding="utf-8"))
     assert result["lowtran7"] == "left out: no package"
@@ -94,7 +97,7 @@ def test_command_prints_and_writes_the_same_numbers(monkeypatch, tmp_path):
 
 def test_line_lists_need_their_continua():
     with pytest.raises(InputError, match="--lines and --continua go together"):
-        CliRunner().invoke(command, ["absorption", "--lines", "lines"], catch_exceptions=False)
+        CliRunner().invoke(absorption, ["--lines", "lines"], catch_exceptions=False)
 
 
 def test_the_peers_source_is_found_in_a_wheel_or_refused_in_one_line(tmp_path):

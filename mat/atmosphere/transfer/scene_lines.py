@@ -12,15 +12,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, Shells, trace
-from skyshine.mat.measure.sampling import lines_in_cells
-from skyshine.mat.quantities.grid import PathGrid
-from skyshine.schemas.arrays import Booleans, Floats
+from skyshine.mat.atmosphere.transfer.path_axes import PathAxes
+from skyshine.schemas.arrays import Booleans, Floats, Integers
 
 LOWEST_KM = 0.01  # height above the ground of the lowest observer whose lines end on it
 _GROUND, _CELLS, _LIMB = 1 / 3, 1 / 3, 1 / 6  # shares of the lines; the rest goes up
 # Pairs of height and direction drawn for one line to the ground: most that are no line at all have too short a range.
 _CANDIDATES = 40
 _RADIUS_KM = EARTH_RADIUS / 1e3
+REGIONS = ("ground", "air", "sky", "limb")
+SKY_KM = 20.0  # altitude above which a line has left 95 % of the air
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +44,7 @@ class SceneLines:
     on_ground: Booleans
 
     @classmethod
-    def drawn(cls, shells: Shells, base: PathGrid, count: int, generator: np.random.Generator) -> SceneLines:
+    def drawn(cls, shells: Shells, base: PathAxes, count: int, generator: np.random.Generator) -> SceneLines:
         """Draw lines between the ends of the axes of a job, in random order."""
         altitude, elevation, ranges = lines_in_cells(base, count, generator)
         order = generator.permutation(count)
@@ -55,11 +56,33 @@ class SceneLines:
                 ranges[rows] = _even_in_logarithm(base, rows.size, generator)
         return cls._ended(shells, base, altitude, elevation, ranges, generator)
 
+    def some(self, lines: Integers) -> SceneLines:
+        """Lines of some numbers."""
+        return SceneLines(
+            self.altitude_km[lines], self.elevation_deg[lines], self.range_km[lines], self.on_ground[lines]
+        )
+
+    def regions(self) -> dict[str, Booleans]:
+        """Which ends (n, R) of the lines lie in each of `REGIONS`, one for each: on the ground, on upward lines above
+        `SKY_KM`, on lines that look down past the ground, and all other.
+        """
+        last = np.arange(self.range_km.shape[1]) == self.range_km.shape[1] - 1
+        meets, start = self.on_ground[:, None], _RADIUS_KM + self.altitude_km[:, None]
+        sine = np.sin(np.radians(self.elevation_deg))[:, None]
+        # Ends of straight lines over a round Earth.
+        end = np.sqrt(start**2 + self.range_km**2 + 2 * start * self.range_km * sine) - _RADIUS_KM
+        # Lines that meet the ground beyond the longest range look down steeply, but from space.
+        dip = np.degrees(np.arccos(_RADIUS_KM / (_RADIUS_KM + np.maximum(self.altitude_km, 0.0))))[:, None]
+        elevation = self.elevation_deg[:, None]
+        ground, sky = meets & last, (elevation >= 0) & (end >= SKY_KM)
+        limb = np.broadcast_to((elevation < 0) & (elevation > -dip) & ~meets, ground.shape)
+        return dict(zip(REGIONS, (ground, ~(ground | limb | sky), sky, limb), strict=True))
+
     @classmethod
     def _ended(
         cls,
         shells: Shells,
-        base: PathGrid,
+        base: PathAxes,
         altitude: Floats,
         elevation: Floats,
         ranges: Floats,
@@ -82,7 +105,7 @@ class SceneLines:
 
 
 def _towards_ground(
-    base: PathGrid, ground_km: float, count: int, generator: np.random.Generator
+    base: PathAxes, ground_km: float, count: int, generator: np.random.Generator
 ) -> tuple[Floats, Floats] | None:
     """Altitudes and elevations of lines that meet the ground within the ranges of a job: even in solid angle and in the
     logarithm of height, which for one direction is that of range.
@@ -104,7 +127,7 @@ def _towards_ground(
 
 
 def _past_the_limb(
-    base: PathGrid, ground_km: float, count: int, generator: np.random.Generator
+    base: PathAxes, ground_km: float, count: int, generator: np.random.Generator
 ) -> tuple[Floats, Floats] | None:
     """The same of lines that look below the horizontal and pass a lowest point above the ground."""
     height = _heights(base, ground_km, count, generator)
@@ -117,7 +140,7 @@ def _past_the_limb(
 
 
 def _upward(
-    base: PathGrid, ground_km: float, count: int, generator: np.random.Generator
+    base: PathAxes, ground_km: float, count: int, generator: np.random.Generator
 ) -> tuple[Floats, Floats] | None:
     """The same of lines above the horizontal, even in solid angle."""
     lowest, highest = np.sin(np.radians(np.clip(base.elevation_deg[[0, -1]], 0.0, 90.0)))
@@ -127,7 +150,7 @@ def _upward(
     return ground_km + _heights(base, ground_km, count, generator), np.degrees(np.arcsin(sine))
 
 
-def _heights(base: PathGrid, ground_km: float, count: int, generator: np.random.Generator) -> Floats:
+def _heights(base: PathAxes, ground_km: float, count: int, generator: np.random.Generator) -> Floats:
     """Heights (count,) of observers above the ground [km], even in their logarithm from `LOWEST_KM` on."""
     low, high = (max(float(altitude) - ground_km, 0.0) for altitude in base.altitude_km[[0, -1]])
     low = min(max(low, LOWEST_KM), high)
@@ -136,7 +159,7 @@ def _heights(base: PathGrid, ground_km: float, count: int, generator: np.random.
     return np.exp(generator.uniform(np.log(low), np.log(high), count))
 
 
-def _even_in_logarithm(base: PathGrid, count: int, generator: np.random.Generator) -> Floats:
+def _even_in_logarithm(base: PathAxes, count: int, generator: np.random.Generator) -> Floats:
     """Ranges (count, R) [km], one in each of R equal parts of the logarithm between a job's shortest and longest."""
     steps, (shortest, longest) = max(1, base.range_km.size - 1), base.range_km[[0, -1]]
     if base.range_km.size == 1:
@@ -145,3 +168,32 @@ def _even_in_logarithm(base: PathGrid, count: int, generator: np.random.Generato
     share = (np.arange(steps) + generator.random((count, steps))) / steps
     ranges: Floats = shortest * (longest / shortest) ** share
     return ranges
+
+
+def lines_in_cells(base: PathAxes, count: int, generator: np.random.Generator) -> tuple[Floats, Floats, Floats]:
+    """Altitude, elevation (n,) and ranges (n, R) of lines, as many in each cell of altitude and elevation, a range in
+    each cell of ranges.
+    """
+    cells = max(1, base.altitude_km.size - 1), max(1, base.elevation_deg.size - 1)
+    turn = generator.permutation(cells[0] * cells[1])[np.arange(count) % (cells[0] * cells[1])]
+    altitude, elevation = (
+        _in_cell(nodes, cell, generator)
+        for nodes, cell in zip((base.altitude_km, base.elevation_deg), np.divmod(turn, cells[1]), strict=True)
+    )
+    steps = max(1, base.range_km.size - 1)
+    return altitude, elevation, _in_cell(base.range_km, np.broadcast_to(np.arange(steps), (count, steps)), generator)
+
+
+def _in_cell(nodes: Floats, cell: Integers, generator: np.random.Generator) -> Floats:
+    """A random place in each of some cells of an axis; an axis of one node gives that node."""
+    if nodes.size == 1:
+        return np.full(np.shape(cell), nodes[0])
+    places: Floats = nodes[cell] + generator.random(np.shape(cell)) * (nodes[cell + 1] - nodes[cell])
+    return places
+
+
+def spread(nodes: Floats, count: int, generator: np.random.Generator) -> Floats:
+    """Random places (count,) on an axis, one in each of as many equal parts of its cells, in random order."""
+    place = (generator.permutation(count) + generator.random(count)) / max(count, 1) * (nodes.size - 1)
+    places: Floats = np.interp(place, np.arange(nodes.size), nodes)
+    return places

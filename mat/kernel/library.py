@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -71,7 +71,7 @@ def lanes() -> int:
     return int(text)
 
 
-def function(name: str, argtypes: list[Any], restype: Any) -> Callable[..., Any]:
+def function(name: str, argtypes: Sequence[Any], restype: Any) -> Callable[..., Any]:
     """A function of the library, compiled for the lanes of this processor.
 
     Parameters

@@ -75,8 +75,8 @@ class _ScatteringStructure(ctypes.Structure):
     )
 
 
-_TABLES = [POINTER(RaysStructure), POINTER(LayersStructure), POINTER(_ScatteringStructure), c_int64]
-_ARGUMENTS = [*_TABLES, c_void_p, c_void_p, c_void_p, c_int64, c_int64, c_void_p, c_void_p, c_void_p, c_void_p]
+_TABLES = (POINTER(RaysStructure), POINTER(LayersStructure), POINTER(_ScatteringStructure), c_int64)
+_ARGUMENTS = (*_TABLES, c_void_p, c_void_p, c_void_p, c_int64, c_int64, *[c_void_p] * 4)
 
 
 class ScatteredLight:
@@ -193,7 +193,7 @@ class ScatteredLight:
         sources = to_source.shape[1]
         tables = arrays.rays(segments, depths.first), self._layers, self._tables, sources
         size = function("scattered_light_scratch", (*_TABLES, c_int64), c_int64)(*tables, kind)
-        function("scattered_light", tuple(_ARGUMENTS))(
+        function("scattered_light", _ARGUMENTS, None)(
             *tables,
             arrays.address(to_source),
             arrays.address(deflection),

@@ -145,7 +145,7 @@ class SourcePaths:
         depth: Singles = np.empty((*cosine.shape, points), np.float32)
         scratch = SCRATCH.of(4 * row + _SCRATCH * padded(count))
         addresses = arrays.address(altitude), arrays.address(cosine), scratch, scratch + 4 * row, depth.ctypes.data
-        function("source_depth", _ARGUMENTS)(self._structure, altitude.size, count, *addresses)
+        function("source_depth", _ARGUMENTS, None)(self._structure, altitude.size, count, *addresses)
         return depth
 
     @cached_property

@@ -68,11 +68,11 @@ class ThermalLight:
         row = padded(self._points) * self._real.itemsize
         if self._field is None:
             scratch = SCRATCH.of(_ROWS * row)
-            kernel = function(f"emitted_{self._suffix}", _EMITTED)
+            kernel = function(f"emitted_{self._suffix}", _EMITTED, None)
             kernel(rays, self._points, self._levels, self._emission, depth, scratch, radiance.ctypes.data)
             return radiance
         functions = 8 * self._field.ordinates.pairs[0].size
         scratch = SCRATCH.of(functions + _ROWS * row)
-        kernel = function(f"thermal_{self._suffix}", _THERMAL)
+        kernel = function(f"thermal_{self._suffix}", _THERMAL, None)
         kernel(rays, self._layers, *self._tables, depth, scratch, scratch + functions, radiance.ctypes.data)
         return radiance

@@ -5,6 +5,7 @@ Tables of a state are the package's; what they are made of is tested with them.
 """
 
 from dataclasses import dataclass
+from math import factorial
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from skyshine.mat.atmosphere.transfer.directions import direction_weights
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
 from skyshine.mat.atmosphere.transfer.layer_parts import through_three
 from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES, rayleigh_phase
-from skyshine.mat.atmosphere.transfer.segments import Depths, mean_attenuation, source_weights
+from skyshine.mat.atmosphere.transfer.segments import Depths, mean_attenuation
 from skyshine.mat.atmosphere.transfer.source_nodes import elevation_weights
 
 HIDDEN = 1e4  # optical depth to a source behind the Earth
@@ -67,15 +68,23 @@ def _pieces(optical, layer, nearer, farther, parts):
     return result
 
 
+def source_weights(depth):
+    """Weights of a source linear in optical depth, of its near and far end."""
+    thin, thick, far = np.minimum(depth, 0.5), np.maximum(depth, 0.5), np.zeros_like(depth)
+    for n in range(20, 0, -1):  # sum of (-1)^(n + 1) n t^n / (n + 1)!
+        far = (far + (-1) ** (n + 1) * n / factorial(n + 1)) * thin
+    far = np.where(depth < 0.5, far, -np.expm1(-thick) * (1 + 1 / thick) - 1)
+    return -np.expm1(-depth) - far, far
+
+
 def power_weights(depth):
     """What sources 1, u and u^2 send out of the near end, with u from 0 there to 1 at an optical depth."""
     near, far = source_weights(depth)
-    square = 2 * far / np.maximum(depth, 0.1) - np.exp(-depth)
-    series, term = np.zeros_like(depth), np.minimum(depth, 0.1)
-    for n in range(8):  # sum of (-1)^n t^(n + 1) / (n! (n + 3))
-        series = series + term / (n + 3)
-        term = -term * np.minimum(depth, 0.1) / (n + 1)
-    return near + far, far, np.where(depth < 0.1, series, square)
+    thin, series = np.minimum(depth, 0.5), np.zeros_like(depth)
+    for n in range(20, -1, -1):  # sum of (-1)^n t^(n + 1) / (n! (n + 3))
+        series = series * thin + (-1) ** n / (factorial(n) * (n + 3))
+    square = 2 * far / np.maximum(depth, 0.5) - np.exp(-depth)
+    return near + far, far, np.where(depth < 0.5, series * thin, square)
 
 
 def straight_weights(depths, scaled):

@@ -33,8 +33,8 @@ ORDERS = 3
 # Vertical optical depth below which the light is that of plane layers times a factor: it is what came down through the
 # layers above.
 _DEEP = 3.0
-# Times that the light between levels is as bright as at any of them, at most. Where plane layers are all but dark at one
-# level, the ratio there is as large as they are dark, and no measure of the light between it and the next.
+# Times that light between levels is as bright as at the brighter of them, at most. Where plane layers are all but dark
+# at one level, the ratio there is as large as they are dark, and says nothing of the light between it and the next.
 _BRIGHTER = 3.0
 # Radiances below count as none.
 _DARK = 1e-30

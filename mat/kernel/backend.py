@@ -5,7 +5,7 @@ this Python loads, it is the one in the package `ziglang`, which pip then puts i
 is linked without any other. An editable installation has it beside the sources; a wheel is built without writing there.
 
 A wheel for another system: pip wheel . --no-deps -C target=win_amd64 (the names are those of `TARGETS`). All of them,
-from one source distribution:
+and a source distribution:
 
     python mat/kernel/backend.py OUT
 
@@ -42,6 +42,7 @@ TARGETS = {
     "macosx_10_12_x86_64": "x86_64-macos.10.12",
     "win_amd64": "x86_64-windows-gnu",
 }
+MACOS_LIBRARY = "lib/libc/darwin/libSystem.tbd"  # of the package ziglang: names the system's library and its functions
 SUFFIX = {"linux": ".so", "macos": ".dylib", "windows": ".dll"}
 
 # No contraction and no fast mathematics: every compiler and processor gives the same bytes. Distributions switch the
@@ -57,6 +58,7 @@ class Compiler:
     command: tuple[str, ...]
     machine: str
     system: str
+    zig: bool = False
 
     def flags(self) -> list[str]:
         flags = [*FLAGS.split(), *WARNINGS.split()]
@@ -65,8 +67,8 @@ class Compiler:
         return flags
 
     def link(self) -> list[str]:
-        if self.system == "macos":  # a library without the system's is refused by its own linker
-            return ["-shared"]
+        if self.system == "macos":  # macOS loads no library that names none of its own
+            return ["-shared", *(["-nostdlib", str(zig_folder() / MACOS_LIBRARY)] if self.zig else [])]
         return ["-shared", "-nostdlib"] + ["-Wl,--no-undefined"] * (self.system == "linux")
 
     def run(self, *arguments: str | Path, folder: Path) -> None:
@@ -110,8 +112,8 @@ def compile_library(compiler: Compiler, output: Path, names: list[str] | None = 
 
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             objects = list(pool.map(compile_one, jobs))
-        linked = "linked" + SUFFIX[compiler.system]
-        compiler.run(*compiler.link(), *objects, "-o", linked, folder=folder)
+        linked = f"libskyshine{SUFFIX[compiler.system]}"
+        compiler.run(*objects, *compiler.link(), "-o", linked, folder=folder)
         partial = output.with_name(f"{output.name}.{os.getpid()}.part")
         partial.write_bytes((folder / linked).read_bytes())
         partial.replace(output)
@@ -146,13 +148,20 @@ def machine_compiler() -> Compiler | None:
     return None
 
 
+def zig_folder() -> Path:
+    """Folder of the package ziglang."""
+    spec = importlib.util.find_spec("ziglang")
+    if spec is None or spec.origin is None:
+        raise SystemExit("no C compiler works here (CC, cc, gcc, clang); install one, or the package ziglang with pip")
+    return Path(spec.origin).parent
+
+
 def zig_compiler(target: str) -> Compiler:
     """The compiler of the package ziglang, for a target such as `x86_64-linux-gnu`."""
-    if importlib.util.find_spec("ziglang") is None:
-        raise SystemExit("no C compiler works here (CC, cc, gcc, clang); install one, or the package ziglang with pip")
+    zig_folder()
     machine, system = target.split("-")[:2]
     command = (sys.executable, "-m", "ziglang", "cc", "-target", target)
-    return Compiler(command, machine, system.split(".")[0])
+    return Compiler(command, machine, system.split(".")[0], zig=True)
 
 
 def zig_target() -> str:
@@ -233,16 +242,18 @@ def build_editable(
 
 
 def main() -> None:
-    """Build a source distribution and from it the wheels of all targets, into the folder that is named."""
+    """Build a source distribution and the wheels of all targets into the folder that is named."""
+    from build import ProjectBuilder
+    from build.env import DefaultIsolatedEnv
+
     if len(sys.argv) != 2:
         raise SystemExit("usage: python mat/kernel/backend.py OUT")
-    output, checkout = Path(sys.argv[1]).resolve(), SOURCES.parents[1]
-    subprocess.run([sys.executable, "-m", "build", "--sdist", "--outdir", output, checkout], check=True)
-    (source,) = output.glob("skyshine-*.tar.gz")
-    pip = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", str(output), str(source)]
-    for target in TARGETS:
-        subprocess.run([*pip, "-C", f"target={target}"], check=True)
-        print(target)
+    with DefaultIsolatedEnv() as environment:
+        builder = ProjectBuilder.from_isolated_env(environment, SOURCES.parents[1])
+        environment.install({*builder.build_system_requires, ZIG})
+        builder.build("sdist", sys.argv[1])
+        for target in TARGETS:
+            builder.build("wheel", sys.argv[1], {"target": target})
 
 
 if __name__ == "__main__":

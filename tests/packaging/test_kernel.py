@@ -23,7 +23,12 @@ X86_64, AARCH64 = b"\x3e\x00", b"\xb7\x00"
 ELF, MACHO = b"\x7fELF", b"\xcf\xfa\xed\xfe"
 WIDTH = """
 #include "export.h"
-SKYSHINE_EXPORT int SKYSHINE_NAME(width)(int x) { return LANES * x; }
+#ifdef __AVX2__
+#define INSTRUCTIONS 1000
+#else
+#define INSTRUCTIONS 0
+#endif
+SKYSHINE_EXPORT int SKYSHINE_NAME(width)(int x) { return LANES * x + INSTRUCTIONS; }
 """
 
 
@@ -109,19 +114,21 @@ def test_a_function_has_the_name_of_its_lanes(backend, compiler, tmp_path, monke
     monkeypatch.setattr(kernel, "lanes", kernel.lanes.__wrapped__)
     for number in {4, loaded.skyshine_lanes()}:
         monkeypatch.setenv(kernel.VARIABLE, str(number))
-        assert kernel.function("width", [ctypes.c_int], ctypes.c_int)(3) == 3 * number
+        assert kernel.function("width", [ctypes.c_int], ctypes.c_int)(3) == 3 * number + 1000 * (number == 8)
     with pytest.raises(AttributeError):
         kernel.function("height", [], None)
 
 
-def test_the_functions_that_compilers_call_do_what_those_of_c_do(backend, compiler, tmp_path):
-    flags = [flag for flag in backend.FLAGS.split() if "visibility" not in flag]
+@pytest.mark.parametrize("processor", [[], ["-U__x86_64__"]])
+def test_the_functions_that_compilers_call_do_what_those_of_c_do(backend, compiler, tmp_path, processor):
+    flags = [flag for flag in backend.FLAGS.split() if "visibility" not in flag] + processor
+    flags += ["-Wl,-Bsymbolic"] if sys.platform == "linux" else []  # they call each other, not those of the C library
     file = tmp_path / f"memory{Path(kernel.NAME).suffix}"
     compiler.run(*flags, *compiler.link(), SOURCES / "freestanding.c", "-o", file, folder=tmp_path)
     made = ctypes.CDLL(str(file))
     start = bytes(range(1, 41))
     for count in (0, 1, 7, 8, 9, 19):
-        for to, source in ((0, 0), (0, 3), (3, 0), (1, 20), (20, 1)):
+        for to, source in ((0, 0), (0, 3), (3, 0), (8, 0), (18, 0), (1, 20), (20, 1)):
             expected = bytearray(start)
             expected[to : to + count] = start[source : source + count]
             memory = ctypes.create_string_buffer(start, len(start))

@@ -48,7 +48,7 @@ SUFFIX = {"linux": ".so", "macos": ".dylib", "windows": ".dll"}
 # No contraction and no fast mathematics: every compiler and processor gives the same bytes. Distributions switch the
 # stack protector on, which calls a function of their C library.
 FLAGS = "-std=c11 -O3 -ffp-contract=off -fno-math-errno -ffreestanding -fno-stack-protector -fPIC -fvisibility=hidden"
-WARNINGS = "-Wall -Wextra -Wno-psabi -Wno-unknown-warning-option"
+WARNINGS = "-g0 -Wall -Wextra -Wno-psabi -Wno-unknown-warning-option"
 
 
 @dataclass(frozen=True)
@@ -59,12 +59,6 @@ class Compiler:
     machine: str
     system: str
     zig: bool = False
-
-    def flags(self) -> list[str]:
-        flags = [*FLAGS.split(), *WARNINGS.split()]
-        if self.system == "windows":  # Windows grows a stack page by page: the check is a function of its C library
-            flags.append("-mno-stack-arg-probe")
-        return flags
 
     def link(self) -> list[str]:
         if self.system == "macos":  # macOS loads no library that names none of its own
@@ -106,7 +100,7 @@ def compile_library(compiler: Compiler, output: Path, names: list[str] | None = 
 
         def compile_one(job: tuple[str, str, str, list[str]]) -> str:
             name, made, lanes, extra = job
-            flags = [*compiler.flags(), digest, f"-DLANES={lanes}", *extra]
+            flags = [*FLAGS.split(), *WARNINGS.split(), digest, f"-DLANES={lanes}", *extra]
             compiler.run(*flags, "-c", SOURCES / name, "-o", made, folder=folder)
             return made
 

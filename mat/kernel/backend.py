@@ -5,7 +5,7 @@ this Python loads, it is the one in the package `ziglang`, which pip then puts i
 is linked without any other. An editable installation has it beside the sources; a wheel is built without writing there.
 
 A wheel for another system: pip wheel . --no-deps -C target=win_amd64 (the names are those of `TARGETS`). All of them,
-from one source distribution:
+and a source distribution:
 
     python mat/kernel/backend.py OUT
 
@@ -32,7 +32,7 @@ from sources import sources_digest
 SOURCES = Path(__file__).resolve().parent
 ONCE = ("freestanding.c", "processor.c")  # compiled for any processor; all others once for each number of lanes
 LANES = {"4": ["-msse2"], "8": ["-mavx2"]}  # of x86-64; other processors have 4 and no flag
-ZIG = "ziglang>=0.14"
+ZIG = "ziglang>=0.17"  # 0.14 takes 13 s instead of 0.1 and expects another entry of a Windows library
 
 # Platform tags of wheels, with the target of zig: its system version is the lowest that the tag allows.
 TARGETS = {
@@ -42,12 +42,13 @@ TARGETS = {
     "macosx_10_12_x86_64": "x86_64-macos.10.12",
     "win_amd64": "x86_64-windows-gnu",
 }
+MACOS_LIBRARY = "lib/libc/darwin/libSystem.tbd"  # of the package ziglang: names the system's library and its functions
 SUFFIX = {"linux": ".so", "macos": ".dylib", "windows": ".dll"}
 
 # No contraction and no fast mathematics: every compiler and processor gives the same bytes. Distributions switch the
 # stack protector on, which calls a function of their C library.
 FLAGS = "-std=c11 -O3 -ffp-contract=off -fno-math-errno -ffreestanding -fno-stack-protector -fPIC -fvisibility=hidden"
-WARNINGS = "-Wall -Wextra -Wno-psabi -Wno-unknown-warning-option"
+WARNINGS = "-g0 -Wall -Wextra -Wno-psabi -Wno-unknown-warning-option"
 
 
 @dataclass(frozen=True)
@@ -57,16 +58,11 @@ class Compiler:
     command: tuple[str, ...]
     machine: str
     system: str
-
-    def flags(self) -> list[str]:
-        flags = [*FLAGS.split(), *WARNINGS.split()]
-        if self.system == "windows":  # Windows grows a stack page by page: the check is a function of its C library
-            flags.append("-mno-stack-arg-probe")
-        return flags
+    zig: bool = False
 
     def link(self) -> list[str]:
-        if self.system == "macos":  # a library without the system's is refused by its own linker
-            return ["-shared"]
+        if self.system == "macos":  # macOS loads no library that names none of its own
+            return ["-shared", *(["-nostdlib", str(zig_folder() / MACOS_LIBRARY)] if self.zig else [])]
         return ["-shared", "-nostdlib"] + ["-Wl,--no-undefined"] * (self.system == "linux")
 
     def run(self, *arguments: str | Path, folder: Path) -> None:
@@ -104,14 +100,14 @@ def compile_library(compiler: Compiler, output: Path, names: list[str] | None = 
 
         def compile_one(job: tuple[str, str, str, list[str]]) -> str:
             name, made, lanes, extra = job
-            flags = [*compiler.flags(), digest, f"-DLANES={lanes}", *extra]
+            flags = [*FLAGS.split(), *WARNINGS.split(), digest, f"-DLANES={lanes}", *extra]
             compiler.run(*flags, "-c", SOURCES / name, "-o", made, folder=folder)
             return made
 
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             objects = list(pool.map(compile_one, jobs))
-        linked = "linked" + SUFFIX[compiler.system]
-        compiler.run(*compiler.link(), *objects, "-o", linked, folder=folder)
+        linked = f"libskyshine{SUFFIX[compiler.system]}"
+        compiler.run(*objects, *compiler.link(), "-o", linked, folder=folder)
         partial = output.with_name(f"{output.name}.{os.getpid()}.part")
         partial.write_bytes((folder / linked).read_bytes())
         partial.replace(output)
@@ -146,13 +142,20 @@ def machine_compiler() -> Compiler | None:
     return None
 
 
+def zig_folder() -> Path:
+    """Folder of the package ziglang."""
+    spec = importlib.util.find_spec("ziglang")
+    if spec is None or spec.origin is None:
+        raise SystemExit("no C compiler works here (CC, cc, gcc, clang); install one, or the package ziglang with pip")
+    return Path(spec.origin).parent
+
+
 def zig_compiler(target: str) -> Compiler:
     """The compiler of the package ziglang, for a target such as `x86_64-linux-gnu`."""
-    if importlib.util.find_spec("ziglang") is None:
-        raise SystemExit("no C compiler works here (CC, cc, gcc, clang); install one, or the package ziglang with pip")
+    zig_folder()
     machine, system = target.split("-")[:2]
     command = (sys.executable, "-m", "ziglang", "cc", "-target", target)
-    return Compiler(command, machine, system.split(".")[0])
+    return Compiler(command, machine, system.split(".")[0], zig=True)
 
 
 def zig_target() -> str:
@@ -188,7 +191,10 @@ def get_requires_for_build_wheel(config_settings: dict[str, Any] | None = None) 
     return [ZIG] if asked_target(config_settings) or machine_compiler() is None else []
 
 
-get_requires_for_build_editable = get_requires_for_build_wheel
+def get_requires_for_build_editable(config_settings: dict[str, Any] | None = None) -> list[str]:
+    if asked_target(config_settings):
+        raise SystemExit("-C target: an editable installation is of this system; build a wheel for others")
+    return get_requires_for_build_wheel()
 
 
 def get_requires_for_build_sdist(config_settings: dict[str, Any] | None = None) -> list[str]:
@@ -224,8 +230,6 @@ def build_editable(
 ) -> str:
     from scikit_build_core import build
 
-    if asked_target(config_settings):
-        raise SystemExit("-C target: an editable installation is of this system; build a wheel for others")
     compiler = compiler_for(None)
     compiled(compiler, SOURCES / f"libskyshine{SUFFIX[compiler.system]}")
     filename: str = build.build_editable(wheel_directory, config_settings, metadata_directory)
@@ -233,16 +237,18 @@ def build_editable(
 
 
 def main() -> None:
-    """Build a source distribution and from it the wheels of all targets, into the folder that is named."""
+    """Build a source distribution and the wheels of all targets into the folder that is named."""
+    from build import ProjectBuilder
+    from build.env import DefaultIsolatedEnv
+
     if len(sys.argv) != 2:
         raise SystemExit("usage: python mat/kernel/backend.py OUT")
-    output, checkout = Path(sys.argv[1]).resolve(), SOURCES.parents[1]
-    subprocess.run([sys.executable, "-m", "build", "--sdist", "--outdir", output, checkout], check=True)
-    (source,) = output.glob("skyshine-*.tar.gz")
-    pip = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", str(output), str(source)]
-    for target in TARGETS:
-        subprocess.run([*pip, "-C", f"target={target}"], check=True)
-        print(target)
+    with DefaultIsolatedEnv() as environment:
+        builder = ProjectBuilder.from_isolated_env(environment, SOURCES.parents[1])
+        environment.install({*builder.build_system_requires, ZIG})
+        builder.build("sdist", sys.argv[1])
+        for target in TARGETS:
+            builder.build("wheel", sys.argv[1], {"target": target})
 
 
 if __name__ == "__main__":

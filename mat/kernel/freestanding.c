@@ -1,5 +1,5 @@
-/* The functions that a compiler may call of itself, for a library that is linked without any other; and the entry of a
- * Windows library. The empty assembly keeps the compiler from replacing the loops by calls of these very functions. */
+/* The functions that a compiler may call of itself, for a library that is linked without any other. The empty assembly
+ * keeps the compiler from replacing the loops by calls of these very functions. */
 #include <stddef.h>
 #include <stdint.h>
 
@@ -71,4 +71,23 @@ int DllMainCRTStartup(void *library, unsigned long reason, void *reserved) {
     (void)library, (void)reason, (void)reserved;
     return 1;
 }
+
+/* Compilers call this before a frame of more than a page, whose size is in rax: Windows commits a stack page by page, so
+ * each page is touched from the top. All registers are as before. */
+__asm__(".globl ___chkstk_ms\n"
+        "___chkstk_ms:\n"
+        "    push %rax\n"
+        "    push %rcx\n"
+        "    lea 24(%rsp), %rcx\n"
+        "1:  cmp $4096, %rax\n"
+        "    jbe 2f\n"
+        "    sub $4096, %rcx\n"
+        "    orb $0, (%rcx)\n"
+        "    sub $4096, %rax\n"
+        "    jmp 1b\n"
+        "2:  sub %rax, %rcx\n"
+        "    orb $0, (%rcx)\n"
+        "    pop %rcx\n"
+        "    pop %rax\n"
+        "    ret\n");
 #endif

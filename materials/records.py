@@ -87,15 +87,15 @@ class ThermalStack:
     ----------
     skin : Layer
         Stores heat at the surface temperature; its own conduction is neglected.
-    layers : tuple of two Layer
-        From the skin inwards.
+    layers : tuple of Layer
+        From the skin inwards: two of the library, one more or two under snow.
     back : Back
     light : tuple of PenetratingLight
         Sunlight that the layers let in; the rest is absorbed at the surface.
     """
 
     skin: Layer
-    layers: tuple[Layer, Layer]
+    layers: tuple[Layer, ...]
     back: Back
     light: tuple[PenetratingLight, ...] = ()
 
@@ -235,6 +235,8 @@ class Material:
         Of leaves that stand on another material.
     operated : mapping of str to Back
         Backs in operation by name, which a job may choose in place of that of `thermal`.
+    moisture : float or None
+        Volume fraction of water that a job has put into its soil.
     opened : OpenStand or None
         Of a stand through whose gaps soil is seen, as a job asks; the spectra are then those of leaves and soil
         together, seen from above. None: a closed skin.
@@ -258,6 +260,7 @@ class Material:
     soil: Soil | None = None
     stand: Stand | None = None
     operated: Mapping[str, Back] = field(default_factory=dict)
+    moisture: float | None = None
     opened: OpenStand | None = None
 
 

@@ -13,11 +13,13 @@ import pydantic
 from skyshine.mat.atmosphere.state.climate import profile_weights
 from skyshine.mat.job.accuracy import names_a_pixel
 from skyshine.mat.job.atmosphere import AUTO, TYPICAL, State
+from skyshine.mat.job.default_ground import with_default_ground
 from skyshine.mat.job.leaf_area import open_stands, refuse_no_soil
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.moisture import check_moisture
 from skyshine.mat.job.plausibility import zone_doubt
 from skyshine.mat.job.series import MEMBER_LIMIT, Series, changed, members
+from skyshine.mat.job.snow import check_snow
 from skyshine.mat.job.state_weather import weather_doubts, with_ground, with_weather_files
 from skyshine.mat.job.surface import named_operation
 from skyshine.mat.job.trim import limited_axes, trimmed
@@ -128,6 +130,8 @@ def load_job(
     _check_query_limits(job, document)
     _check_soil_moisture(job, document, library)
     _check_leaf_area(job, document, library)
+    _check_snow(job, document, library)
+    job = with_default_ground(job, library)
     job, remarks = _with_soundings(_with_typical_aerosol(_with_profiles(job)))
     requested, warnings = with_weather_files(job, document)
     requested, seasons = with_ground(requested, job, document)
@@ -217,6 +221,14 @@ def _check_leaf_area(job: Job, document: Document, library: MaterialLibrary) -> 
                 raise ValueError(f"found {name} in operated too; allowed: in one of them; remove it from one")
     except ValueError as error:
         raise document.error(("leaf_area_index",), f"leaf_area_index: {error}") from None
+
+
+def _check_snow(job: Job, document: Document, library: MaterialLibrary) -> None:
+    """Refuse snow on what carries none or is not in the job."""
+    try:
+        check_snow(job.snow_on, _materials_of(job, library), library)
+    except ValueError as error:
+        raise document.error(("snow_on",), f"snow_on: {error}") from None
 
 
 def _with_series(job: Job, document: Document, context: dict[str, Any]) -> Job:

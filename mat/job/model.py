@@ -22,6 +22,7 @@ from skyshine.mat.job.moisture import SoilMoisture
 from skyshine.mat.job.query_limits import QueryLimits
 from skyshine.mat.job.series import MEMBER_LIMIT
 from skyshine.mat.job.site import Site
+from skyshine.mat.job.snow import SnowCover
 from skyshine.mat.job.surface import (
     SURFACE_HEIGHTS_KM,
     OperatedCelsius,
@@ -115,8 +116,8 @@ class Job(StrictModel):
     temperatures_c: dict[MaterialName, Annotated[float | list[float], by_hour(OperatedCelsius)]] = Field(
         {}, description="Temperatures given by hand in place of the heat balance, one or 24 at the hours 0 to 23."
     )
-    # Both are excluded from dumps: they change the materials, whose digest is in the identity of every table that reads
-    # them.
+    # These are excluded from dumps: they change the materials, whose digest is in the identity of every table that
+    # reads them.
     soil_moisture: SoilMoisture | None = Field(
         None,
         exclude=True,
@@ -135,6 +136,15 @@ class Job(StrictModel):
             " gaps: 0 to 20, or library for the material's own; for all materials with a stand of leaves (grass,"
             " shrub, crops, trees), or by material. By default library; closed, one skin of leaves, where a job"
             " operates the stand."
+        ),
+    )
+    snow_on: dict[MaterialName, SnowCover] = Field(
+        {},
+        exclude=True,
+        description=(
+            "Snow that lies on roofs, vehicles, roads or bare ground in all states, by material: car_paint_red:"
+            " {depth_m: 0.1}. They look and melt like the snow, over what is below; snow cover of open land is a"
+            " material itself."
         ),
     )
     atmosphere_grid: AtmosphereGrid = Field(AtmosphereGrid(), description="Nodes of the atmospheric tables.")

@@ -20,6 +20,7 @@ from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.measure.surface_nodes import PERIODS, RefinedAxes, placed_times, refined_axes, within_period
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.products.shade_error import SHADE_METHOD, shade_error
+from skyshine.mat.quantities.aureole import RADIUS_DEG
 from skyshine.mat.scene.atmosphere import materials_digest, without_air_time
 from skyshine.mat.scene.sources import source_tracks
 from skyshine.mat.scene.summary import state_attributes
@@ -29,7 +30,7 @@ from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.response import response_table
 from skyshine.mat.surface.solver import FINE_STEPS
-from skyshine.mat.surface.sun_path import SOLAR_CONSTANT, SUN_STEPS, SunPath, sun_hours
+from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath, sun_hours
 from skyshine.mat.surface.table import SurfaceTemperatures, rounded, temperature_table
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, AxisRule
@@ -79,6 +80,8 @@ class TemperatureProduct:
             **surroundings_identity(job, context.task.index),
             **({"ground": ground.model_dump(mode="json")} if (ground := weather.ground_year) else {}),
             **({"water": water} if (water := weather.water) else {}),
+            # Tables before format 1.9 had the Sun's aureole in the shade: they are built anew.
+            "aureole_radius_deg": RADIUS_DEG,
             # Tables of rainy days before format 1.7 kept the film of open ground in the shade: they are built anew.
             **({"film_in_shade": True} if "rain_mm_h" in weather.water else {}),
         }
@@ -98,21 +101,23 @@ class TemperatureProduct:
         def temperature(at: Axes) -> Floats:
             return solver.table(at, steps).temperature.astype(float)
 
-        if job.surface_grid.tolerance is not None:
+        tolerance = job.surface_grid.tolerance
+        if tolerance is not None:
             with report.stage("grid"):
                 refined = tolerance_axes(
                     job, solver, start, job.surface_grid.most_nodes, insist=context.loaded.insists("surface_grid")
                 )
-            axes, placed = dict(refined.axes), {"tolerance": job.surface_grid.tolerance}
+            axes, placed = dict(refined.axes), {"tolerance": tolerance}
             report.notes.append(
-                f"{' x '.join(str(nodes.size) for nodes in axes.values())} nodes for {job.surface_grid.tolerance}:"
+                f"{' x '.join(str(nodes.size) for nodes in axes.values())} nodes for {tolerance}:"
                 f" {refined.p99:.2g} K in 99 %, {refined.worst:.2g} K in nearly all reads"
             )
-        if job.surface_grid.time is None and job.surface_grid.tolerance is None:
+        if job.surface_grid.time is None and tolerance is None:
             with report.stage("grid"):
                 axes["time_h"] = placed_times(temperature, axes, whole_day=whole_day, seed=seed, fixed=fixed)
         with report.stage("tables"):
-            table = rounded(solver.table(axes, steps))
+            kelvin = None if tolerance is None else tolerance_parts(tolerance)[0]
+            table = rounded(solver.table(axes, steps), kelvin)
         shaded = limits is None or limits.shade
         response = None
         if shaded:
@@ -156,8 +161,7 @@ class TemperatureProduct:
         report.notes.append(
             f"largest residual {np.max(table.residual):.1e} W/m2, bound excess {np.max(table.bound_excess):.1e} K"
         )
-        extraterrestrial = SOLAR_CONSTANT / solver.inputs[0].sun_distance ** 2
-        fields = None if response is None else shade_fields(response, solver.scene(axes), extraterrestrial)
+        fields = None if response is None else shade_fields(response, solver.scene(axes))
         tracks = track_fields(source_tracks(day, track_hours()))
         yield htt_group(
             table,

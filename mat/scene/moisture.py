@@ -1,4 +1,4 @@
-"""The materials of a job with the water that the job puts into their soil."""
+"""The materials of a job with the water that the job puts into their soil, and its snow on them."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from skyshine.mat.job.moisture import water_fraction
 from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
 from skyshine.mat.radiometry.water_film import film_reflectance, moist_reflectance
 from skyshine.mat.scene.canopy import opened
+from skyshine.mat.scene.snow import under_snow
 from skyshine.mat.surface.soil_moisture import moist_stack, resistance
 from skyshine.mat.surface.wet_skin import FilmSkin, MoistSkin, film_capacity
 from skyshine.materials.library import MaterialLibrary, load_library
@@ -26,7 +27,7 @@ from skyshine.schemas.arrays import Floats
 
 
 def job_library(job: Job) -> MaterialLibrary:
-    """The material library as a job changes it: water in soils, and gaps between leaves.
+    """The material library as a job changes it: water in soils, gaps between leaves, and snow on things.
 
     Where a job has no `leaf_area_index`, stands have the library's own, unless it operates them.
     """
@@ -34,8 +35,19 @@ def job_library(job: Job) -> MaterialLibrary:
     if job.soil_moisture is not None:
         library = _moist_library(library, _hashable(job.soil_moisture))
     if job.leaf_area_index is not None:
-        return open_library(library, _hashable(job.leaf_area_index))
-    return open_library(library, "library", frozenset(job.operated))
+        library = open_library(library, _hashable(job.leaf_area_index))
+    else:
+        library = open_library(library, "library", frozenset(job.operated))
+    if job.snow_on:
+        library = _snowed_library(library, tuple((n, c.snow, c.depth_m) for n, c in job.snow_on.items()))
+    return library
+
+
+@lru_cache(maxsize=4)
+def _snowed_library(library: MaterialLibrary, covers: tuple[tuple[str, str, float], ...]) -> MaterialLibrary:
+    """A library in which snow lies on some materials: their names, and material and depth [m] of the snow."""
+    by_name = {name: (library[snow], depth) for name, snow, depth in covers}
+    return library.changed(lambda each: under_snow(each, *by_name[each.name]) if each.name in by_name else each)
 
 
 def _hashable(given: float | str | Mapping[str, Any]) -> Given:
@@ -92,8 +104,8 @@ def _of_job(given: float | str | dict[str, float | str], material: Material) -> 
         return material
 
 
-def moist(material: Material, moisture: float) -> Material:
-    """A material that has soil, with a volume fraction of water in it, up to its porosity."""
+def moist(material: Material, moisture: float, frozen: bool = False) -> Material:
+    """A material that has soil, with a volume fraction of water in it, up to its porosity; frozen, it is ice."""
     if material.soil is None:
         return material
     moisture = min(moisture, material.soil.porosity)
@@ -105,7 +117,8 @@ def moist(material: Material, moisture: float) -> Material:
     )
     return replace(
         material,
-        thermal=moist_stack(material.thermal, material.soil, moisture),
+        thermal=moist_stack(material.thermal, material.soil, moisture, frozen),
+        moisture=moisture,
         surface=surface,
         reflectance=reflectance,
         absorptance=1.0 - reflectance,

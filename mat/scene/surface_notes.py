@@ -16,13 +16,18 @@ from skyshine.materials.records import Material, OpenStand
 
 
 def surface_notes(job: Job, materials: Sequence[str]) -> list[str]:
-    """A line for each material that the job's soil moisture changes, or whose leaves have gaps in it."""
+    """A line for each material that the job's soil moisture changes, on which snow lies, or whose leaves have gaps."""
     dry, moist = load_library(), job_library(job)
-    names = [name for name in materials if dry[name].soil is not None and moist[name].surface != dry[name].surface]
+    names = [name for name in materials if moist[name].soil is not None and moist[name].surface != dry[name].surface]
     stands = [stand for name in materials if (stand := moist[name].opened) is not None]
     closed = [name for name in materials if dry[name].stand is not None and moist[name].opened is None]
     return [
         *(_moistened(dry[name], moist[name], value_for(job.soil_moisture, name)) for name in names),
+        *(
+            f"snow_on: {name} under {job.snow_on[name].depth_m:g} m of {job.snow_on[name].snow}"
+            for name in materials
+            if name in job.snow_on
+        ),
         *map(_opened, stands),
         *(f"leaf_area_index: {name} without gaps between its leaves" for name in closed),
     ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from skyshine.mat.surface.balance import Forcing
-from skyshine.mat.surface.canopy import CanopyBalance, gap_towards, light_shares, seen_temperature
+from skyshine.mat.surface.canopy import CanopyBalance, gap_to_sky, gap_towards, light_shares, seen_temperature
 from skyshine.mat.surface.canopy_conduction import CanopyConduction
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import DAY
@@ -13,6 +13,7 @@ from skyshine.schemas.arrays import Floats, Integers, Reals
 
 _LEAST_SLOPE = 1e-3  # W m^-2 K^-1, as in Newton's matrix
 _SHADOW = 3.0  # h: chosen, of shadows by which the parts of leaves and soil are weighed
+_DARK = 1.0  # W m^-2 of sunlight, chosen, below which longwave alone changes
 _COLDEST = 20.0  # K: as of the table of losses
 
 
@@ -41,11 +42,14 @@ class CanopyResponse:
 
     Notes
     -----
-    Readers give a change of absorbed heat q, the material's absorptance times the change of sunlight. Leaves and soil
-    have of it what they absorb of direct light at the time, of even light where the Sun does not shine on the plane.
+    Readers give a change of absorbed heat q: the material's absorptance times the change of sunlight and its emissivity
+    times that of longwave. Leaves and soil have of it what they absorb of direct light at the time, of even light where
+    the Sun does not shine on the plane, and of longwave at night.
     The temperature seen changes by the weights of their radiances. What their heat losses exceed the linear ones by is
     made one heat by what either does to the temperature seen, and both temperatures move with that as they do under a
-    shadow of `_SHADOW`.
+    shadow of `_SHADOW`, with slopes midway between the day's mean, by which leaves and soil differ too little at night,
+    and those of the time, by which they differ too much by day: shade errs by 0.26 K rms with the one, 0.21 K with the
+    other and 0.20 K midway.
     """
 
     def __init__(self, material: SurfaceMaterial, forcing: Forcing, sources: Floats, scheme: str, at: Integers) -> None:
@@ -64,17 +68,23 @@ class CanopyResponse:
         weight = np.array([1 - gap, gap])[:, None] * (both / self._seen[:, None]) ** 3
         recent = (at[:, None] - np.arange(steps)) % steps < round(_SHADOW / 24.0 * steps)
         unit = np.eye(2 * steps)[:, np.concatenate([at, steps + at])]
+
+        def moved(its_slope: Floats) -> Floats:
+            """Rows of J^-1: of leaves and soil, at H steps, by heat to either, then."""
+            inverse = np.linalg.solve((conduction.matrix + np.diag(its_slope)).T, unit).T
+            return inverse.reshape(2, at.size, 2, steps).astype(float, copy=False)
+
         kernels, follows, counts = [], [], []
-        for column, its_slope in enumerate(mean):
-            matrix = conduction.matrix + np.diag(np.repeat(its_slope, steps))
-            rows = np.linalg.solve(matrix.T, unit).T.reshape(2, at.size, 2, steps)  # of, at, from, then
-            by_heat = (rows * received[column].reshape(2, steps)).sum(axis=2)
-            kernel = (weight[column][..., None] * by_heat).sum(axis=0)
-            by_row = (weight[column][..., None, None] * rows).sum(axis=0)
-            change = (kernel * recent).sum(axis=1)
+        for column, its_mean in enumerate(mean):
+            heat, its_weight = received[column].reshape(2, steps), weight[column][..., None]
+            rows = moved(np.repeat(its_mean, steps))
+            kernel = (its_weight * (rows * heat).sum(axis=2)).sum(axis=0)
+            counts.append(((its_weight[..., None] * rows).sum(axis=0) * recent[:, None]).sum(axis=2).T)
+            counts[-1] /= (kernel * recent).sum(axis=1)
             kernels.append(kernel)
-            follows.append((by_heat * recent).sum(axis=2) / change)
-            counts.append((by_row * recent[:, None, :]).sum(axis=2).T / change)
+            between = (np.repeat(its_mean, steps) + np.maximum(slope[column], _LEAST_SLOPE)) / 2
+            both = ((moved(between) * heat).sum(axis=2) * recent).sum(axis=2)
+            follows.append(both / (weight[column] * both).sum(axis=0))
         self.kernel, self._follows, self._counts = np.stack(kernels), np.stack(follows), np.stack(counts)
         self.slope = (self._counts * self._follows * mean[..., None]).sum(axis=1)
 
@@ -93,6 +103,11 @@ def _received(material: SurfaceMaterial, forcing: Forcing, cover: float) -> Floa
     assert canopy is not None
     beam, spread = light_shares(canopy, forcing)
     through = np.where(forcing.shortwave_direct > 0, beam, spread) + np.zeros(forcing.shape)
-    leaves = (1 - through) * canopy.leaves.solar_absorptance / cover
-    soil = through * canopy.soil.solar_absorptance
-    return np.concatenate([leaves, soil], axis=1) / max(material.solar_absorptance, 1e-9)
+    absorptance = [part.solar_absorptance for part in (canopy.leaves, canopy.soil, material)]
+    emissivity = [part.thermal_emissivity for part in (canopy.leaves, canopy.soil, material)]
+    dark = (forcing.shortwave_direct + forcing.shortwave_diffuse < _DARK) & np.ones(forcing.shape, bool)
+    through = np.where(dark, gap_to_sky(canopy.leaf_area), through)
+    leaves, soil, both = (np.where(dark, *pair) for pair in zip(emissivity, absorptance, strict=True))
+    shares: Floats = np.concatenate([(1 - through) / cover * leaves, through * soil], axis=1)
+    received: Floats = shares / np.tile(np.maximum(both, 1e-9), 2)
+    return received

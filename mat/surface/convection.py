@@ -152,7 +152,14 @@ def heat_logarithm(height: npt.ArrayLike, roughness_length: float) -> Floats:
     return logarithm
 
 
-def natural_coefficients(cos_slope: npt.ArrayLike, pressure: npt.ArrayLike) -> tuple[Floats, Floats]:
+def stratified(surface: SurfaceProperties) -> bool:
+    """Whether the surface is ground or a low canopy, whose warmth or cold stratifies the air over it."""
+    return surface.exposure == "field" and surface.roughness_length <= TREE_ROUGHNESS
+
+
+def natural_coefficients(
+    cos_slope: npt.ArrayLike, pressure: npt.ArrayLike, surface: SurfaceProperties
+) -> tuple[Floats, Floats]:
     """Factors c of free convection, whose transfer coefficient is c |dT|^(1/3).
 
     Parameters
@@ -161,21 +168,31 @@ def natural_coefficients(cos_slope: npt.ArrayLike, pressure: npt.ArrayLike) -> t
         1 face up, 0 a wall, -1 face down.
     pressure : array_like
         [Pa]
+    surface : SurfaceProperties
 
     Returns
     -------
     warmer, colder : ndarray
         For a surface warmer and one colder than the air [W m^-2 K^-4/3]. A face that looks down exchanges the two.
 
+    Notes
+    -----
+    Cold air runs off the edges of a level plate, but not off ground, which has none: on ground that faces up the stable
+    law is that of a wall, driven by the part of gravity along the slope. Ground does not hang; plates' law is taken.
+
     References
     ----------
     Walton (1983), Thermal Analysis Research Program reference manual, NBSIR 83-2655: 9.482 |dT|^(1/3) /
     (7.238 - |cos|) unstable and 1.810 |dT|^(1/3) / (1.382 + |cos|) stable, for standard pressure; by
-    Rayleigh's number a coefficient that does not depend on length goes with density to the power 2/3.
+    Rayleigh's number a coefficient that does not depend on length goes with density to the power 2/3, and with gravity
+    to the power 1/3. Gravity along an inclined plate: Incropera and DeWitt (2002), section 9.6.2.
     """
     cos_slope = np.asarray(cos_slope, float)
     scale = (np.asarray(pressure, float) / STANDARD_PRESSURE) ** (2 / 3)
     unstable = scale * 9.482 / (7.238 - np.abs(cos_slope))
     stable = scale * 1.810 / (1.382 + np.abs(cos_slope))
     up = cos_slope >= 0
+    if stratified(surface):
+        along = np.maximum(1.0 - cos_slope**2, 0.0) ** (1 / 6)
+        stable = np.where(up, scale * (1.810 / 1.382) * along, stable)
     return np.where(up, unstable, stable), np.where(up, stable, unstable)

@@ -77,7 +77,7 @@ def solve_oracle(
     drive = np.broadcast_to(back_drive(material, forcing, times / 3600), (1, times.size))
     known = SymbolicMaterial.of(material, by_time=True)
     stack = grid(known, cell_shares(known, cells, period, period))
-    rows = np.vstack([forcing_rows(forcing, times.size, material), drive])
+    rows = np.vstack([forcing_rows(forcing, times.size, material, by_time=True), drive])
     equations = Collocation(rate_function(ca, known, stack, ca.SX.sym("none", 0)), rows, interval, degree, start)
     guess = float(np.mean(forcing.air_temperature)) if start is None else start
     values = equations.solve(np.zeros(0), np.full((times.size, equations.size), guess))

@@ -20,8 +20,8 @@ from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.newton import HeatFlux, HeatLoss
 from skyshine.schemas.arrays import Booleans, Floats, Integers, Reals
 
-# Largest residual of the balance at any time [W m^-2]: with at least 2 W m^-2 K^-1 of convection below 5 mK. On library
-# materials a tenth of it changes temperatures by 4e-5 K and costs 15 % more.
+# Largest residual of the balance at any time [W m^-2]: with at least 1 W m^-2 K^-1 of convection below 10 mK. On
+# library materials a tenth of it changes temperatures by 4e-5 K and costs 15 % more.
 TOLERANCE = 1e-2
 _ITERATIONS = 16  # in either precision; more for snow, whose melting settles slowly
 _MELTING_ITERATIONS = 60

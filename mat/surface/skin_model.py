@@ -126,7 +126,7 @@ class SkinModel:
         forcing = record_forcing(record, (none, record.values["sw_down"], none), 0.0)
         hours = start_hour(record) + np.arange(float(record.steps)) * (record.step / 3600.0)
         drive = np.broadcast_to(back_drive(self.material, forcing, hours), (1, record.steps))
-        rows = np.vstack([forcing_rows(forcing, record.steps), drive])
+        rows = np.vstack([forcing_rows(forcing, record.steps, self.material, by_time=False), drive])
         points = (np.arange(record.steps * self._intervals)[:, None] + collocation_points(_DEGREE)).ravel()
         places = points / self._intervals
         return np.stack([np.interp(places, np.arange(record.steps + 1), np.append(row, row[0])) for row in rows])

@@ -3,12 +3,12 @@
 References
 ----------
 Conductivity: Cote and Konrad (2005), Can. Geotech. J. 42, 443-458, equations (14), (15) and table of kappa, chi and eta
-for unfrozen soils; saturated conductivity as the geometric mean of solids and water (Johansen 1975). Heat capacity: de
-Vries (1963), in van Wijk, Physics of Plant Environment: parts add by volume. Supply of water to a drying surface:
-Gardner and Hillel (1962), J. Geophys. Res. 67, 4319-4325, with the diffusivity of van Genuchten (1980), Soil Sci. Soc.
-Am. J. 44, 892-898, equation (11), parameters by texture of Carsel and Parrish (1988), Water Resour. Res. 24, 755-769,
-of organic soil those of HYPRES (Wosten et al. 1999, Geoderma 90, 169-185). Resistance of wet soil: van de Griend and
-Owe (1994), Water Resour. Res. 30, 181-188.
+for unfrozen and frozen soils; saturated conductivity as the geometric mean of solids and water or ice (Johansen 1975).
+Heat capacity: de Vries (1963), in van Wijk, Physics of Plant Environment: parts add by volume. Supply of water to a
+drying surface: Gardner and Hillel (1962), J. Geophys. Res. 67, 4319-4325, with the diffusivity of van Genuchten (1980),
+Soil Sci. Soc. Am. J. 44, 892-898, equation (11), parameters by texture of Carsel and Parrish (1988), Water Resour. Res.
+24, 755-769, of organic soil those of HYPRES (Wosten et al. 1999, Geoderma 90, 169-185). Resistance of wet soil: van de
+Griend and Owe (1994), Water Resour. Res. 30, 181-188.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ from skyshine.schemas.arrays import Floats
 
 WATER_CONDUCTIVITY = 0.60  # W m^-1 K^-1, at 20 C: as Cote and Konrad take it
 WATER_DENSITY, WATER_HEAT_CAPACITY = 1000.0, 4180.0  # kg m^-3, J kg^-1 K^-1
+# Of ice: W m^-1 K^-1, as Cote and Konrad take it; J kg^-1 K^-1 at -10 C, of the mass of the water that froze.
+ICE_CONDUCTIVITY, ICE_HEAT_CAPACITY = 2.24, 2030.0
 # s m^-1: of a soil that is wet to its surface, van de Griend and Owe (1994), equation (8).
 _LEAST_RESISTANCE = 10.0
 DEPTH = 0.1  # m: over which the moisture of a soil is the mean, and which supplies its surface
@@ -43,8 +45,9 @@ class _Texture:
 
     Attributes
     ----------
-    kappa, chi, eta : float
-        Cote and Konrad: of the relative conductivity, and of the dry one [W m^-1 K^-1] by porosity.
+    kappa, frozen_kappa, chi, eta : float
+        Cote and Konrad: of the relative conductivity, unfrozen and frozen, and of the dry one [W m^-1 K^-1] by
+        porosity.
     residual, saturated : float
         Volume fractions of water that does not flow, and of full pores.
     alpha, n : float
@@ -54,6 +57,7 @@ class _Texture:
     """
 
     kappa: float
+    frozen_kappa: float
     chi: float
     eta: float
     residual: float
@@ -63,7 +67,8 @@ class _Texture:
     flow: float
 
 
-_GRAVEL, _SAND, _FINE, _ORGANIC = (4.60, 1.70, 1.80), (3.55, 0.75, 1.20), (1.90, 0.75, 1.20), (0.60, 0.30, 0.87)
+_GRAVEL, _SAND = (4.60, 1.70, 1.70, 1.80), (3.55, 0.95, 0.75, 1.20)
+_FINE, _ORGANIC = (1.90, 0.85, 0.75, 1.20), (0.60, 0.25, 0.30, 0.87)
 _DAY = 0.01 / 86400.0  # m s^-1 in a cm/d
 # Gravel is drained as sand, the coarsest class of Carsel and Parrish.
 TEXTURES = {
@@ -77,14 +82,16 @@ TEXTURES = {
 }
 
 
-def conductivity(soil: Soil, moisture: npt.ArrayLike) -> Floats:
-    """Thermal conductivity of a soil, unfrozen.
+def conductivity(soil: Soil, moisture: npt.ArrayLike, frozen: bool = False) -> Floats:
+    """Thermal conductivity of a soil.
 
     Parameters
     ----------
     soil : Soil
     moisture : array_like
         Volume fraction of water, 0 to the porosity.
+    frozen : bool
+        Whether that is ice.
 
     Returns
     -------
@@ -92,10 +99,11 @@ def conductivity(soil: Soil, moisture: npt.ArrayLike) -> Floats:
         [W m^-1 K^-1]
     """
     texture = TEXTURES[soil.texture]
+    kappa, pores = (texture.frozen_kappa, ICE_CONDUCTIVITY) if frozen else (texture.kappa, WATER_CONDUCTIVITY)
     saturation = np.asarray(moisture, float) / soil.porosity
     dry = texture.chi * 10.0 ** (-texture.eta * soil.porosity)
-    saturated = soil.solid_conductivity ** (1 - soil.porosity) * WATER_CONDUCTIVITY**soil.porosity
-    relative = texture.kappa * saturation / (1 + (texture.kappa - 1) * saturation)
+    saturated = soil.solid_conductivity ** (1 - soil.porosity) * pores**soil.porosity
+    relative = kappa * saturation / (1 + (kappa - 1) * saturation)
     whole: Floats = dry + (saturated - dry) * relative
     return whole
 
@@ -174,7 +182,7 @@ def dry_layer(texture: str, moisture: float) -> float:
     return DEPTH * min(max((moist - moisture) / (moist - residual), 0.0), 1.0)
 
 
-def moist_stack(stack: ThermalStack, soil: Soil, moisture: float) -> ThermalStack:
+def moist_stack(stack: ThermalStack, soil: Soil, moisture: float, frozen: bool = False) -> ThermalStack:
     """A dry stack with water in its soil.
 
     Parameters
@@ -184,6 +192,8 @@ def moist_stack(stack: ThermalStack, soil: Soil, moisture: float) -> ThermalStac
     soil : Soil
     moisture : float
         Volume fraction of water, 0 to the porosity.
+    frozen : bool
+        Whether that is ice.
 
     Returns
     -------
@@ -196,8 +206,8 @@ def moist_stack(stack: ThermalStack, soil: Soil, moisture: float) -> ThermalStac
     def moist(layer: Layer, moisture: float) -> Layer:
         density = stack.layers[0].density + moisture * WATER_DENSITY
         capacity = stack.layers[0].density * stack.layers[0].heat_capacity
-        capacity += moisture * WATER_DENSITY * WATER_HEAT_CAPACITY
-        return Layer(layer.thickness, float(conductivity(soil, moisture)), density, capacity / density)
+        capacity += moisture * WATER_DENSITY * (ICE_HEAT_CAPACITY if frozen else WATER_HEAT_CAPACITY)
+        return Layer(layer.thickness, float(conductivity(soil, moisture, frozen)), density, capacity / density)
 
     first, second = stack.layers
     if soil.layers == 1:

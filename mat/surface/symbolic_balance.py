@@ -77,16 +77,16 @@ FORCING = (  # rows of a forcing, in the order that `loss` takes
 )
 
 
-def forcing_rows(forcing: Forcing, count: int, material: SurfaceMaterial | None = None) -> Floats:
-    """Forcing of the balance at each time, (fields, times): see `FORCING`; the last five are of a material's skin, 0
-    without one; the film is -1 where none may be.
+def forcing_rows(forcing: Forcing, count: int, material: SurfaceMaterial, *, by_time: bool) -> Floats:
+    """Forcing of the balance at each time, (fields, times): see `FORCING`; the last five are of the material's skin, 0
+    where that is not by time; the film is -1 where none may be.
     """
     skin: list[float | Floats] = [0.0] * 5
-    if material is not None:
+    if by_time:
         found = skin_of(material, forcing)
         skin = [found.solar_absorptance, found.thermal_emissivity, found.wetness, found.surface_resistance]
         skin.append(-1.0 if material.film is None or forcing.film is None else forcing.film)
-    warmer, colder = natural_coefficients(forcing.cos_slope, forcing.pressure)
+    warmer, colder = natural_coefficients(forcing.cos_slope, forcing.pressure, material.surface)
     rows = [
         forcing.shortwave_direct + forcing.shortwave_diffuse + forcing.shortwave_reflected,
         forcing.longwave_sky + forcing.longwave_ground,
@@ -135,7 +135,10 @@ def loss(ca: Any, material: SymbolicMaterial, surface: Any, parameter: Any) -> A
     forced = _forced(ca, properties, volumetric, pressure, wind)
     if properties.exposure == "field" and not material.trees:
         forced *= _stability(ca, properties.roughness_length, difference / air, wind, upward)
-    coefficient = ca.if_else(pressure > 0, (8.0 + forced**3 + natural) ** (1.0 / 3.0), 0.0)
+    least = 8.0
+    if properties.exposure == "field" and not material.trees:
+        least = ca.if_else(upward >= 1.0, 1.0, 8.0)
+    coefficient = ca.if_else(pressure > 0, (least + forced**3 + natural) ** (1.0 / 3.0), 0.0)
     net += coefficient * difference
     if not material.dry:
         celsius = surface - ZERO_CELSIUS

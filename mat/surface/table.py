@@ -23,7 +23,11 @@ from skyshine.schemas.errors import InputError
 # Columns whose forcing is held at once where more altitudes than one are: some 15 arrays of so many at 576 times take
 # 140 MB.
 _COLUMNS = 2048
-_FINEST = 128.0  # parts of a kelvin to which temperatures are rounded: they pack to half the size and err by 0.002 K
+# Parts of a kelvin to which temperatures are rounded, so that they pack well, where no tolerance says how well they are
+# read: by 0.002 K. Where one does, an eighth of it, which adds 2 % to rms errors of 0.096 K at 0.5 K; the file is 0.6
+# times as large as with 1/128 K.
+_FINEST, _PARTS_OF_TOLERANCE = 128.0, 8
+_DIGITS = 6  # binary, of residuals and closures
 _DIAGNOSTICS = {"residual": "f4", "energy_closure": "f4", "bound_excess": "f4", "method": "u1", "iterations": "i4"}
 
 
@@ -168,15 +172,18 @@ def _planes(slopes: Floats, azimuths: Floats) -> tuple[Floats, Integers]:
     return planes, index.reshape(len(azimuths), len(slopes))
 
 
-def rounded(table: SurfaceTemperatures) -> SurfaceTemperatures:
-    """The table as a file has it: temperatures to 1/128 K, residuals and closures to three digits."""
-    np.rint(table.temperature * np.float32(_FINEST), out=table.temperature)
-    np.divide(table.temperature, np.float32(_FINEST), out=table.temperature)
+def rounded(table: SurfaceTemperatures, tolerance: float | None = None) -> SurfaceTemperatures:
+    """The table as a file has it: temperatures to 1/128 K or an eighth of the tolerance [K] at most, residuals and
+    closures to two digits.
+    """
+    parts = _FINEST if tolerance is None else 2.0 ** np.ceil(np.log2(_PARTS_OF_TOLERANCE / tolerance))
+    np.rint(table.temperature * np.float32(parts), out=table.temperature)
+    np.divide(table.temperature, np.float32(parts), out=table.temperature)
     return replace(
         table,
-        residual=rounded_bits(table.residual, 10),
-        energy_closure=rounded_bits(table.energy_closure, 10),
-        bound_excess=rounded_bits(table.bound_excess, 10),
+        residual=rounded_bits(table.residual, _DIGITS),
+        energy_closure=rounded_bits(table.energy_closure, _DIGITS),
+        bound_excess=rounded_bits(table.bound_excess, _DIGITS),
     )
 
 

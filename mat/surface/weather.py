@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface.convection import AIR_HEIGHT, WIND_HEIGHT
 from skyshine.mat.surface.ground_year import GroundSeason
 from skyshine.mat.surface.measured import MeasuredRadiation
@@ -25,10 +26,13 @@ _HORIZON = 0.0  # degree; the Sun counts as up above it
 
 @dataclass(frozen=True)
 class Wetting:
-    """Whether a film of water may lie on surfaces, and the mean moisture of soil where it is given by time."""
+    """Whether a film of water may lie on surfaces, the mean moisture of soil where it is given by time, and whether the
+    ground is frozen.
+    """
 
     rain: bool = False
     soil_moisture: float | None = None
+    frozen: bool = False
 
 
 DRY = Wetting()
@@ -88,7 +92,15 @@ class NearSurfaceAir:
         """What of it the skins of surfaces need to know beforehand."""
         moistures = [air.soil_moisture for _, air in self.before] + [self.soil_moisture]
         known = [moisture for moisture in moistures if moisture is not None]
-        return Wetting(self.rain is not None, float(np.mean(known)) if known else None)
+        return Wetting(self.rain is not None, float(np.mean(known)) if known else None, self._frozen)
+
+    @property
+    def _frozen(self) -> bool:
+        """Whether the surface of the ground is below 0 C by its season, or else the mean air of all days."""
+        if self.ground is not None:
+            return bool(self.ground.below(0.0) < ZERO_CELSIUS)
+        air = [weather.air_temperature for _, weather in self.before] + [self.air_temperature]
+        return float(np.mean(air)) < ZERO_CELSIUS
 
     def ground_at(self, altitude: Floats) -> dict[str, Floats]:
         """Fields of `Forcing` of the ground's season at altitudes (A,) [m], mean (A, 1) and others (1, 1): cooler

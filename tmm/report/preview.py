@@ -31,6 +31,8 @@ def draw(
 ) -> None:
     """Draw a texture database into a PNG file.
 
+    Raises InputError: the database or the image cannot be read, or the picture cannot be written.
+
     Parameters
     ----------
     path : path
@@ -38,11 +40,6 @@ def draw(
     out : path
     image : path, optional
         The texture; by default it is looked for by its name (see `find_image`).
-
-    Raises
-    ------
-    InputError
-        The database or the image cannot be read, or the picture cannot be written.
     """
     with open_tmm(path) as file:
         step = -(-max(file.height, file.width) // MAX_SIDE)
@@ -50,25 +47,28 @@ def draw(
         place = find_image(file, Path(path), image)
         texture = TextureFile(place, job.colour_space, "ignore", job.near_infrared)
         pixels, valid = thinned(texture, step)
-        figure, axes, bar = _panels(file.height / file.width)
+        figure, axes, bars = _panels(file.height / file.width)
         axes[0].imshow(on_screen(pixels, valid))
         axes[0].set_title(f"{file.attributes['texture']}, {file.width} x {file.height}")
         code = file.thinned("code", step)
         legend = _draw_codes(file, axes[1], code)
         shown = axes[2].imshow(file.thinned("confidence", step), vmin=0, vmax=1, cmap="viridis")
         axes[2].set_title("confidence")
-        figure.colorbar(shown, cax=bar)
+        figure.colorbar(shown, cax=bars[0])
         if file.has_shade:
-            axes[3].imshow(1 - file.thinned("shade", step) / SHADE_TOTAL, vmin=0, vmax=1, cmap="gray")
-            axes[3].set_title("shade")
+            shown = axes[3].imshow(file.thinned("shade", step) / SHADE_TOTAL, vmin=0, vmax=1, cmap="gray_r")
+            axes[3].set_title("share in cast shade")
+            figure.colorbar(shown, cax=bars[1])
+        else:
+            bars[1].remove()
         for axis in axes:
             axis.set_axis_off()
         figure.legend(handles=legend, loc="upper right", frameon=False)
     save_figure(figure, os.fspath(out))
 
 
-def _panels(shape: float) -> tuple[Figure, list[Axes], Axes]:
-    """A figure with four panels for images of a height over width, and a narrow one for the bar of the third."""
+def _panels(shape: float) -> tuple[Figure, list[Axes], list[Axes]]:
+    """A figure with four panels for images of a height over width, and narrow ones for the bars of the last two."""
     rows, columns = (4, 1) if shape < 0.5 else (2, 2)
     across = (_WIDTH - _LEGEND) / columns
     wide = across - _GAP
@@ -81,8 +81,8 @@ def _panels(shape: float) -> tuple[Figure, list[Axes], Axes]:
 
     panels = [divmod(number, columns) for number in range(4)]
     axes = [figure.add_axes(place(0.1 + column * across, row, wide)) for row, column in panels]
-    row, column = panels[2]
-    return figure, axes, figure.add_axes(place(0.15 + column * across + wide, row, 0.12))
+    bars = [figure.add_axes(place(0.15 + column * across + wide, row, 0.12)) for row, column in panels[2:]]
+    return figure, axes, bars
 
 
 def thinned(texture: TextureFile, step: int) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:

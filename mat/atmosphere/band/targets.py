@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.line_scattering import LineScattering
 from skyshine.mat.atmosphere.band.sample import NOWHERE, Sample, SampledLine
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.segments import Depths
@@ -333,10 +332,10 @@ def _rows(air: SpectralAir, sample: Sample, sources: int, with_ground: bool = Fa
     sky, beam = _from_above(air, dark, sample, sources, per_micron)
     yield sky
     yield beam
-    scattering = LineScattering.of(air)
+    extinction = optics.extinction.astype(np.float32)
     for number, line in enumerate(sample.lines):
         segments, node = line.segments, line.node
-        depths = Depths(segments.column(scattering.optics.extinction))
+        depths = Depths(segments.column(extinction))
         transmittance = np.exp(-depths.cumulative[node].astype(float))
         yield _Rows("transmittance", transmittance, region=line.region)
         some = np.unique(np.linspace(node.size - 1, 0, _LIT_RANGES, endpoint=False).round().astype(int))
@@ -347,7 +346,8 @@ def _rows(air: SpectralAir, sample: Sample, sources: int, with_ground: bool = Fa
             ground = None if dark is None else (within @ dark.thermal_radiance(segments, depths)) * per_micron
             yield _Rows("path_thermal", thermal, ground, region=line.region)
             if number % sample.scattering_step == 0:
-                light = (within[some] @ scattering.radiance(line, depths)) * per_micron
+                of_segments = air.scattered_light.of_segments(segments, depths, line.to_source, line.deflection)
+                light = (within[some] @ of_segments) * per_micron
                 of_ground = None if ground is None else np.tile(ground[some], (sources, 1))
                 lit = np.tile(thermal[some], (sources, 1)), of_ground, np.tile(light, (sources, 1))
                 yield _Rows("path_radiance", *lit, np.repeat(np.arange(sources), some.size), region)

@@ -1,5 +1,7 @@
 """`soil_moisture` of a job: what it moves, what it leaves, what it refuses."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,8 @@ from skyshine.mat.job.load import load_job
 from skyshine.mat.scene.atmosphere import materials_digest
 from skyshine.mat.scene.material_summary import material_summary
 from skyshine.mat.scene.moisture import job_library, moist
+from skyshine.mat.scene.surface import scene_inputs, surface_materials
+from skyshine.mat.surface.soil_moisture import conductivity
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 
@@ -104,3 +108,24 @@ def test_check_says_what_is_changed():
     assert "soil_sand with 0.1 m3/m3" in sand and "0.3 -> 1.52 W/m/K" in sand and "131 s/m" in sand
     (ground,) = skyshine.mat.check(job()).surfaces
     assert ground.startswith("ground: ")
+
+
+@pytest.mark.parametrize(("air", "frozen"), [([-12.0, -4.0], True), ([2.0, 8.0], False)])
+def test_soil_freezes_by_the_state_s_air(air, frozen):
+    """On the job's whole way, by its one moisture and by that of each hour."""
+    winter = {
+        "skyshine": 1,
+        "name": "winter",
+        "site": {"latitude_deg": 48, "longitude_deg": 11, "date": "2026-01-20", "utc_offset_h": 1},
+        "states": [{"profile": "midlatitude_winter", "weather": {"air_temperature_c": air}}],
+        "bands": [],
+        "materials": ["soil_loam_brown"],
+        "soil_moisture": 0.3,
+    }
+    loaded = load_job(winter).trimmed
+    inputs = scene_inputs(loaded, 1)
+    assert inputs[1].wetting.frozen == frozen
+    for wetting in (inputs[1].wetting, replace(inputs[1].wetting, soil_moisture=0.3)):
+        (found,) = surface_materials([job_library(loaded)["soil_loam_brown"]], wetting=wetting)
+        soil = load_library()["soil_loam_brown"].soil
+        assert found.thermal.layers[0].conductivity == pytest.approx(float(conductivity(soil, 0.3, frozen)))

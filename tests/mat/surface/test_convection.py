@@ -87,11 +87,22 @@ def test_roof_by_the_textbook_s_turbulent_plate():
 
 def test_natural_convection_by_tilt():
     """A wall does not care which way heat flows; a warm roof loses twice what a cold one takes."""
-    warmer, colder = natural_coefficients(np.array([1.0, 0.0, -1.0]), 101325.0)
+    warmer, colder = natural_coefficients(np.array([1.0, 0.0, -1.0]), 101325.0, SMOOTH)
     assert warmer[0] == pytest.approx(1.52, abs=5e-3)
     assert colder[0] == pytest.approx(0.76, abs=5e-3)
     assert warmer[1] == pytest.approx(colder[1], rel=1e-3)
     assert (warmer[2], colder[2]) == (pytest.approx(colder[0]), pytest.approx(warmer[0]))
+
+
+def test_cold_ground_sheds_air_along_its_slope_alone():
+    """A plate loses cold air over its edges; ground has none. As a wall at 90 degrees; at 30 half of gravity acts."""
+    ground, trees = surface("field", 0.01), surface("field", 1.0)
+    cosines = np.cos(np.radians([0.0, 30.0, 90.0, 150.0, 180.0]))
+    warmer, colder = natural_coefficients(cosines, 101325.0, ground)
+    plate_warmer, plate_colder = natural_coefficients(cosines, 101325.0, SMOOTH)
+    assert colder[0] == 0.0 and colder[1:3] == pytest.approx(plate_colder[2] * np.array([0.5 ** (1 / 3), 1.0]))
+    assert warmer == pytest.approx(plate_warmer) and colder[3:] == pytest.approx(plate_colder[3:])
+    assert natural_coefficients(1.0, 101325.0, trees)[1] == pytest.approx(plate_colder[0])
 
 
 def test_a_rough_plate_has_the_larger_constant():
@@ -108,7 +119,7 @@ def test_thin_air_transfers_less():
     plate = [forced_coefficient(Wind(5.0), pressure, 290.0, SMOOTH) for pressure in (half, 101325.0)]
     canopy = surface("field", 0.05)
     log_law = [forced_coefficient(Wind(5.0), pressure, 290.0, canopy) for pressure in (half, 101325.0)]
-    free = [natural_coefficients(1.0, pressure)[0] for pressure in (half, 101325.0)]
+    free = [natural_coefficients(1.0, pressure, SMOOTH)[0] for pressure in (half, 101325.0)]
     assert plate[0] / plate[1] == pytest.approx(0.5**0.8)
     assert log_law[0] / log_law[1] == pytest.approx(0.5)
     assert free[0] / free[1] == pytest.approx(0.5 ** (2 / 3))

@@ -116,7 +116,8 @@ def test_every_setting_moves_the_oracle_s_loss_as_it_moves_the_solver_s(name):
         law = loss(casadi, SymbolicMaterial.of(material), surface_temperature, parameter)
         symbolic = casadi.Function("loss", [surface_temperature, parameter], [law])
         solver = Balance(forcing, material).loss(np.array([[temperature]]))
-        return np.array([float(solver[0, 0]), float(symbolic(temperature, forcing_rows(forcing, 1)[:, 0]))])
+        rows = forcing_rows(forcing, 1, material, by_time=False)
+        return np.array([float(solver[0, 0]), float(symbolic(temperature, rows[:, 0]))])
 
     generator = np.random.default_rng(5)
     for _ in range(10):

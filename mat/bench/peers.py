@@ -11,8 +11,6 @@ import numpy as np
 
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.bench import energyplus, lowtran
-from skyshine.mat.bench.atmosphere import VISIBILITY, thinned
-from skyshine.mat.bench.ladders import GRID
 from skyshine.mat.bench.rungs import Rung
 from skyshine.mat.plan.plan import Kind, make_plan
 from skyshine.mat.quantities.grid import PathGrid
@@ -20,6 +18,7 @@ from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import response_of
 from skyshine.mat.scene.grids import path_grid
 from skyshine.materials.library import MaterialLibrary
+from skyshine.schemas.arrays import Integers
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
 
@@ -28,6 +27,15 @@ _PEER_CELLS = 24
 # m; with levels above, or with as many levels as it takes otherwise, its multiple scattering gives no numbers.
 _PEER_TOP = 60e3
 _PEER_LEVELS = lowtran.MAX_LEVELS - 1
+VISIBILITY = 23.0  # km, of rural haze
+# The paths on which bands are compiled: those of a usual job.
+GRID = PathGrid(
+    range_km=np.array([0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100.0]),
+    altitude_km=np.array([0.0, 0.5, 1, 2, 4, 8, 12]),
+    elevation_deg=np.array([-90.0, -60, -30, -15, -5, 0, 5, 15, 30, 60, 90]),
+    source_elevation_deg=np.array([5.0, 30, 60, 90]),
+    source_azimuth_deg=np.array([0.0, 90, 180]),
+)
 
 
 @dataclass(frozen=True)
@@ -187,3 +195,15 @@ def _columns(rung: Rung, library: MaterialLibrary) -> int:
     level = sum(slope in (0.0, 180.0) for slope in grid.slope_deg)
     planes = level + (len(grid.slope_deg) - level) * len(grid.azimuth_deg)
     return len(make_plan(rung.loaded, library).materials) * len(job.surface_altitudes_km) * planes
+
+
+def thinned(state: AtmosphericState, levels: Integers) -> AtmosphericState:
+    """A state at some of its levels, by their indices."""
+    return replace(
+        state,
+        altitude=state.altitude[levels],
+        pressure=state.pressure[levels],
+        temperature=state.temperature[levels],
+        mole_fraction={gas: values[levels] for gas, values in state.mole_fraction.items()},
+        aerosols=tuple(replace(part, extinction_550=part.extinction_550[levels]) for part in state.aerosols),
+    )

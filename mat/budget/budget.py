@@ -40,7 +40,7 @@ PIXEL_SOURCES = {
     "ambient_table": "interpolation of L_ambient",
     "tilted_sky": "sky of tilted faces: harmonics in place of the integral over a face's own hemisphere",
     "direct_table": "interpolation of L_direct",
-    "normalisation": "N_s by angle of incidence in place of that of the very angle",
+    "normalisation": "N_s, a mean over angles of incidence, in place of that of the very angle",
 }
 FAR_SOURCES = "emitted_transmittance", "beta_star_table", "path_radiance_table"
 SOURCES = PIXEL_SOURCES | {

@@ -194,12 +194,6 @@ class Tables:
             return np.ones((len(normal), 1))
         return level_share(normal[:, 2:], self.air.root.axes["harmonic"].values.size)
 
-    def finish_at(self, cosine: Floats) -> Finish:
-        """The finish with N_s read at cosines of incidence (n, 1)."""
-        codes = np.array(list(self.band.materials.values()))
-        angle = np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0)))
-        return replace(self.finish, normalisation=self.band.clamped().normalisation(material=codes, angle=angle))
-
     def among_walls(self, views: Views, circumstances: Circumstances, ambient: Floats, level: Floats) -> Floats:
         """Ambient radiance (n, 1) of faces beside walls, from that in the open and that of level faces there."""
         kelvin = self.air.ground_temperature(self.surface, time=views.time)

@@ -16,7 +16,6 @@ from skyshine.mat.budget.runtime_terms import (
     Emission,
     ReflectedLight,
     exact_normalisation,
-    incidence,
     runtime_radiance,
 )
 from skyshine.mat.budget.truth import FacetTruth, Prepared
@@ -207,9 +206,8 @@ class Measurement:
         return pixel_radiance(self.tables, self.truth, self.views, self.around, kelvin) - self.radiance
 
     def of_normalisation(self) -> Floats:
-        """N_s by angle, as a runtime reads it, for that of the very angle."""
-        by_angle = self.tables.finish_at(incidence(self.views, self.views.normal))
-        bounce = self.truth.bounce(self.views, self.views.normal, by_angle, self.around)
+        """The mean N_s, as a runtime reads it, for that of the very angle."""
+        bounce = self.truth.bounce(self.views, self.views.normal, self.finish, self.around)
         return self._shown(self.full, bounce=bounce) - self.base
 
     def of_materials(self) -> dict[str, Floats]:

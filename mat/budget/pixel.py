@@ -1,9 +1,11 @@
-"""The pixel of a runtime that reads all tables there, against one whole truth for the tables of many builds."""
+"""The pixel of the runtime that reads all tables there, against one whole truth for the tables of many builds."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from skyshine.mat.budget.built_tables import Tables
 from skyshine.mat.budget.circumstances import Circumstances, random_circumstances
@@ -11,13 +13,15 @@ from skyshine.mat.budget.runtime_terms import (
     AtmosphereReadings,
     ReflectedLight,
     emitted_transmittance,
-    incidence,
     runtime_radiance,
 )
 from skyshine.mat.budget.truth import FacetRadiance, FacetTruth, Prepared
 from skyshine.mat.budget.views import Views, random_views
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.quantities.lines_of_sight import slope_and_azimuth
+from skyshine.mat.runtime.pixel import Faces, View
+from skyshine.mat.runtime.pixel import pixel_radiance as runtime_pixel
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.arrays import Floats
 
@@ -32,25 +36,39 @@ def temperature_among(tables: Tables, views: Views, around: Circumstances) -> Fl
 def pixel_radiance(
     tables: Tables, truth: FacetTruth, views: Views, around: Circumstances, temperature: Floats
 ) -> Floats:
-    """Radiance (n, M) of a runtime that reads all tables at the pixel, W m^-2 sr^-1.
+    """Radiance (n, M) of the runtime that reads all tables at the pixel, of one material each, W m^-2 sr^-1.
 
     Parameters
     ----------
     tables : Tables
     truth : FacetTruth
-        For the shade of the source.
+        For the source.
     views : Views
     around : Circumstances
         Of the faces.
     temperature : (n, M) array
         From `temperature_among`, K.
     """
-    read = tables.readings(views, temperature)
-    ambient = tables.among_walls(views, around, read.ambient, tables.level_ambient(views))
-    by_angle = tables.finish_at(incidence(views, views.normal))
-    bounce = truth.bounce(views, views.normal, by_angle, around)
-    light = tables.reflected_light(views, around)
-    return runtime_radiance(replace(read, ambient=ambient), tables.emission(temperature), bounce, tables.finish, light)
+    count, materials = temperature.shape
+    row = np.repeat(np.arange(count), materials)
+    codes = np.tile(list(tables.band.materials.values()), count)[:, None]
+    slope, azimuth = slope_and_azimuth(views.normal)
+    faces = Faces(
+        codes,
+        np.ones(codes.shape),
+        views.surface_altitude[row],
+        azimuth[row],
+        slope[row],
+        views.time[row],
+        temperature.reshape(-1, 1),
+        lit=truth.lit_share(around)[row],
+        sky_view=around.sky_view[row],
+        wall_temperature=around.wall_temperature[row],
+    )
+    vectors = views.normal[row], views.to_source[row], views.to_observer[row]
+    view = View(views.lines.take(row), views.range[row], *vectors, views.source_azimuth[row])
+    seen = runtime_pixel(tables.surface, tables.band.clamped(), tables.air.clamped(), faces, view)
+    return seen.radiance.reshape(count, materials)
 
 
 def integrated_readings(truth: FacetTruth, seen: FacetRadiance) -> AtmosphereReadings:

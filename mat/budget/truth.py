@@ -20,7 +20,7 @@ from skyshine.mat.budget.views import Views
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.surface import at_kelvin
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
-from skyshine.mat.quantities.facet_light import Faces, Walls
+from skyshine.mat.quantities.facet_light import Facets, Walls
 from skyshine.mat.quantities.lines_of_sight import slope_and_azimuth
 from skyshine.mat.quantities.results import SpectralLines
 from skyshine.mat.radiometry.blackbody import SpectralResponse
@@ -213,7 +213,7 @@ class FacetTruth:
             results.append(kelvin)
         return results[0], results[1], results[2]
 
-    def faces(self, views: Views, circumstances: Circumstances | None = None) -> Faces:
+    def faces(self, views: Views, circumstances: Circumstances | None = None) -> Facets:
         """The faces of views, over ground whose temperature is solved at their times, among walls or in the open."""
         slope, azimuth = slope_and_azimuth(views.normal)
         ground = np.full(len(views), self.air.air.state.surface_temperature)
@@ -226,16 +226,19 @@ class FacetTruth:
         if circumstances is not None:
             walls = Walls(circumstances.sky_view, circumstances.wall_temperature, circumstances.wall_emissivity)
         normal = face_normal(slope, azimuth - views.source_azimuth)
-        return Faces(normal, ground, views.surface_altitude * 1e3, walls)
+        return Facets(normal, ground, views.surface_altitude * 1e3, walls)
 
-    def lines(self, views: Views, faces: Faces) -> SpectralLines:
+    def lines(self, views: Views, faces: Facets) -> SpectralLines:
         """Spectra of the lines of sight and of the light on the faces."""
         return self.air.spectral_at_points(views.lines, self.irradiance, faces)
 
     def bounce(self, views: Views, normal: Floats, finish: Finish, in_shade: Circumstances) -> Floats:
         """As `runtime_terms.reflection`; 0 where a face is in the Sun's shade."""
-        dark = in_shade.in_shade & (self.source == "sun")
-        return np.where(dark[:, None], 0.0, reflection(views, normal, finish))
+        return self.lit_share(in_shade)[:, None] * reflection(views, normal, finish)
+
+    def lit_share(self, circumstances: Circumstances) -> Floats:
+        """Share (n,) of the source's direct light that reaches faces: none in the Sun's shade."""
+        return np.where(circumstances.in_shade & (self.source == "sun"), 0.0, 1.0)
 
     def of(self, views: Views, circumstances: Circumstances, finish: Finish) -> FacetRadiance:
         """Radiance of the faces of views, of all materials.

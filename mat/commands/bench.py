@@ -6,13 +6,9 @@ from pathlib import Path
 
 import click
 
-from skyshine.mat.commands.absorption_bench import absorption
-from skyshine.mat.commands.atmosphere_bench import atmosphere
 from skyshine.mat.commands.batch import batch
 from skyshine.mat.commands.front import front
 from skyshine.mat.commands.leaving_out import leaving_out
-from skyshine.mat.commands.parts_bench import parts
-from skyshine.mat.commands.stability import stability
 from skyshine.mat.commands.surface_bench import surface
 
 
@@ -41,5 +37,5 @@ def command() -> None:
     """
 
 
-for part in (front, parts, absorption, surface, atmosphere, batch, stability, leaving_out):
+for part in (front, surface, batch, leaving_out):
     command.add_command(part)

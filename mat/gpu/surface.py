@@ -23,7 +23,7 @@ from skyshine.schemas.arrays import Floats
 _SCALED = (response.KERNEL, response.LOSS_SLOPE, response.LOSS_EXCESS, response.MELT)
 _WET = (film_response.LOSS, film_response.EVAPORATION, film_response.SUNLIGHT, film_response.DRY_SUNLIGHT)
 _LIGHT = (shade.DIRECT, shade.DIFFUSE, shade.LONGWAVE, shade.AIR)
-_SUN = (shade.SUN_ELEVATION, shade.SUN_AZIMUTH, shade.EXTRATERRESTRIAL)
+_SUN = (shade.SUN_ELEVATION, shade.SUN_AZIMUTH, shade.AUREOLE)
 _PER_MATERIAL = (shade.ABSORPTANCE, shade.EMISSIVITY, response.HIGHEST)
 # Degree between nodes of temperatures in the shade, which follow the Sun's angle within the cells of the table: a slope
 # of 31 degree errs by 2 K between slopes of 0 and 45 and azimuths of 90, by .04 K (97 % of faces) with these.

@@ -234,8 +234,9 @@ class State(StrictModel):
             "Of the ground around tilted faces and below the paths: its temperature by hour, emissivity and albedo in"
             " the heat balance and in the bands, where scattered light and heat see its reflectance by wavelength;"
             " weather.ground_albedo and surface_albedo, where written, replace it. The same ground is everywhere:"
-            " adjacency is not modelled. Its table of temperatures is built too. By default the ground has the"
-            " temperature of the air, the day's mean in ambient light."
+            " adjacency is not modelled. Its table of temperatures is built too. By default the level material with the"
+            " largest share of finished textures, else the first level one of a list of materials; where neither says"
+            " one, the ground has the temperature of the air, the day's mean in ambient light."
         ),
     )
     # Excluded from dumps: only temperature tables depend on it, and their identity states it.
@@ -246,6 +247,7 @@ class State(StrictModel):
     weather: Weather = Field(description="Of the day, which drives the surface temperatures.")
 
     _aerosol_origin: str | None = pydantic.PrivateAttr(None)
+    _ground_origin: str | None = pydantic.PrivateAttr(None)
 
     @property
     def aerosol_origin(self) -> str | None:
@@ -262,6 +264,17 @@ class State(StrictModel):
         """The state with a number for `TYPICAL`, and in words where it comes from."""
         state = self.model_copy(update={"aerosol_optical_depth": depth})
         state._aerosol_origin = origin
+        return state
+
+    @property
+    def ground_origin(self) -> str | None:
+        """Why the state has its ground, if not by the job's own word."""
+        return self._ground_origin
+
+    def with_ground(self, material: str, origin: str) -> State:
+        """The state with a ground that the job does not write, and in words where it comes from."""
+        state = self.model_copy(update={"ground_material": material})
+        state._ground_origin = origin
         return state
 
     @property

@@ -13,6 +13,7 @@ import pydantic
 from skyshine.mat.atmosphere.state.climate import profile_weights
 from skyshine.mat.job.accuracy import names_a_pixel
 from skyshine.mat.job.atmosphere import AUTO, TYPICAL, State
+from skyshine.mat.job.default_ground import with_default_ground
 from skyshine.mat.job.leaf_area import open_stands, refuse_no_soil
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.moisture import check_moisture
@@ -130,6 +131,7 @@ def load_job(
     _check_soil_moisture(job, document, library)
     _check_leaf_area(job, document, library)
     _check_snow(job, document, library)
+    job = with_default_ground(job, library)
     job, remarks = _with_soundings(_with_typical_aerosol(_with_profiles(job)))
     requested, warnings = with_weather_files(job, document)
     requested, seasons = with_ground(requested, job, document)

@@ -261,10 +261,10 @@ def _lines(probes: Probes, lines: Integers) -> Probes:
     places = {name: values[lines] for name, values in probes.places.items()}
     return replace(
         probes,
+        seen=probes.seen.some(lines),
         places=places,
         ambient_at=probes.ambient_at[:0],
         truth=AtmosphericQuantities(**truth),
-        on_ground=probes.on_ground[lines],
     )
 
 

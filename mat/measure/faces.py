@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.line_of_sight import lines_of_sight
+from skyshine.mat.atmosphere.transfer.scene_lines import SceneLines
 from skyshine.mat.measure.probes import NIGHT_DEG
 from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.measure.scale import Scale
-from skyshine.mat.measure.scene_lines import SceneLines
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
-from skyshine.mat.quantities.facet_light import Faces, Walls, light_among_walls
+from skyshine.mat.quantities.facet_light import Facets, Walls, light_among_walls
 from skyshine.mat.quantities.formulas import mean_transmittance
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.surface_light import radiance_weight
@@ -93,7 +93,7 @@ class FaceProbes:
             return np.repeat(values, FACES)
 
         walls = Walls(sky_view[rows].ravel(), facing[rows].ravel(), np.full(rows.size * FACES, WALL_EMISSIVITY))
-        faces = Faces(normal[rows].reshape(-1, 3), of_faces(kelvin[rows]), walls=walls)
+        faces = Facets(normal[rows].reshape(-1, 3), of_faces(kelvin[rows]), walls=walls)
         light = light_among_walls(air, of_faces(end), of_faces(np.radians(source[rows])), irradiance, faces)
         weight = np.array([radiance_weight(band, path)[0] for path in paths]).reshape(-1, band.weight.size)
         through = np.array(

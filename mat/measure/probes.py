@@ -11,10 +11,8 @@ from typing import Protocol
 
 import numpy as np
 
-from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
-from skyshine.mat.measure.sampling import lines_in_cells
+from skyshine.mat.atmosphere.transfer.scene_lines import SKY_KM, SceneLines, lines_in_cells, spread
 from skyshine.mat.measure.scale import Scale
-from skyshine.mat.measure.scene_lines import SceneLines
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import AtmosphericQuantities
@@ -38,10 +36,8 @@ AMBIENT = 96
 GRAZING = 100
 _NEARLY_LEVEL, _LOW, _AHEAD = (-1.5, 1.5), (-3.0, 4.0), (0.0, 12.0)
 _SKIES = 12  # elevations of the source for which sky light is computed
-_RADIUS_KM = EARTH_RADIUS / 1e3
 # Of the source, where civil twilight ends: lower down, scattered light is below a thousandth of the day's.
 NIGHT_DEG = -6.0
-SKY_KM = 20.0  # altitude above which a line has left 95 % of the air
 # What a file says of its probes and their regions.
 DRAWN = (
     "on random lines of sight: a third ends on the ground, a third lies in the cells of the axes, the others pass the"
@@ -56,20 +52,20 @@ class Probes:
 
     Attributes
     ----------
+    seen : SceneLines
+        n lines at R ranges.
     places : dict of str to array
         By axis: range (n, R, 1), altitude and elevation (n, 1, 1), source angles (n, 1, S).
     ambient_at : (m,) int array
         The range at which ambient is known, of each of the first m lines for its first source.
     truth : AtmosphericQuantities
         As `BandAtmosphere.along_lines`.
-    on_ground : (n,) bool array
-        Lines whose last range is that to the ground.
     """
 
+    seen: SceneLines
     places: dict[str, Floats]
     ambient_at: Integers
     truth: AtmosphericQuantities
-    on_ground: Booleans
 
     @classmethod
     def drawn(
@@ -90,13 +86,13 @@ class Probes:
         altitude, elevation, ranges = seen.altitude_km, seen.elevation_deg, seen.range_km
         lines, steps = np.arange(count), ranges.shape[1]
         source, azimuth = (
-            _spread(nodes, count * _SOURCES, generator).reshape(count, _SOURCES)
+            spread(nodes, count * _SOURCES, generator).reshape(count, _SOURCES)
             for nodes in (base.source_elevation_deg, base.source_azimuth_deg)
         )
-        source[:sky, 0] = _spread(base.source_elevation_deg, _SKIES, generator)[lines[:sky] % _SKIES]
+        source[:sky, 0] = spread(base.source_elevation_deg, _SKIES, generator)[lines[:sky] % _SKIES]
         ambient_at = np.where(seen.on_ground[:sky], steps - 1, generator.permutation(sky) % steps)
         truth = air.along_lines(ranges, altitude, elevation, source, azimuth, ambient_at, irradiance, wanted=wanted)
-        return cls(_places(ranges, altitude, elevation, source, azimuth), ambient_at, truth, seen.on_ground)
+        return cls(seen, _places(seen, source, azimuth), ambient_at, truth)
 
     @classmethod
     def along_the_horizon(
@@ -124,7 +120,8 @@ class Probes:
         wanted = ("beta_star", "path_radiance_ratio")
         none = np.zeros(0, int)
         truth = air.along_lines(ranges, altitude, elevation, source, azimuth, none, irradiance, wanted=wanted)
-        return cls(_places(ranges, altitude, elevation, source, azimuth), none, truth, np.zeros(count, bool))
+        seen = SceneLines(altitude, elevation, ranges, np.zeros(count, bool))
+        return cls(seen, _places(seen, source, azimuth), none, truth)
 
     def errors(self, tables: Mapping[str, Readable], scale: Scale | None) -> dict[str, Floats]:
         """Errors (k,) of each quantity's interpolation above the ground, in the scale's unit; without a scale in the
@@ -163,17 +160,11 @@ class Probes:
         """Which of the errors (k,) of a quantity lie in each region: lines that end on the ground, look down past it,
         leave the air, or end in it; by day, in twilight and by night where the source matters.
         """
-        places = self.at(name)
-        last = np.arange(self.places["range"].shape[1]) == self.places["range"].shape[1] - 1
-        ground, meets = self.on_ground[:, None, None] & last[:, None], self.on_ground[:, None, None]
+        places, where = self.at(name), self.seen.regions()
         if name == "ambient_radiance":
             row = np.arange(self.ambient_at.size)
-            ground, meets = ground[row, self.ambient_at][:, None], meets[row]
-        # Lines that meet the ground beyond the longest range look down steeply, but from space.
-        dip = np.degrees(np.arccos(_RADIUS_KM / (_RADIUS_KM + np.maximum(places["altitude"], 0.0))))
-        limb = (places["elevation"] < 0) & (places["elevation"] > -dip) & ~meets
-        sky = (places["elevation"] >= 0) & (_end_altitude(places) >= SKY_KM)
-        regions = {"ground": ground, "air": ~(ground | limb | sky), "sky": sky, "limb": limb}
+            where = {region: inside[row, self.ambient_at][:, None] for region, inside in where.items()}
+        regions = {region: inside[:, :, None] for region, inside in where.items()}
         if "source_elevation" in places:
             source = places["source_elevation"]
             regions |= {
@@ -193,24 +184,7 @@ class Probes:
         ]
 
 
-def _places(ranges: Floats, altitude: Floats, elevation: Floats, source: Floats, azimuth: Floats) -> dict[str, Floats]:
-    """Places by axis, of ranges (n, R), observers (n,) and sources (n, S)."""
-    arrays = ranges[:, :, None], altitude[:, None, None], elevation[:, None, None], source[:, None], azimuth[:, None]
-    return dict(zip(AXES, arrays, strict=True))
-
-
-def _end_altitude(places: Mapping[str, Floats]) -> Floats:
-    """Altitude of the ends of straight lines over a round Earth, km."""
-    start, distance = _RADIUS_KM + places["altitude"], places["range"]
-    sine = np.sin(np.radians(places["elevation"]))
-    end: Floats = np.sqrt(start**2 + distance**2 + 2 * start * distance * sine) - _RADIUS_KM
-    return end
-
-
-def _spread(nodes: Floats, count: int, generator: np.random.Generator) -> Floats:
-    """Random places (count,) on an axis, one in each of as many equal parts of its cells, in random order."""
-    if nodes.size == 1:
-        return np.full(count, nodes[0])
-    place = (generator.permutation(count) + generator.random(count)) / count * (nodes.size - 1)
-    places: Floats = np.interp(place, np.arange(nodes.size), nodes)
-    return places
+def _places(seen: SceneLines, source: Floats, azimuth: Floats) -> dict[str, Floats]:
+    """Places by axis, of lines at their ranges and of sources (n, S)."""
+    observer = seen.altitude_km[:, None, None], seen.elevation_deg[:, None, None]
+    return dict(zip(AXES, (seen.range_km[:, :, None], *observer, source[:, None], azimuth[:, None]), strict=True))

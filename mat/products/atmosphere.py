@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.atmosphere.band.compile import CompiledBand
+from skyshine.mat.atmosphere.band.compile import EVERYWHERE, CompiledBand
 from skyshine.mat.atmosphere.band.points import BandPoints, band_points
 from skyshine.mat.atmosphere.state.ground_albedo import SpectralAlbedo
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
@@ -261,17 +261,24 @@ class _SourceTables:
         absolute, sources = self.compiled.absolute, list[str](self.loaded.trimmed.sources)
         number = sources.index(self.source)
 
-        def spectral(quantity: str, scale: Scale) -> dict[str, float]:
-            """Statistics of the quantity's worst kind of in-band light, in the scale's unit."""
+        def spectral(quantity: str, scale: Scale) -> dict[str, dict[str, float]]:
+            """Statistics by region of the quantity's worst kind of in-band light, in the scale's unit."""
             parts = [absolute[kind][number] for kind in _SPECTRAL_KINDS[quantity] if kind in absolute]
             seen = {"beta_star": scale.background, "path_radiance_ratio": 1.0}.get(quantity, scale.reflectance / np.pi)
+            regions = dict.fromkeys(region for part in parts for region in part)
             return {
-                name: seen * scale.factor * max((part[name] for part in parts), default=0.0)
-                for name in ("max", "p99", "p95", "rms")
+                region: {
+                    name: seen * scale.factor * max(part.get(region, part[EVERYWHERE])[name] for part in parts)
+                    for name in ("max", "p99", "p95", "rms")
+                }
+                for region in regions
             }
 
-        scales = self._scales(self.irradiance)
-        return [with_independent(one, *(spectral(one.quantity, scale) for scale in scales)) for one in measures]
+        kelvin, percent = self._scales(self.irradiance)
+        return [
+            with_independent(one, spectral(one.quantity, kelvin), spectral(one.quantity, percent), EVERYWHERE)
+            for one in measures
+        ]
 
     def _probes(self, base: PathGrid, irradiance: npt.NDArray[np.float64], lines: int, sky: int) -> Probes:
         """Random lines of sight on which tables in channels are measured."""

@@ -20,6 +20,7 @@ from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.measure.surface_nodes import PERIODS, RefinedAxes, placed_times, refined_axes, within_period
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.products.shade_error import SHADE_METHOD, shade_error
+from skyshine.mat.quantities.aureole import RADIUS_DEG
 from skyshine.mat.scene.atmosphere import materials_digest, without_air_time
 from skyshine.mat.scene.sources import source_tracks
 from skyshine.mat.scene.summary import state_attributes
@@ -29,7 +30,7 @@ from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.response import response_table
 from skyshine.mat.surface.solver import FINE_STEPS
-from skyshine.mat.surface.sun_path import SOLAR_CONSTANT, SUN_STEPS, SunPath, sun_hours
+from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath, sun_hours
 from skyshine.mat.surface.table import SurfaceTemperatures, rounded, temperature_table
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, AxisRule
@@ -79,6 +80,8 @@ class TemperatureProduct:
             **surroundings_identity(job, context.task.index),
             **({"ground": ground.model_dump(mode="json")} if (ground := weather.ground_year) else {}),
             **({"water": water} if (water := weather.water) else {}),
+            # Tables before format 1.9 had the Sun's aureole in the shade: they are built anew.
+            "aureole_radius_deg": RADIUS_DEG,
             # Tables of rainy days before format 1.7 kept the film of open ground in the shade: they are built anew.
             **({"film_in_shade": True} if "rain_mm_h" in weather.water else {}),
         }
@@ -158,8 +161,7 @@ class TemperatureProduct:
         report.notes.append(
             f"largest residual {np.max(table.residual):.1e} W/m2, bound excess {np.max(table.bound_excess):.1e} K"
         )
-        extraterrestrial = SOLAR_CONSTANT / solver.inputs[0].sun_distance ** 2
-        fields = None if response is None else shade_fields(response, solver.scene(axes), extraterrestrial)
+        fields = None if response is None else shade_fields(response, solver.scene(axes))
         tracks = track_fields(source_tracks(day, track_hours()))
         yield htt_group(
             table,

@@ -25,7 +25,7 @@ from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight, lines_of
 from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathScope
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
 from skyshine.mat.atmosphere.transfer.source_nodes import elevations_from
-from skyshine.mat.quantities.facet_light import Faces, light_among_walls
+from skyshine.mat.quantities.facet_light import Facets, light_among_walls
 from skyshine.mat.quantities.formulas import beta_star, mean_transmittance
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.joined_paths import JoinedPaths, in_groups
@@ -156,7 +156,7 @@ class BandAtmosphere:
                 points[name].append(value.item())
         return AtmosphericQuantities(**{name: np.array(values) for name, values in points.items()})
 
-    def ambient_on_faces(self, lines: LinesOfSight, source_irradiance: npt.ArrayLike, faces: Faces) -> Floats:
+    def ambient_on_faces(self, lines: LinesOfSight, source_irradiance: npt.ArrayLike, faces: Facets) -> Floats:
         """Ambient radiance (n,) of n faces, integrated over their hemispheres, W m^-2 sr^-1.
 
         Parameters
@@ -164,7 +164,7 @@ class BandAtmosphere:
         lines : LinesOfSight
             To the faces (n,), with the source.
         source_irradiance : (P,) array
-        faces : Faces
+        faces : Facets
         """
         irradiance = _checked(source_irradiance, self.band)
         ranges, altitude, elevation, source, _ = _in_si(*lines.place)
@@ -229,7 +229,7 @@ class BandAtmosphere:
         return AtmosphericQuantities(**{**dict.fromkeys(QUANTITIES), "ambient": ambient_light, **arrays})
 
     def spectral_at_points(
-        self, lines: LinesOfSight, source_irradiance: npt.ArrayLike, faces: Faces | None = None
+        self, lines: LinesOfSight, source_irradiance: npt.ArrayLike, faces: Facets | None = None
     ) -> SpectralLines:
         """The spectra whose integrals the quantities are, at n single points; arguments as in `at_points`.
 
@@ -317,7 +317,7 @@ def _spectral_part(
     source_elevation: Floats,
     source_azimuth: Floats,
     irradiance: Floats,
-    faces: Faces | None,
+    faces: Facets | None,
 ) -> SpectralLines:
     """The spectra at the points of a part of a band, which are those of the air; arguments (n,) in m and rad."""
     shape = ranges.size, irradiance.size
@@ -341,7 +341,9 @@ def _spectral_part(
     return lines
 
 
-def _on_faces(air: SpectralAir, altitude: Floats, source_elevation: Floats, irradiance: Floats, faces: Faces) -> Floats:
+def _on_faces(
+    air: SpectralAir, altitude: Floats, source_elevation: Floats, irradiance: Floats, faces: Facets
+) -> Floats:
     """Irradiance (n, P) of faces at altitudes (n,) [m]."""
     inside = np.minimum(altitude if faces.altitude is None else faces.altitude, air.shells.top)
     return light_among_walls(air, inside, source_elevation, irradiance, faces)

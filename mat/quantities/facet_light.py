@@ -37,7 +37,7 @@ class Walls:
 
 
 @dataclass(frozen=True, eq=False)
-class Faces:
+class Facets:
     """n faces, and the ground and walls around them.
 
     Attributes
@@ -56,17 +56,17 @@ class Faces:
     altitude: Floats | None = None
     walls: Walls | None = None
 
-    def take(self, rows: Booleans) -> Faces:
+    def take(self, rows: Booleans) -> Facets:
         """Some of the faces."""
         walls = self.walls
         if walls is not None:
             walls = Walls(walls.sky_view[rows], walls.temperature[rows], walls.emissivity[rows])
         altitude = None if self.altitude is None else self.altitude[rows]
-        return Faces(self.normal[rows], self.ground_temperature[rows], altitude, walls)
+        return Facets(self.normal[rows], self.ground_temperature[rows], altitude, walls)
 
 
 def light_among_walls(
-    air: SpectralAir, altitude: Floats, source_elevation: Floats, irradiance: Floats, faces: Faces
+    air: SpectralAir, altitude: Floats, source_elevation: Floats, irradiance: Floats, faces: Facets
 ) -> Floats:
     """Irradiance (n, P) of n faces, W m^-2 (cm^-1)^-1; faces under one sky share its computation.
 
@@ -77,7 +77,7 @@ def light_among_walls(
         m; geometric, rad.
     irradiance : (P,) array
         Of the source outside the atmosphere, normal to the beam, W m^-2 (cm^-1)^-1; itself no part of the light.
-    faces : Faces
+    faces : Facets
     """
     if not len(faces.normal):
         return np.zeros((0, irradiance.size))

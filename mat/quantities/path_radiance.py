@@ -10,20 +10,18 @@ import numpy as np
 from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
-from skyshine.mat.atmosphere.transfer.segments import Segments
-from skyshine.mat.atmosphere.transfer.single_scattering import scattered_spectral
-from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
+from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.quantities.formulas import mean_transmittance
 from skyshine.mat.quantities.joined_paths import JoinedPaths
 from skyshine.mat.quantities.line_sources import LineSources
 from skyshine.mat.quantities.scattering_points import ScatteringPoints
-from skyshine.schemas.arrays import Booleans, Floats, Reals
+from skyshine.schemas.arrays import Booleans, Floats
 
 # Fraction of a line's length before the ground whose source function is continued behind the ground.
 _LAST_PART = 0.03
-# Molecules m^-2 of a short path in the air at the observer: any amount gives the same ratio, this one, a metre at the
-# density of the ground, stays inside single precision.
-_SHORT_PATH = 1e25
+# Largest optical depth of a short path in the air at the observer: light and absorptance are proportional to it.
+_SHORT_PATH = 1e-6
+_LEAST_SECTION = 1e-40  # m^2 per molecule, in air that absorbs nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,10 +70,8 @@ def thermal_light(air: SpectralAir, band: BandPoints, lines: JoinedPaths) -> Pat
 
     def limit(line: int) -> Floats:
         path = lines.paths[line]
-        point = _short_path(path)
-        extinction = point.column(air.optics.extinction)
-        source = air.thermal.at(path.local_layer, path.local_share, -np.sin(path.elevation))
-        return _over_absorptance((extinction * source) @ band.radiance_weight, extinction, band)
+        point, depths = _short_path(air, path)
+        return _over_absorptance(air.thermal_radiance(point, depths)[0] @ band.radiance_weight, depths, band)
 
     return PathLight(along, limit)
 
@@ -93,34 +89,35 @@ def scattered_light(
             np.concatenate([angle(of_line, path.ends) for of_line, path in zip(sources, lines.paths, strict=True)])
             for angle in (LineSources.to_source, LineSources.deflection)
         )
-        along = few.scattered_in_band(lines.segments, points.depths(lines.depths), to_source, deflection, points.weight)
+        along = few.scattered_light.in_band(
+            lines.segments, points.depths(lines.depths), to_source, deflection, points.weight
+        )
 
     def limit(line: int) -> Floats:
-        path, of_line = lines.paths[line], sources[line]
-        point, angle = _short_path(path), of_line.local_deflection(path.elevation)
-        light = direct_transmittance(few.scaled_source_paths, np.array([path.local_altitude]), of_line.elevation)
-        once = scattered_spectral(point, few.optics, light.astype(np.float32), np.stack([angle, angle]))
-        once += light[0] * few.forward_peak.at(point, path.local_altitude, np.sin(of_line.elevation), angle)
-        again = few.diffuse_light.at(
-            path.local_layer, path.local_share, -np.sin(path.elevation), np.sin(of_line.elevation), angle
-        )
-        scattered = once + point.column(few.optics.extinction) * again
-        return _over_absorptance(scattered @ points.weight, point.column(air.optics.extinction), band)
+        of_line = sources[line]
+        point, depths = _short_path(air, lines.paths[line])
+        to_source = np.tile(np.sin(of_line.elevation), (2, 1))
+        deflection = np.tile(of_line.local_deflection(lines.paths[line].elevation), (2, 1))
+        light = few.scattered_light.in_band(point, points.depths(depths), to_source, deflection, points.weight)
+        return _over_absorptance(light[1], depths, band)
 
     return PathLight(along, limit)
 
 
-def _short_path(path: LineOfSight) -> Segments:
-    """A short path in the air at the observer."""
-    ends, share = np.zeros(2), path.local_share
-    amount = _SHORT_PATH * np.array([[1 - share], [share]])
-    return Segments(np.zeros(1, int), np.array([path.local_layer]), amount[0], amount[1], ends, ends, ends, ends)
+def _short_path(air: SpectralAir, path: LineOfSight) -> tuple[Segments, Depths]:
+    """A short path in the air at the observer and its optical depth."""
+    share, layer = path.local_share, np.array([path.local_layer])
+    extinction = air.optics.extinction[path.local_layer :][:2].max()
+    amount = _SHORT_PATH / max(extinction, _LEAST_SECTION) * np.array([[1 - share], [share]])
+    ends = (np.full(2, value) for value in (path.local_altitude, 0.0, np.pi / 2 - path.elevation, 0.0))
+    segments = Segments(np.zeros(1, int), layer, *amount, *ends)
+    return segments, Depths(segments.column(air.optics.extinction))
 
 
-def _over_absorptance(light: Floats, extinction: Reals, band: BandPoints) -> Floats:
+def _over_absorptance(light: Floats | float, depths: Depths, band: BandPoints) -> Floats:
     """In-band light (S,) of a short path over the in-band mean of its depths (1, P)."""
-    ratio: Floats = light / (extinction[0] @ band.weight / band.weight.sum())
-    return ratio
+    ratio: Floats = light / (depths.per_segment[0] @ band.weight / band.weight.sum())
+    return np.atleast_1d(ratio)
 
 
 def radiance_along(

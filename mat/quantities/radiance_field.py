@@ -184,7 +184,7 @@ class RadianceField:
                     np.concatenate([part[some.start + row, line.ends] for row, line in enumerate(lines)])
                     for part in cosines
                 )
-                light = air.scattered_along(segments, depths, to_source, deflection, np.stack(phases[some]))
+                light = air.scattered_light.along(segments, depths, to_source, deflection, np.stack(phases[some]))
                 scattered[some] = light.reshape(-1, source_elevation.size, directions.azimuths, points)
         to_ground[~rays.ground] = 0.0
         thermal += to_ground * reflection.thermal

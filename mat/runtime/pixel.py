@@ -86,7 +86,7 @@ class Faces:
     temperature : (n, M) array, optional
         [K], in place of that of the table: in the shade, say, from `TemperatureTable.temperature`.
     ground_material : array of int or str, optional
-        Code or name of the ground around, for the sky of tilted faces.
+        Code or name of the ground around, for the sky of tilted faces, in place of that of `air`.
     lit : array, optional
         Share of the direct light of Sun or Moon that reaches the face; by default all.
     sky_view, wall_temperature : array, optional
@@ -302,7 +302,7 @@ def _ambient(surface: TemperatureTable, band: BandTable, air: AtmosphereTable, f
         light = air.value_by_wavelength("ambient_radiance", **place)
     else:
         given: dict[str, Any] = {}
-        if faces.ground_material is not None:
+        if faces.ground_material is not None or "ground_material" in air.attributes:
             given = {"ground_temperature": _ground_temperature(surface, air, faces), "band": band}
         turn = faces.azimuth - view.source_heading
         light = air.ambient_radiance(slope=faces.slope, azimuth=turn, by_wavelength=True, **given, **place)

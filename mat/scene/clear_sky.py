@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 
 import numpy as np
@@ -11,21 +11,46 @@ from scipy.constants import Stefan_Boltzmann
 from skyshine import atmospheres
 from skyshine.mat.atmosphere.band.cache import content_key
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.spectra.fluxes import BroadbandFluxes, broadband_fluxes
+from skyshine.mat.atmosphere.spectra.fluxes import BroadbandFluxes, broadband_fluxes, packaged_points
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.quantities.aureole import aureole_shares
 from skyshine.mat.surface.forcing import Sky
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.digest import digest_of
 from skyshine.schemas.kept_arrays import keep_arrays, kept_arrays, kept_folder
 
 FOLDER = "skies"  # of the kept files
-HEAD = b"skyshine broadband sky 1\n"
+HEAD = b"skyshine broadband sky 2\n"
 SKY_STEP = 250.0  # m between the altitudes at which the sky is described
 # degree: elevations of the Sun at which it is; close where the beam grows through the lowest, longest paths. Below, no
 # light arrives that would warm anything.
 SUN_ELEVATIONS = np.concatenate(
     [np.arange(-8, -1, 1), np.arange(-1, 6, 0.5), np.arange(6, 20, 1), np.arange(20, 91, 2.5)]
 )
+# degree: at which the share of light from around the Sun is computed; between them it is linear to 0.01.
+AUREOLE_ELEVATIONS = np.array([0.5, 2.0, 5.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 75.0, 90.0])
+
+
+@dataclass(frozen=True, eq=False)
+class ClearLight:
+    """Light of the clear sky at 1 au.
+
+    Attributes
+    ----------
+    fluxes : BroadbandFluxes
+    aureole : (AUREOLE_ELEVATIONS,) array
+        `aureole_shares` at the ground.
+    """
+
+    fluxes: BroadbandFluxes
+    aureole: Floats
+
+    @classmethod
+    def of(cls, air: AtmosphericState, levels: Floats, ground_albedo: float) -> ClearLight:
+        """Compute it for a state, the fluxes at levels [m]."""
+        over = replace(air, surface_albedo=ground_albedo)
+        fluxes = broadband_fluxes(air, levels, SUN_ELEVATIONS, ground_albedo)
+        return cls(fluxes, aureole_shares(over, packaged_points().shortwave, AUREOLE_ELEVATIONS))
 
 
 def band_model_sky(air: AtmosphericState, highest: float, ground_albedo: float, sun_distance: float) -> Sky:
@@ -34,7 +59,8 @@ def band_model_sky(air: AtmosphericState, highest: float, ground_albedo: float, 
     levels = np.arange(ground, max(highest, ground + SKY_STEP) + SKY_STEP, SKY_STEP)
     # The air's own levels hold the edges of cloud and fog, across which light is not linear.
     levels = np.union1d(levels, air.altitude[(air.altitude > ground) & (air.altitude < levels[-1])])
-    fluxes = _at_distance(_kept_fluxes(air, levels, ground_albedo), sun_distance)
+    light = _kept_light(air, levels, ground_albedo)
+    fluxes = _at_distance(light.fluxes, sun_distance)
     black = Stefan_Boltzmann * np.interp(levels, air.altitude, air.temperature) ** 4
     return Sky(
         altitude=levels,
@@ -42,6 +68,7 @@ def band_model_sky(air: AtmosphericState, highest: float, ground_albedo: float, 
         solar_elevation=fluxes.source_elevation,
         direct=fluxes.direct_normal,
         diffuse=fluxes.diffuse,
+        aureole=np.interp(fluxes.source_elevation, AUREOLE_ELEVATIONS, light.aureole),
         emissivity=fluxes.longwave_down / black,
         ground_albedo=ground_albedo,
     )
@@ -53,19 +80,21 @@ def _at_distance(fluxes: BroadbandFluxes, sun_distance: float) -> BroadbandFluxe
     return replace(fluxes, direct_normal=weaker * fluxes.direct_normal, diffuse=weaker * fluxes.diffuse)
 
 
-def _kept_fluxes(air: AtmosphericState, levels: Floats, ground_albedo: float) -> BroadbandFluxes:
-    """Fluxes at 1 au: those that were kept, or new ones."""
+def _kept_light(air: AtmosphericState, levels: Floats, ground_albedo: float) -> ClearLight:
+    """Light at 1 au: that which was kept, or computed anew."""
     folder = kept_folder(FOLDER)
     if folder is None:
-        return broadband_fluxes(air, levels, SUN_ELEVATIONS, ground_albedo)
-    key = content_key(_data(), air, levels, SUN_ELEVATIONS, float(ground_albedo))
+        return ClearLight.of(air, levels, ground_albedo)
+    key = content_key(_data(), air, levels, SUN_ELEVATIONS, AUREOLE_ELEVATIONS, float(ground_albedo))
     path = folder / f"{key}.npz"
     arrays = kept_arrays(path, HEAD, key)
     if arrays is not None:
-        return BroadbandFluxes(**arrays)
-    fluxes = broadband_fluxes(air, levels, SUN_ELEVATIONS, ground_albedo)
-    keep_arrays(path, HEAD, key, {field.name: getattr(fluxes, field.name) for field in fields(fluxes)})
-    return fluxes
+        aureole = arrays.pop("aureole")
+        return ClearLight(BroadbandFluxes(**arrays), aureole)
+    light = ClearLight.of(air, levels, ground_albedo)
+    of_fluxes = {field.name: getattr(light.fluxes, field.name) for field in fields(light.fluxes)}
+    keep_arrays(path, HEAD, key, of_fluxes | {"aureole": light.aureole})
+    return light
 
 
 @lru_cache(maxsize=1)

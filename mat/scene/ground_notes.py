@@ -6,7 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from skyshine.mat.job.default_ground import lies_level
 from skyshine.mat.job.model import Job
+from skyshine.mat.job.warnings import merged
 from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
 from skyshine.mat.surface.days import solve_days
@@ -14,22 +16,33 @@ from skyshine.mat.surface.forcing import Scene
 from skyshine.schemas.arrays import Floats
 
 _AZIMUTHS = np.array([0.0, 90.0, 180.0, 270.0])
+_SOIL = "soil_loam_brown"
 _STEPS = 48  # half hours: enough to know a difference to a tenth
 
 
 def ground_notes(job: Job, materials: Sequence[str]) -> list[str]:
-    """A line where tilted faces see ground as warm as the air, and how much a ground of the job's materials changes.
+    """A line for a ground that the job does not name, and one where tilted faces see ground as warm as the air, with
+    what a ground changes.
 
     Faces as steep as the job has them, to four aspects, under the first state without a ground, are solved with and
-    without it: the ground is the first of the job's level materials (of exposure field, not leaves).
+    without it: the ground is the first of the job's level materials, or soil. A job that says which of them is the most
+    common has it as ground (`default_ground`).
     """
+    taken = merged(
+        (number, f"{state.ground_material} is taken as ground, {state.ground_origin}; name what lies there")
+        for number, state in enumerate(job.states, 1)
+        if state.ground_origin is not None
+    )
+    return [f"ground: {line}" for line in taken] + _without_ground(job, materials)
+
+
+def _without_ground(job: Job, materials: Sequence[str]) -> list[str]:
     steepest = max(job.surface_grid.slope_deg)
     numbers = [number for number, state in enumerate(job.states, 1) if state.ground_material is None]
     library = job_library(job)
-    grounds = [name for name in materials if library[name].surface.exposure == "field"]
-    grounds.sort(key=lambda name: library[name].surface.canopy)
+    grounds = [name for name in [*materials, _SOIL] if lies_level(library[name])]
     solved = [name for name in materials if name not in job.temperatures_c]
-    if not numbers or not grounds or not solved or steepest == 0:
+    if not numbers or not solved or steepest == 0:
         return []
     number, ground = numbers[0], grounds[0]
     states = list(job.states)

@@ -115,8 +115,8 @@ class Enclosure:
         direct, diffuse : (A, P, SUN_STEPS) ndarray
             Of Sun and sky without the enclosure [W m^-2].
         level : (A, SUN_STEPS) ndarray
-            Diffuse irradiance of a level surface [W m^-2]. What a plane has above its view of an evenly bright sky
-            comes from around the Sun, and ends with the direct light.
+            Diffuse irradiance of a level surface without that from around the Sun [W m^-2]. What a plane has above its
+            view of such a sky comes from around the Sun, and ends with the direct light.
         """
         whole = 0.5 * (1 + np.cos(np.radians(slope)))
         share = np.divide(views.sky, whole, out=np.zeros_like(whole), where=whole > 0)[:, None]

@@ -19,14 +19,16 @@ from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.enclosure import AZIMUTHS, SLOPES, Emitter, Enclosure, SurroundingRadiation
 from skyshine.mat.surface.horizon import ViewFactors
 from skyshine.mat.surface.step_means import step_means
-from skyshine.mat.surface.sun_path import SOLAR_CONSTANT, SUN_STEPS, SunPath, sun_hours
+from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath, sun_hours
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 _LARGEST_ALTITUDE_RATIO = 3.0  # times that measured light may be stronger on a mountain: the Sun rises earlier there
-_CIRCUMSOLAR_ELEVATION = 1.0  # degree: bounds the circumsolar part of the diffuse light at the horizon, as pvlib does
+# degree: the light around a lower Sun comes from here, for the half of its surroundings below the horizon is dark; of
+# 1 to 20 this and 15 are nearest to the radiative transfer (tests/mat/quantities/test_aureole.py).
+LOWEST_AUREOLE = 10.0
 _FAINTEST_LIGHT = 1e-30  # W m^-2: below, under clouds of optical depth 100 and more, cubic slopes leave the numbers
 
 
@@ -44,6 +46,8 @@ class Sky:
         Increasing, geometric [degree].
     direct, diffuse : ndarray, shape (L, E)
         Direct normal and diffuse horizontal irradiance [W m^-2] at the day's distance of the Sun.
+    aureole : ndarray, shape (E,)
+        Share of the diffuse irradiance that comes from around the Sun, at all altitudes.
     emissivity : ndarray, shape (L,)
         Longwave irradiance over that of a black body at the temperature of the air there.
     ground_albedo : float
@@ -57,6 +61,7 @@ class Sky:
     solar_elevation: Floats
     direct: Floats
     diffuse: Floats
+    aureole: Floats
     emissivity: Floats
     ground_albedo: float
     enclosure: Enclosure | None = None
@@ -123,6 +128,10 @@ class Sky:
         direct = direct * (1 - cloud_fraction)
         return direct, np.maximum(total - direct * sine, 0.0)
 
+    def aureole_at(self, solar_elevation: Floats) -> Floats:
+        """`aureole` under a clear sky at elevations of the Sun [degree]."""
+        return np.interp(solar_elevation, self.solar_elevation, self.aureole)
+
     def longwave(self, air_temperature: Floats, cloud_fraction: Floats | float, altitude: Floats) -> Floats:
         """Longwave irradiance of the whole sky on a level surface.
 
@@ -157,7 +166,7 @@ def plane_irradiance(
     direct: Floats | float,
     diffuse: Floats | float,
     ground_albedo: float,
-    extraterrestrial: npt.ArrayLike,
+    aureole: npt.ArrayLike,
 ) -> tuple[Floats, Floats, Floats]:
     """Direct, diffuse and ground-reflected irradiance on planes; arguments broadcast against each other.
 
@@ -170,8 +179,8 @@ def plane_irradiance(
     direct, diffuse : array_like
         Direct normal and diffuse horizontal irradiance [W m^-2].
     ground_albedo : float
-    extraterrestrial : array_like
-        Normal irradiance above the atmosphere [W m^-2].
+    aureole : array_like
+        Share of the diffuse irradiance that comes from around the Sun.
 
     Returns
     -------
@@ -180,24 +189,20 @@ def plane_irradiance(
 
     References
     ----------
-    Diffuse: Hay and Davies (1980), circumsolar part after the direct beam and an isotropic remainder, as in pvlib.
+    Diffuse: a circumsolar and an even part, the form of Hay and Davies (1980), with a share from `Sky.aureole` in place
+    of their direct light over that above the atmosphere.
     Ground: isotropic, Liu and Jordan (1963), Solar Energy 7, 53-74.
     """
     import pvlib
 
     cosine = sun_cosine(slope, azimuth, solar_elevation, solar_azimuth)
     sine = np.maximum(np.sin(np.radians(solar_elevation)), 0.0)
-    on_plane = pvlib.irradiance.haydavies(
-        slope,
-        azimuth,
-        diffuse,
-        direct,
-        extraterrestrial,
-        projection_ratio=cosine / np.maximum(sine, np.sin(np.radians(_CIRCUMSOLAR_ELEVATION))),
-    )
-    level = direct * sine + diffuse
-    reflected = pvlib.irradiance.get_ground_diffuse(slope, level, albedo=ground_albedo)
-    return direct * cosine, on_plane, reflected
+    above = np.maximum(solar_elevation, LOWEST_AUREOLE)
+    around = sun_cosine(slope, azimuth, above, solar_azimuth) / np.sin(np.radians(above))
+    view = 0.5 * (1 + np.cos(np.radians(slope)))
+    aureole = np.asarray(aureole, float)
+    reflected = pvlib.irradiance.get_ground_diffuse(slope, direct * sine + diffuse, albedo=ground_albedo)
+    return direct * cosine, diffuse * (aureole * around + (1 - aureole) * view), reflected
 
 
 def sun_cosine(
@@ -275,6 +280,7 @@ class Scene:
         if self.surroundings is None:
             return direct, diffuse, reflected
         even = view[None, :, None] * self._sunlight[1][:, None, :]
+        even *= (1 - self._aureole)[:, None, :]
         shaded = self.surroundings.shaded(sun_hours(), 24.0 / SUN_STEPS)
         return *self.surroundings.sunlight(direct, diffuse, even, shaded), reflected
 
@@ -289,11 +295,13 @@ class Scene:
             direct[:, None, :],
             diffuse[:, None, :],
             self.sky.ground_albedo,
-            SOLAR_CONSTANT / self.sun.sun_distance**2,
+            self._aureole[:, None, :],
         )
         if views is None or self.sky.enclosure is None:
             return received
-        return *self.sky.enclosure.light_of_sky(views, slope, self.sun, *received[:2], diffuse), received[2]
+        return *self.sky.enclosure.light_of_sky(
+            views, slope, self.sun, *received[:2], (1 - self._aureole) * diffuse
+        ), received[2]
 
     @cached_property
     def _sun_cosine(self) -> Floats:
@@ -346,6 +354,16 @@ class Scene:
             _carried(light[1], diffuse, clear[1]),
         )
 
+    @cached_property
+    def _aureole(self) -> Floats:
+        """Share of the diffuse light that comes from around the Sun, (A, SUN_STEPS): that of the clear sky, in
+        proportion to direct light, which comes through the same gaps of cloud.
+        """
+        clear = self.sky.irradiance(self.sun, 0.0, np.asarray(self.altitude, float))
+        (direct, diffuse), share = self._sunlight, self.sky.aureole_at(self.sun.solar_elevation)
+        whole = diffuse * clear[0]
+        return share * np.minimum(np.divide(direct * clear[1], whole, out=np.zeros_like(whole), where=whole > 0), 1.0)
+
     @property
     def days(self) -> list[Callable[[int], Forcing]]:
         """`forcing` of the days that the weather holds, oldest first and this one last, each kept once computed.
@@ -360,16 +378,20 @@ class Scene:
         """Altitude of the weather within the levels of the sky [m], (1,)."""
         return np.clip([self.weather.altitude], *self.sky.altitude[[0, -1]])
 
-    def open_air(self, steps: int) -> tuple[Floats, Floats, Floats, Floats]:
-        """Direct normal and diffuse horizontal light, longwave of the whole sky [W m^-2], air temperature [K].
+    def open_air(self, steps: int) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """Direct normal and diffuse horizontal light, longwave of the whole sky [W m^-2], air temperature [K], and the
+        share of diffuse light from around the Sun.
 
-        Each (A, steps). Direct light is that which the horizon leaves; diffuse light and longwave are of the whole sky.
+        Each (A, steps). Light of the Sun and from around it is that which the horizon leaves; other diffuse light and
+        longwave are of the whole sky.
         """
         direct, diffuse = self._sunlight
-        direct, diffuse, longwave, air = (
-            step_means(field, steps) for field in (direct * self._visible, diffuse, self._longwave, self._air[0])
-        )
-        return direct, diffuse, longwave, air
+        around = self._aureole * diffuse
+        hidden = (1 - self._visible) * around
+        fields = (direct * self._visible, diffuse - hidden, self._longwave, self._air[0], around - hidden)
+        direct, diffuse, longwave, air, around = (step_means(field, steps) for field in fields)
+        share = np.divide(around, diffuse, out=np.zeros_like(diffuse), where=diffuse > 0)
+        return direct, diffuse, longwave, air, share
 
     @property
     def _visible(self) -> Floats:

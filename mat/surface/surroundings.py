@@ -76,8 +76,8 @@ class Surroundings:
         direct, diffuse : ndarray
             On the unobstructed surface [W m^-2].
         even : ndarray
-            Diffuse irradiance on it if the sky were evenly bright [W m^-2]. What is above that comes from around the
-            Sun and ends with the direct light.
+            Diffuse irradiance on it from the evenly bright part of the sky [W m^-2]. What is above that comes from
+            around the Sun and ends with the direct light.
         shaded : (n,) ndarray
             Share of the time in the shade, over the last axis.
         """

@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 
 _LOG_STEP = 2.0**-11  # of the logarithm of mean extinction: a quarter of a thousandth of optical depth
 _KEPT_BITS = 13
+_DIRECT_LIGHT = "direct_light"
+_BEAM_BITS = 16  # of direct light, whose parts cancel each other
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +67,8 @@ class ChannelContent:
         Least and most that the file is for.
     dark_below : float
         Elevation at and below which there is no light of the source, degree.
+    radiance_step : float
+        Path radiance that does not matter, W m^-2 sr^-1: finer digits are not stored.
     """
 
     rays: RayCoordinates
@@ -81,6 +85,7 @@ class ChannelContent:
     range_km: tuple[float, float]
     altitude_km: tuple[float, float]
     dark_below: float
+    radiance_step: float
 
 
 def channel_group(content: ChannelContent, accuracy: Group, attributes: Mapping[str, Any]) -> Group:
@@ -159,7 +164,7 @@ def _paths(content: ChannelContent) -> dict[str, Floats]:
         "channel_wavenumber": content.wavenumber,
         "channel_weight": content.weight / content.weight.sum(),
         "thermal_reference": content.light.thermal,
-        "thermal_ratio": _rounded(fields.thermal),
+        "thermal_ratio": _rounded(fields.thermal, step=content.radiance_step),
     }
     return arrays | ({END_RISE: _rounded(fields.end_rise)} if content.bends_paths else {})
 
@@ -169,7 +174,9 @@ def _sources(content: ChannelContent) -> dict[str, Floats]:
     sources, lit = content.sources, content.sources.chosen_angle.size > 0
     return {
         "source_reference": content.light.source,
-        "scattered_ratio": _rounded(content.fields.scattered if lit else np.zeros((1, *content.nodes.shape))),
+        "scattered_ratio": _rounded(
+            content.fields.scattered if lit else np.zeros((1, *content.nodes.shape)), step=content.radiance_step
+        ),
         "source_factor": sources.factor if lit else np.zeros((1, *sources.factor.shape[1:])),
     }
 
@@ -179,14 +186,15 @@ def _surfaces(content: ChannelContent) -> dict[str, Floats]:
     surface = content.surface
     arrays = {"source_rise": surface.rise}
     for name, light in _light(surface).items():
-        arrays |= {name: light.value, f"{name}_factor": light.factor}
+        value = _rounded(light.value, _BEAM_BITS) if name == _DIRECT_LIGHT else light.value
+        arrays |= {name: value, f"{name}_factor": light.factor}
     return arrays | ({GROUND_EMISSION: surface.ground_emission} if surface.thermal_harmonics is not None else {})
 
 
 def _light(surface: SurfaceLight) -> dict[str, LightParts]:
     """Light in parts by its name in the file, as far as there is some."""
     light = {
-        "direct_light": surface.direct,
+        _DIRECT_LIGHT: surface.direct,
         "thermal_sky": surface.thermal_sky,
         "scattered_sky": surface.scattered_sky,
         "thermal_harmonics": surface.thermal_harmonics,
@@ -206,8 +214,10 @@ def _numbers(count: int, words: str) -> Axis:
     return table_axis(np.arange(1, count + 1, dtype=np.int32), "1", words, interpolation=EXACT)
 
 
-def _rounded(values: Floats) -> Floats:
-    """Values with as many bits as their errors leave: the rest does not compress."""
-    mantissa, exponent = np.frexp(values)
-    rounded: Floats = np.ldexp(np.round(np.ldexp(mantissa, _KEPT_BITS)), exponent - _KEPT_BITS)
+def _rounded(values: Floats, bits: int = _KEPT_BITS, *, step: float = 0.0) -> Floats:
+    """Values with as many bits as their errors leave, and no digits below a step: the rest does not compress."""
+    _, exponent = np.frexp(values)
+    smallest = np.frexp(step)[1] - 1 if step > 0 else -np.inf  # the power of two at or below the step
+    last = np.maximum(exponent - bits, smallest)
+    rounded: Floats = np.round(values * 2.0**-last) * 2.0**last
     return rounded

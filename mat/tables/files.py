@@ -27,7 +27,7 @@ class FileType:
         return int(self.format_version.split(".")[0])
 
 
-HTT = FileType("htt", "1.8.0", "Surface temperatures through the day")
+HTT = FileType("htt", "1.9.0", "Surface temperatures through the day")
 ATMQ = FileType("atmq", "4.0.0", "Atmospheric quantities with the Sun as source")
 LUNAR_ATMQ = FileType("lunar_atmq", "4.0.0", "Atmospheric quantities with the Moon as source")
 BAND = FileType("band", "1.6.0", "Blackbody radiance and material properties of a spectral band")

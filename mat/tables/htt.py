@@ -163,7 +163,7 @@ def enclosure_attributes(enclosure: Enclosure) -> dict[str, Any]:
     return attributes
 
 
-def shade_fields(table: ResponseTable, scene: Scene, extraterrestrial: float) -> Fields:
+def shade_fields(table: ResponseTable, scene: Scene) -> Fields:
     """Axes and arrays with which a runtime shades surfaces.
 
     Parameters
@@ -171,8 +171,6 @@ def shade_fields(table: ResponseTable, scene: Scene, extraterrestrial: float) ->
     table : ResponseTable
     scene : Scene
         Its altitudes are those of the temperatures.
-    extraterrestrial : float
-        Normal irradiance of the Sun above the air [W m^-2].
     """
     steps = response.FORCING_STEPS
     axes = {
@@ -195,7 +193,7 @@ def shade_fields(table: ResponseTable, scene: Scene, extraterrestrial: float) ->
     }
     column = ("material", response.ALTITUDE, response.SLOPE, response.HOUR)
     sky = ("altitude", light.FORCING_TIME)
-    direct, diffuse, longwave, air = (values.astype(np.float32) for values in scene.open_air(steps))
+    direct, diffuse, longwave, air, aureole = (values.astype(np.float32) for values in scene.open_air(steps))
     sun = (
         np.asarray(angle, float)[:: len(angle) // steps].astype(np.float32)
         for angle in (scene.sun.solar_elevation, scene.sun.solar_azimuth)
@@ -225,11 +223,11 @@ def shade_fields(table: ResponseTable, scene: Scene, extraterrestrial: float) ->
             ("material",), table.highest, "K", "temperature that the surface cannot exceed because it melts"
         ),
         light.DIRECT: Variable(sky, direct, "W m^-2", "direct normal irradiance"),
-        light.EXTRATERRESTRIAL: Variable(
+        light.AUREOLE: Variable(
             (light.FORCING_TIME,),
-            np.full(steps, extraterrestrial, np.float32),
-            "W m^-2",
-            "normal irradiance of the Sun above the air",
+            aureole[0],  # at the lowest altitude: it differs with altitude by the light of clouds alone
+            "1",
+            "share of the diffuse sunlight that comes from around the Sun, and goes with the direct light",
         ),
         light.DIFFUSE: Variable(sky, diffuse, "W m^-2", "diffuse sunlight on a level surface"),
         light.LONGWAVE: Variable(sky, longwave, "W m^-2", "longwave of the whole sky on a level surface"),

@@ -85,7 +85,7 @@ LIMITS: dict[str, Limits] = {
     "diffuse_irradiance": _NOT_NEGATIVE,
     "sky_irradiance": _NOT_NEGATIVE,
     "air_temperature": _POSITIVE,
-    "extraterrestrial_irradiance": _POSITIVE,
+    "aureole_share": _SHARE,
     "solar_elevation": _ELEVATION,
     "solar_azimuth": Limits("lie in -360 to 360 degree", -360.0, 360.0),
     "sun_elevation": _ELEVATION,

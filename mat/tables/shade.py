@@ -20,7 +20,7 @@ FORCING_TIME = "forcing_time"
 DIRECT, DIFFUSE, LONGWAVE, AIR = "direct_normal_irradiance", "diffuse_irradiance", "sky_irradiance", "air_temperature"
 SUN_ELEVATION, SUN_AZIMUTH = "solar_elevation", "solar_azimuth"
 ABSORPTANCE, EMISSIVITY = "solar_absorptance", "thermal_emissivity"
-EXTRATERRESTRIAL = "extraterrestrial_irradiance"
+AUREOLE = "aureole_share"
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +37,8 @@ class OpenAir:
         [K]
     elevation, azimuth : (FORCING_STEPS,) ndarray
         Of the Sun [degree].
-    extraterrestrial : (FORCING_STEPS,) ndarray
-        Normal irradiance of the Sun above the air [W m^-2].
+    aureole : (FORCING_STEPS,) ndarray
+        Share of the diffuse light that comes from around the Sun.
     """
 
     altitude: AxisRule
@@ -48,12 +48,12 @@ class OpenAir:
     air: Floats
     elevation: Floats
     azimuth: Floats
-    extraterrestrial: Floats
+    aureole: Floats
 
     @classmethod
     def of(cls, root: Group) -> OpenAir:
         """The light that a database holds; `StoredResponse.of` refuses one without it."""
-        names = (DIRECT, DIFFUSE, LONGWAVE, AIR, SUN_ELEVATION, SUN_AZIMUTH, EXTRATERRESTRIAL)
+        names = (DIRECT, DIFFUSE, LONGWAVE, AIR, SUN_ELEVATION, SUN_AZIMUTH, AUREOLE)
         need_parts(root, names)
         return cls(
             AxisRule.of("altitude", root.axes["altitude"]),
@@ -102,10 +102,10 @@ class OpenAir:
             direct_normal,
             diffuse_level,
             0.0,
-            self.extraterrestrial,
+            self.aureole,
         )
         view = 0.5 * (1 + np.cos(np.radians(slope)))[:, None]
-        beam, spread = exposure.sunlight(direct, diffuse, view * diffuse_level)
+        beam, spread = exposure.sunlight(direct, diffuse, view * (1 - self.aureole) * diffuse_level)
         sky, others = exposure.longwave(view, longwave, air)
         open_sky, ground = Surroundings().longwave(view, longwave, air)
         change: Floats = absorptance[:, None] * (beam + spread - direct - diffuse)

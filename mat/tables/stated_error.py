@@ -74,24 +74,38 @@ def measure(
     )
 
 
-def with_independent(measured: ErrorMeasure, kelvin: Mapping[str, float], percent: Mapping[str, float]) -> ErrorMeasure:
+def with_independent(
+    measured: ErrorMeasure,
+    kelvin: Mapping[str, Mapping[str, float]],
+    percent: Mapping[str, Mapping[str, float]],
+    region: str,
+) -> ErrorMeasure:
     """Errors with others that do not depend on them: squares add, largest errors add.
 
     Parameters
     ----------
     measured : ErrorMeasure
-    kelvin, percent : mapping of str to float
-        The others by "max", "p99", "p95" and "rms".
+    kelvin, percent : mappings
+        The others by region and then by "max", "p99", "p95" and "rms"; none where there are no others.
+    region : str
+        That of all points. Regions of `measured` without others of their own have those of all points.
     """
+    if not kelvin:
+        return measured
+    parts = {
+        name: with_independent(part, kelvin, percent, name if name in kelvin else region)
+        for name, part in measured.regions.items()
+    }
+    kelvin_here, percent_here = kelvin[region], percent[region]
     return replace(
         measured,
-        maximum_kelvin=measured.maximum_kelvin + kelvin["max"],
-        p99_kelvin=math.hypot(measured.p99_kelvin, kelvin["p99"]),
-        p95_kelvin=math.hypot(measured.p95_kelvin, kelvin["p95"]),
-        rms_kelvin=math.hypot(measured.rms_kelvin, kelvin["rms"]),
-        maximum_percent=measured.maximum_percent + percent["max"],
-        p99_percent=math.hypot(measured.p99_percent, percent["p99"]),
-        regions={name: with_independent(part, kelvin, percent) for name, part in measured.regions.items()},
+        maximum_kelvin=measured.maximum_kelvin + kelvin_here["max"],
+        p99_kelvin=math.hypot(measured.p99_kelvin, kelvin_here["p99"]),
+        p95_kelvin=math.hypot(measured.p95_kelvin, kelvin_here["p95"]),
+        rms_kelvin=math.hypot(measured.rms_kelvin, kelvin_here["rms"]),
+        maximum_percent=measured.maximum_percent + percent_here["max"],
+        p99_percent=math.hypot(measured.p99_percent, percent_here["p99"]),
+        regions=parts,
     )
 
 

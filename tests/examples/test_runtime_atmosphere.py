@@ -120,6 +120,21 @@ def test_the_ground_of_a_material_agrees(runtime, lines):
     agrees(runtime, scene | {"pixels": [pixel | {"ground_material": "grass_green"} for pixel in scene["pixels"]]})
 
 
+def test_the_ground_that_a_file_names_lies_around_tilted_faces(runtime, lines, tmp_path):
+    """As that of a pixel that names it, at the lowest altitude of the surface file; not as warm as the file states."""
+    scene = lines("day", "limb")
+    named = tmp_path / Path(scene["atmosphere"]).name
+    shutil.copyfile(scene["atmosphere"], named)
+    with h5py.File(named, "r+") as file, h5py.File(scene["surface"]) as surface:
+        file.attrs["ground_material"] = "grass_green"
+        lowest = float(surface["altitude"][0])
+    pixels = [pixel | {"surface_altitude": lowest} for pixel in scene["pixels"]]
+    terms = agrees(runtime, scene | {"atmosphere": str(named), "pixels": pixels})
+    given = by_library(scene | {"pixels": [pixel | {"ground_material": "grass_green"} for pixel in pixels]})
+    np.testing.assert_allclose(terms["skyshine"], given["skyshine"], rtol=1e-9)
+    assert np.any(terms["skyshine"] != by_library(scene | {"pixels": pixels})["skyshine"])
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -166,8 +166,8 @@ def _shade(materials) -> tuple:
     air = [np.stack([base + 5 * up, base - 4 + 5 * up]) for base in (320.0, 285.0)]
     turn = np.repeat(hours * 15, 2)
     sun = SimpleNamespace(solar_elevation=60 * np.cos(np.radians(turn - 180)), solar_azimuth=turn)
-    scene = SimpleNamespace(open_air=lambda steps: (*light, *air), sun=sun)
-    return shade_fields(response, scene, 1361.0)
+    scene = SimpleNamespace(open_air=lambda steps: (*light, *air, 0.3 * up * np.ones((2, 1))), sun=sun)
+    return shade_fields(response, scene)
 
 
 def _film(column) -> SimpleNamespace:

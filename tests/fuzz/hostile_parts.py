@@ -36,7 +36,7 @@ OUTSIDE: dict[str, tuple[float, ...]] = {
     "air_temperature": (-1.0, 0.0),
     "solar_elevation": (-91.0, 90.5),
     "solar_azimuth": (400.0,),
-    "extraterrestrial_irradiance": (-1.0, 0.0),
+    "aureole_share": (-0.1, 1.1),
     "sun_elevation": (-91.0, 90.5),
     "sun_azimuth": (2000.0,),
     "sun_distance": (0.0, 1.2),

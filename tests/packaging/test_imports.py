@@ -52,6 +52,7 @@ FLOORS = (
     ("mat.atmosphere",),
     ("mat.surface",),
     ("mat.radiometry",),
+    ("mat.kernel",),
     ("mat.threads",),
     ("materials", "atmospheres", "examples"),
     ("schemas",),

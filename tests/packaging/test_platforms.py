@@ -8,9 +8,10 @@ import sys, pkgutil, importlib
 for name in ("resource", "fcntl", "pwd", "grp", "termios", "tty", "pty"):
     sys.modules[name] = None
 import skyshine
+NO_MODULES = ("skyshine.mat.kernel.backend", "skyshine.mat.kernel.libskyshine")  # pip's; the library, loaded by ctypes
 names = [module.name for module in pkgutil.walk_packages(skyshine.__path__, "skyshine.")]
 for name in names:
-    if not name.endswith("__main__") and not name.startswith("skyshine.examples."):
+    if name not in NO_MODULES and not name.endswith("__main__") and not name.startswith("skyshine.examples."):
         try:
             importlib.import_module(name)
         except ImportError as error:

@@ -71,3 +71,8 @@ def source_archive(tmp_path_factory):
 def test_the_source_distribution_holds_the_library(source_archive):
     listed = run("git", "ls-files", "examples/runtimes", folder=CHECKOUT).split()
     assert len(listed) > 25 and set(listed) <= source_archive
+
+
+def test_the_source_distribution_holds_the_kernel_and_its_compiler_alone(source_archive):
+    assert set(run("git", "ls-files", "mat/kernel", folder=CHECKOUT).split()) <= source_archive
+    assert not [name for name in source_archive if "libskyshine." in name]

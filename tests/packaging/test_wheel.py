@@ -11,6 +11,8 @@ from pathlib import Path
 import h5py
 import pytest
 
+from skyshine.mat.kernel.library import NAME
+
 CHECKOUT = Path(__file__).parents[2]
 
 OPEN_ONE_OF_EACH = """
@@ -21,6 +23,7 @@ from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
 from skyshine.mat.atmosphere.particles.cloud import cloud_type
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.job.presets import presets
+from skyshine.mat.kernel.library import library
 from skyshine.mat.api.examples import example_names, starter_files
 from skyshine.materials.library import load_library
 for module in (skyshine.mat, skyshine.tmm, atmospheres, materials, schemas):
@@ -33,6 +36,7 @@ assert len(load_library()) >= 12
 assert schemas.path("mat-job.schema.json").is_file()
 assert all(file.is_file() for name in example_names() for file in starter_files(name))
 assert materials.path("exchange/cdb.yaml").is_file()
+assert library()._name.startswith(PLACE) and len(library().skyshine_sources()) == 64
 """
 
 
@@ -61,6 +65,15 @@ def test_only_the_skyshine_package_is_installed(wheel):
     tops = {name.split("/")[0] for name in names}
     assert {top for top in tops if not top.endswith(".dist-info")} == {"skyshine"}
     assert not [name for name in names if "/tests/" in name or name.endswith(".pyc")]
+
+
+def test_the_wheel_has_the_compiled_library_and_no_c(wheel):
+    assert wheel.name.split("-")[2:4] == ["py3", "none"] and not wheel.name.endswith("-any.whl")
+    names = zipfile.ZipFile(wheel).namelist()
+    assert [name for name in names if "libskyshine" in name] == [f"skyshine/mat/kernel/{NAME}"]
+    assert not [
+        name for name in names if name.startswith("skyshine/mat/kernel/") and name.endswith((".c", ".h", "d.py"))
+    ]
 
 
 def test_the_metadata_names_the_terms_of_mt_ckd_and_the_wheel_holds_its_notice(wheel):

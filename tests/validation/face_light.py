@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from skyshine.mat.quantities.facet_light import Faces, light_among_walls
+from skyshine.mat.quantities.facet_light import Facets, light_among_walls
 
 
 def facet_irradiance(air, altitude, source_elevation, normal, irradiance, ground_temperature):
@@ -11,6 +11,6 @@ def facet_irradiance(air, altitude, source_elevation, normal, irradiance, ground
     def of_faces(values):
         return np.repeat(values, normal.shape[1])
 
-    faces = Faces(normal.reshape(-1, 3), of_faces(ground_temperature))
+    faces = Facets(normal.reshape(-1, 3), of_faces(ground_temperature))
     light = light_among_walls(air, of_faces(altitude), of_faces(source_elevation), irradiance, faces)
     return light.reshape(*normal.shape[:2], irradiance.size)

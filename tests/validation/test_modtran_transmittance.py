@@ -335,7 +335,8 @@ def line_by_line(state, paths, shared_data, low, high):
     what MT_CKD 2.4
     adds to the optical depth (paths, W): continua are smooth, so it is taken at each wavelength of the spectra."""
     pytest.importorskip("numba")
-    from skyshine.mat.bench.line_by_line import absorption_at_levels, judged_gases
+    from line_by_line_levels import absorption_at_levels, judged_gases
+
     from skyshine.mat.spectroscopy.continua import Continua
     from skyshine.mat.spectroscopy.gases import LineLibrary
 

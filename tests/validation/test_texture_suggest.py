@@ -220,7 +220,8 @@ def _judge_left_out(sheet, rows, count, left_out, random):
     clicks = np.full(sheet.truth.shape, -1)
     for _ in range(max(ROUNDS)):
         sheet.random_click(random, clicks, left_out)
-    sheet.score(_row(rows, "one left out", "random", 6), sheet.painted(clicks), clicks >= 0, left_out)
+    for name, settings in (("one left out", {}), ("one left out with model", {"model": MODEL})):
+        sheet.score(_row(rows, name, "random", 6), sheet.painted(clicks), clicks >= 0, left_out, **settings)
     for model in (False, True):
         answers = []
         for _ in range(max(ROUNDS)):

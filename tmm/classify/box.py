@@ -14,14 +14,9 @@ POSTERIOR_ONE = 65535  # posteriors are summed as 16 bit integers: with MAX_RADI
 class Cells:
     """The cells, squares of `side` texels from the top left corner on, that hold a stretch of rows or of columns.
 
-    Attributes
-    ----------
-    wide : slice
-        These cells and `reach` more to each side, as far as the texture goes.
-    inner : slice
-        They themselves, within `wide`.
-    texels : slice
-        The stretch, within their texels.
+    wide : slice; these cells and `reach` more to each side, as far as the texture goes.
+    inner : slice; they themselves, within `wide`.
+    texels : slice; the stretch, within their texels.
 
     Examples
     --------
@@ -54,12 +49,8 @@ def strongest(
     """Material (h, w) int16 of the largest mean posterior over the box about each inner place, the first among equals,
     and that mean as float32.
 
-    Parameters
-    ----------
-    planes : iterable of (h, w) uint16
-        Posterior of each material in units of 1 / POSTERIOR_ONE.
-    valid : (h, w) bool
-        Places that count.
+    planes : iterable of (h, w) uint16; posterior of each material in units of 1 / POSTERIOR_ONE.
+    valid : (h, w) bool; places that count.
     """
     material: npt.NDArray[np.int16] = np.empty(0, np.int16)
     best: npt.NDArray[np.uint32] = np.empty(0, np.uint32)

@@ -29,10 +29,7 @@ BLOCK_COLOURS = 1 << 16  # colours whose posteriors are computed at a time
 class GaussianModel:
     """One normal distribution for each material, in the D coordinates of `to_coordinates`: L*a*b*, or one more.
 
-    Attributes
-    ----------
-    names : tuple of str
-        K materials.
+    names : tuple of str; K materials.
     means : (K, D) float64
     covariances : (K, D, D) float64
     log_prior : (K,) float64
@@ -93,14 +90,9 @@ def fit(
 ) -> GaussianModel:
     """Fit the model to seeds.
 
-    Parameters
-    ----------
-    lab : (N, D) float64
-        Coordinates of the seeds.
-    material : (N,) int
-        Index into `names`; each occurs.
-    prior : "equal", "seeds" or dict
-        Relative prior probability of the materials; a dict may leave materials at 1.
+    lab : (N, D) float64; coordinates of the seeds.
+    material : (N,) int; index into `names`; each occurs.
+    prior : "equal", "seeds" or dict; relative prior probability of the materials; a dict may leave materials at 1.
     """
     dimensions = np.eye(lab.shape[1])
     counts = np.bincount(material, minlength=len(names)).astype(float)

@@ -21,12 +21,8 @@ SAMPLES = 4  # of a box, on each side of its middle, at least
 class Classified:
     """What a classifier says of each texel.
 
-    Attributes
-    ----------
-    material : (h, w) int16
-        Index into the names of the materials, -1 where there is no data or no material.
-    confidence : (h, w) float32
-        Posterior of that material averaged over the box; 0 without data.
+    material : (h, w) int16; index into the names of the materials, -1 where there is no data or no material.
+    confidence : (h, w) float32; posterior of that material averaged over the box; 0 without data.
     typicality : (h, w) float32
         With seeds, see `skyshine.tmm.classify.typicality.Typicality`. Else, of the material that a texel's colour is
         the most typical of, the share of its texels that would lie farther from its mean (upper tail of chi-squared),

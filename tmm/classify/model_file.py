@@ -48,12 +48,8 @@ def write_model(
 
     Raises InputError: the file cannot be written.
 
-    Parameters
-    ----------
-    job : str
-        What it was trained on, for the attribute `job`.
-    quality : dict
-        Attributes of the group ``/quality``.
+    job : str; what it was trained on, for the attribute `job`.
+    quality : dict; attributes of the group ``/quality``.
     """
     count, size = model.colour.means.shape
     # The material axis repeats in each group, as netCDF readers want it.

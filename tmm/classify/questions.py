@@ -36,11 +36,8 @@ SETTLED = 0.28
 class Place:
     """A superpixel to ask about.
 
-    Attributes
-    ----------
     superpixel : int
-    gain : float
-        Share of the texture's texels that the answer is expected to put right.
+    gain : float; share of the texture's texels that the answer is expected to put right.
     """
 
     superpixel: int
@@ -74,16 +71,10 @@ def doubt(
 ) -> npt.NDArray[np.float64]:
     """Chance (N,) that each superpixel's material is not the one assigned.
 
-    Parameters
-    ----------
-    shares : (N, K) float
-        Of the materials in each superpixel.
-    covered : (N,) float
-        Chance, by a library, that it is of any of these materials; 1 without one.
-    seeded : (N,) bool
-        Whether it has seeds.
-    strange : (N,) float
-        As of `strangeness`.
+    shares : (N, K) float; of the materials in each superpixel.
+    covered : (N,) float; chance, by a library, that it is of any of these materials; 1 without one.
+    seeded : (N,) bool; whether it has seeds.
+    strange : (N,) float; as of `strangeness`.
     """
     wrong: npt.NDArray[np.float64] = 1 - shares.max(axis=1) * covered * (1 - STRANGE * strange)
     wrong[seeded] = 0
@@ -143,20 +134,12 @@ def choose(
 ) -> list[Place]:
     """The places to ask about next, the best first; fewer than `count` where no more are allowed.
 
-    Parameters
-    ----------
-    told : (N, N) float
-        As of `reach`.
-    texels : (N,) float
-        With data, of each superpixel.
-    wrong : (N,) float
-        As of `doubt`.
-    shares : (N, K) float
-        As of `doubt`; the rarer a material, the more its texels count.
-    clear : (N,) float
-        As of `clearness`; where it is 0, nothing is asked.
-    strange : (N,) float
-        How little is known of what looks like each.
+    told : (N, N) float; as of `reach`.
+    texels : (N,) float; with data, of each superpixel.
+    wrong : (N,) float; as of `doubt`.
+    shares : (N, K) float; as of `doubt`; the rarer a material, the more its texels count.
+    clear : (N,) float; as of `clearness`; where it is 0, nothing is asked.
+    strange : (N,) float; how little is known of what looks like each.
     contested : (N,) float, optional
         As of `contest`: what places are chosen by, rather than by what their answers tell.
     """

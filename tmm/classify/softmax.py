@@ -29,16 +29,10 @@ def softmax_posterior(
 ) -> npt.NDArray[np.float64]:
     """Posterior (M, K) of materials at places with the features `asked` (M, F).
 
-    Parameters
-    ----------
-    features : (N, F) float
-        Of seeds, standardised.
-    material : (N,) int
-        Of each seed; each of the K occurs, and counts alike however many seeds it has.
-    log_prior : (K,) float
-        Logarithms of the prior probabilities.
-    places : float
-        Separate places of seeds a material: the fewer, the less the features are trusted.
+    features : (N, F) float; of seeds, standardised.
+    material : (N,) int; of each seed; each of the K occurs, and counts alike however many seeds it has.
+    log_prior : (K,) float; logarithms of the prior probabilities.
+    places : float; separate places of seeds a material: the fewer, the less the features are trusted.
 
     References
     ----------

@@ -31,16 +31,10 @@ HOLD = 50.0  # weight of seeds, where 1 is that of what is thought of a superpix
 class Superpixels:
     """Superpixels of a texture and the edges of their graph.
 
-    Attributes
-    ----------
-    label : (h, w) int
-        Superpixel of each texel of the grid, 0 to N - 1.
-    size : (N,) float64
-        Texels of each.
-    pairs : (2, E) int
-        Superpixels that an edge joins, each pair once.
-    weight : (E,) float64
-        Of each edge, where 1 is that of what is thought of a superpixel at first.
+    label : (h, w) int; superpixel of each texel of the grid, 0 to N - 1.
+    size : (N,) float64; texels of each.
+    pairs : (2, E) int; superpixels that an edge joins, each pair once.
+    weight : (E,) float64; of each edge, where 1 is that of what is thought of a superpixel at first.
     """
 
     label: npt.NDArray[Any]
@@ -56,14 +50,9 @@ class Superpixels:
     def spread(self, first: npt.NDArray[Any], known: npt.NDArray[Any], hold: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Shares (N, K) of the materials that agree best with what is thought at first, with seeds and with neighbours.
 
-        Parameters
-        ----------
-        first : (N, K) float
-            Shares that are thought of each superpixel by itself.
-        known : (N, K) float
-            Shares by its seeds; anything where `hold` is 0.
-        hold : (N,) float
-            Weight of its seeds; that of `first` is 1.
+        first : (N, K) float; shares that are thought of each superpixel by itself.
+        known : (N, K) float; shares by its seeds; anything where `hold` is 0.
+        hold : (N,) float; weight of its seeds; that of `first` is 1.
         """
         from scipy.sparse import coo_array, diags_array
         from scipy.sparse.linalg import LinearOperator, cg
@@ -90,10 +79,7 @@ def find_superpixels(
 ) -> Superpixels:
     """Superpixels by SLIC (Achanta et al. 2012, IEEE TPAMI 34:2274-2282), with edges to neighbours and to those alike.
 
-    Parameters
-    ----------
-    lab : (3, h, w) float32
-        L*a*b*.
+    lab : (3, h, w) float32; L*a*b*.
     features : (F, h, w) float32
         By whose means over a superpixel two are alike; each counts in units of its spread over the texture.
     """

@@ -24,13 +24,9 @@ TYPICAL = slice(3, 6)  # the features that typicality is measured in: L*a*b* ave
 class Network:
     """A perceptron with one hidden layer of rectified linear units.
 
-    Attributes
-    ----------
-    mean, scale : (F,) float32
-        The features are centred and divided by these.
+    mean, scale : (F,) float32; the features are centred and divided by these.
     inner_weight, inner_offset : (F, H), (H,) float32
-    outer_weight, outer_offset : (H, K), (K,) float32
-        The offsets include the logarithm of the prior.
+    outer_weight, outer_offset : (H, K), (K,) float32; the offsets include the logarithm of the prior.
     """
 
     mean: npt.NDArray[np.float32]
@@ -58,12 +54,8 @@ class Network:
 class TrainedModel:
     """A classifier for any texture, on colour and texture.
 
-    Attributes
-    ----------
-    names : tuple of str
-        K materials.
-    colour : GaussianModel
-        Distribution of the colours of each material, which gives the typicality.
+    names : tuple of str; K materials.
+    colour : GaussianModel; distribution of the colours of each material, which gives the typicality.
     network : Network
     calibration : Calibration
     """

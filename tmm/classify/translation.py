@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from skyshine.tmm.job.materials import UNKNOWN
+
 if TYPE_CHECKING:
     from skyshine.materials.library import MaterialLibrary
     from skyshine.tmm.classify.trained import TrainedModel
@@ -37,12 +39,9 @@ def library_classes(
     """What share (L, K) of each class of a library model stands for each of the materials of seeds.
 
     A class stands for the material of its name; without one, for the materials of its group, alike: those that no class
-    is named by, where there are any; else for none.
+    is named by, where there are any; else for `unknown`, which is the last material where the seeds have none of it.
 
-    Parameters
-    ----------
-    groups : dict of str to str
-        Group of each material by name.
+    groups : dict of str to str; group of each material by name.
     """
     shares = np.zeros((len(classes), len(materials)))
     for i, name in enumerate(classes):
@@ -52,7 +51,11 @@ def library_classes(
         group = [k for k, other in enumerate(materials) if groups.get(other, other) == groups.get(name)]
         alike = [k for k in group if materials[k] not in classes] or group
         shares[i, alike] = 1 / max(len(alike), 1)
-    return shares
+    none = (shares.sum(axis=1) == 0).astype(float)
+    if UNKNOWN in materials:
+        shares[:, materials.index(UNKNOWN)] = none
+        return shares
+    return np.column_stack([shares, none]) if none.any() else shares
 
 
 def translated(
@@ -63,16 +66,10 @@ def translated(
 ) -> npt.NDArray[np.float64]:
     """Share (N, K) of each of the materials of seeds by a library's word, where each was as likely before.
 
-    Parameters
-    ----------
-    library : (N, L) float64
-        The library's posterior of its classes.
-    classes : (L, K) float64
-        As of `library_classes`.
-    heard : (K, L) float64
-        The mean posterior where seeds of each material are.
-    clicks : (K,) float
-        Of each material.
+    library : (N, L) float64; the library's posterior of its classes.
+    classes : (L, K) float64; as of `library_classes`.
+    heard : (K, L) float64; the mean posterior where seeds of each material are.
+    clicks : (K,) float; of each material.
 
     Examples
     --------

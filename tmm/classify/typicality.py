@@ -34,16 +34,10 @@ FLOOR = 0.01  # of the prior covariance, which no material's goes below, however
 class Boxes:
     """Mean and contrast of colour in boxes about the cells of a texture, squares of a few texels.
 
-    Attributes
-    ----------
-    cell : int
-        Side of a cell in texels.
-    reach : int
-        A box is its cell and as many cells to each side.
-    around : int
-        A texel takes the most typical of the boxes of as many cells to each side of its own.
-    rows, columns : int
-        Of cells; those on the far edges may be cut.
+    cell : int; side of a cell in texels.
+    reach : int; a box is its cell and as many cells to each side.
+    around : int; a texel takes the most typical of the boxes of as many cells to each side of its own.
+    rows, columns : int; of cells; those on the far edges may be cut.
     """
 
     def __init__(self, texture: Windowed, colours: DistinctColours, radius: int) -> None:

@@ -12,12 +12,8 @@ def raise_all(problems: list[tuple[str, InputError]], textures: int) -> None:
 
     Raises InputError: the only problem of the only texture, else how many textures failed.
 
-    Parameters
-    ----------
-    problems : list of (str, InputError)
-        With the names of their textures.
-    textures : int
-        How many the command worked through.
+    problems : list of (str, InputError); with the names of their textures.
+    textures : int; how many the command worked through.
     """
     if not problems:
         return

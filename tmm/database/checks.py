@@ -97,14 +97,9 @@ def check_values(
     Raises InputError: a code is not in the table of materials, weights do not sum to their total, or a probability is
     not one.
 
-    Parameters
-    ----------
-    name : str
-        Path of the array in the file.
-    values : array
-        Some rows of it.
-    known : (65536,) bool
-        Which codes are those of materials, or 0.
+    name : str; path of the array in the file.
+    values : array; some rows of it.
+    known : (65536,) bool; which codes are those of materials, or 0.
     """
     plane = name.rpartition("/")[2]
     if not name.startswith("levels/"):

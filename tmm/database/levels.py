@@ -25,14 +25,10 @@ PIECE_TEXELS = 1 << 17  # texels of a level worked out at a time
 class Level:
     """One mip level.
 
-    Attributes
-    ----------
-    code : (h, w) uint16
-        The material with the largest share; 0 where no texel below has a material.
+    code : (h, w) uint16; the material with the largest share; 0 where no texel below has a material.
     mix_code : (h, w, 3) uint16
         The three materials with the largest shares, largest first (the lower code first among equals); 0 where unused.
-    mix_weight : (h, w, 3) uint16
-        Their shares of the texels with a material, scaled to sum to `WEIGHT_TOTAL`.
+    mix_weight : (h, w, 3) uint16; their shares of the texels with a material, scaled to sum to `WEIGHT_TOTAL`.
     """
 
     code: npt.NDArray[np.uint16]
@@ -62,10 +58,8 @@ class LevelStream:
 
         Yields
         ------
-        level, row : int
-            The level is 1 at least: `pure_level` is level 0.
-        part : Level
-            Rows of that level, from `row` on, that these rows of codes have completed.
+        level, row : int; the level is 1 at least: `pure_level` is level 0.
+        part : Level; rows of that level, from `row` on, that these rows of codes have completed.
         """
         return self._complete((code == number).view(np.uint8) for number in self._codes)
 
@@ -93,14 +87,9 @@ def shares_of(level: Level, code: int) -> npt.NDArray[np.uint32]:
 def ranked(codes: npt.NDArray[np.uint16], counts: Iterable[npt.NDArray[Any]], total: int = WEIGHT_TOTAL) -> Level:
     """The mixtures of the three largest counts in each texel; where all are 0 there is no material.
 
-    Parameters
-    ----------
-    codes : (K,) uint16
-        Ascending: the lower code comes first among equals.
-    counts : iterable of (h, w) integer
-        For each material, not negative.
-    total : int
-        Shares are rounded to parts of it, by largest remainders; `WEIGHT_TOTAL` or a smaller number.
+    codes : (K,) uint16; ascending: the lower code comes first among equals.
+    counts : iterable of (h, w) integer; for each material, not negative.
+    total : int; shares are rounded to parts of it, by largest remainders; `WEIGHT_TOTAL` or a smaller number.
     """
     planes = [np.asarray(count) for count in counts]
     size = planes[0].shape
@@ -271,14 +260,7 @@ def pure_level(code: npt.NDArray[np.uint16]) -> Level:
 def integer_weights(counts: npt.NDArray[np.int64], total: int) -> npt.NDArray[Any]:
     """Shares in integers that sum to `total` exactly, by largest remainders (Hamilton's method).
 
-    Parameters
-    ----------
-    counts : (3, N) int64
-        Non-negative, in descending order; where all are 0 the first share takes everything.
-
-    Returns
-    -------
-    (3, N) int64
+    counts : (3, N) int64; non-negative, in descending order; where all are 0 the first share takes everything.
     """
     weights = np.zeros_like(counts)
     weights[0] = total

@@ -124,23 +124,18 @@ class TmmFile:
     ) -> npt.NDArray[Any]:
         """Material code at points.
 
+        Raises InputError: there is no such level, or a point lies outside.
+
         Parameters
         ----------
-        x, y : array_like
-            Pixel coordinates of level 0, from the top left corner: the first texel spans 0 to 1.
+        x, y : array_like; pixel coordinates of level 0, from the top left corner: the first texel spans 0 to 1.
         level : int
-        outside : {"error", "clamp"}
-            What to do with points beyond the image.
+        outside : {"error", "clamp"}; what to do with points beyond the image.
 
         Returns
         -------
         uint16
             0 where there is no material.
-
-        Raises
-        ------
-        InputError
-            There is no such level, or a point lies outside.
         """
         return self._at("code", x, y, level, outside)
 
@@ -175,8 +170,6 @@ class TmmFile:
 
         Raises InputError: there is no such level, or xarray is not installed.
 
-        Parameters
-        ----------
         level : int
         """
         if not 0 <= level < self.levels:
@@ -226,10 +219,7 @@ class TmmFile:
 def open_tmm(path: str | os.PathLike[str]) -> TmmFile:
     """Open a texture database.
 
-    Raises
-    ------
-    InputError
-        The file is missing or damaged, is of another type, or has a layout of another major version.
+    Raises InputError: the file is missing or damaged, is of another type, or has a layout of another major version.
     """
     file = open_database(Path(path), FILETYPE, int(FORMAT_VERSION.split(".")[0]))
     try:

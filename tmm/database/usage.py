@@ -11,10 +11,7 @@ from skyshine.tmm.database.reader import open_tmm
 def read_usage(path: str | os.PathLike[str]) -> dict[str, float]:
     """Share of a texture's texels with data that have each of its materials.
 
-    Raises
-    ------
-    InputError
-        The file is missing or damaged, or is no texture database.
+    Raises InputError: the file is missing or damaged, or is no texture database.
     """
     return _read(path)[0]
 

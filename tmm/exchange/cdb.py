@@ -31,13 +31,10 @@ _SHARE_UNIT = 1_000_000  # shares are ranked and scaled as integers
 class CdbRaster:
     """Raster materials as CDB has them.
 
-    Attributes
-    ----------
     place : Tile or ModelTexture
     index : (L, H, W) integer
         Index into the table of each layer; 0 for the default, which is no material unless the table has it.
-    share : (L, H, W) float32
-        Share of each layer's material.
+    share : (L, H, W) float32; share of each layer's material.
     table : dict of int to Composite
     """
 
@@ -52,12 +49,9 @@ def read_cdb(path: str | os.PathLike[str], table_path: str | os.PathLike[str] | 
 
     Raises InputError: a file is missing or damaged, layers differ in size, or an index is not in the table.
 
-    Parameters
-    ----------
     path : path
         Its first layer of indices, ``..._D005_S001_T001_....tif`` or ``D504_S001_T001_....tif``, in its place in a CDB.
-    table_path : path, optional
-        Of its table, where that is not in its own place.
+    table_path : path, optional; of its table, where that is not in its own place.
     """
     path = Path(path)
     place, root = locate(path)
@@ -156,10 +150,7 @@ def from_image(
 
     Raises InputError: the size is not the place's, or a material has no composite in the map.
 
-    Parameters
-    ----------
-    codes : list of int, optional
-        The materials of the table, ascending; by default those in use.
+    codes : list of int, optional; the materials of the table, ascending; by default those in use.
     """
     _check_size(image, place)
     level = image.level
@@ -188,10 +179,7 @@ def write_cdb(root: str | os.PathLike[str], raster: CdbRaster) -> list[Path]:
 
     Raises InputError: there is nothing to write in the table, it breaks the schema, or a file cannot be written.
 
-    Returns
-    -------
-    list of Path
-        The files written.
+    Returns the files written.
     """
     root = Path(root)
     if not raster.table:

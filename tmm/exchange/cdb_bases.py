@@ -50,10 +50,7 @@ def require_bases(root: Path, composites: Iterable[Composite]) -> None:
 def add_bases(root: Path, names: Iterable[str]) -> list[Path]:
     """Write the table of a CDB that has none.
 
-    Returns
-    -------
-    list of Path
-        The file; none where there was one.
+    Returns the file; none where there was one.
     """
     path = base_table(root)
     if path.exists():

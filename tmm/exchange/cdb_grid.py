@@ -52,10 +52,7 @@ class Geocell:
 class Ground:
     """Where a texture lies on the globe.
 
-    Attributes
-    ----------
-    finest : int
-        Level of detail whose texels are about as small as those of the texture.
+    finest : int; level of detail whose texels are about as small as those of the texture.
     """
 
     def __init__(self, file: TmmFile, path: Path) -> None:
@@ -131,8 +128,7 @@ class Ground:
 
         Yields
         ------
-        row : int
-            First row of texels, from the north.
+        row : int; first row of texels, from the north.
         x, y : (rows, side) float64
         """
         south, west, north, east = cell.bounds(tile)

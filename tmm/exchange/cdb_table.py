@@ -28,12 +28,8 @@ PERCENT = 100
 class Substrate:
     """A layer of base materials.
 
-    Attributes
-    ----------
-    materials : tuple of (str, int)
-        Base materials with weights in percent, in descending order.
-    thickness : str, optional
-        In metres, as the table writes it.
+    materials : tuple of (str, int); base materials with weights in percent, in descending order.
+    thickness : str, optional; in metres, as the table writes it.
     """
 
     materials: tuple[tuple[str, int], ...]
@@ -57,10 +53,7 @@ def read_table(path: str | os.PathLike[str]) -> dict[int, Composite]:
     Raises InputError: the file is missing or is not XML, it holds no composite material, an index stands twice or is no
     whole number, or a composite has no base material.
 
-    Returns
-    -------
-    dict of int to Composite
-        By index, ascending.
+    Returns them by index, ascending.
     """
     return parse_table(read_xml(path), Path(path))
 

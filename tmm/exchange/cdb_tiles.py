@@ -33,12 +33,8 @@ _UNIT = 1 << 20  # of a share, which is ranked and rounded as an integer
 class _Patch:
     """Shares of the materials in a part of a tile, of the whole texel: what has no material has none.
 
-    Attributes
-    ----------
-    top, left : int
-        First row and column.
-    codes : (K,) uint16
-        Ascending.
+    top, left : int; first row and column.
+    codes : (K,) uint16; ascending.
     share : (K, h, w) float32
     """
 
@@ -65,15 +61,8 @@ def cut_tiles(
     Raises InputError: the texture has no place on a map, or one that is not known; it would make more than `MOST_TILES`
     tiles, or has no material; or a tile that is there holds what is no material of the library.
 
-    Parameters
-    ----------
     finest : int, optional
         The finest level of detail, -10 to 23; by default the one whose texels are nearest in size to the texture's.
-
-    Returns
-    -------
-    list of Path
-        The files written.
     """
     with open_tmm(path) as file:
         ground = Ground(file, path)

@@ -53,6 +53,8 @@ def export(
 ) -> list[Path]:
     """Write a texture's materials in another format.
 
+    Raises InputError: the file cannot be read, its materials do not fit the format, or a file cannot be written.
+
     Parameters
     ----------
     path : path
@@ -72,11 +74,6 @@ def export(
     -------
     list of Path
         The files written.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, its materials do not fit the format, or a file cannot be written.
     """
     if mesh is not None and form != "gltf":
         raise InputError("--mesh goes with --to gltf alone; leave it out")

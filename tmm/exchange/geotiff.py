@@ -25,12 +25,8 @@ def write_geotiff(
     ``NAME.shade.tif`` (uint8, 255 in the shade).
     Raises InputError: the image had no place on a map, or a file cannot be written.
 
-    Parameters
-    ----------
-    image : MaterialImage
-        The level of the database that is written.
-    path : path
-        The database, which has the place on the map and the confidence.
+    image : MaterialImage; the level of the database that is written.
+    path : path; the database, which has the place on the map and the confidence.
     """
     with open_tmm(path) as file:
         attributes, size = file.attributes, (file.height, file.width)

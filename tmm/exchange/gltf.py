@@ -31,11 +31,8 @@ _ALIGNMENT = 8  # of property table buffers, by the metadata specification
 class Buffer:
     """Collects buffer views of one binary buffer.
 
-    Attributes
-    ----------
     content : bytearray
-    views : list of dict
-        As a document has them.
+    views : list of dict; as a document has them.
     """
 
     def __init__(self) -> None:

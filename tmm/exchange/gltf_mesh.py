@@ -31,11 +31,8 @@ def write_mesh(
     Raises InputError: the file cannot be read, is no glTF 2.0, has feature IDs or metadata already, or no primitive
     shows the photograph.
 
-    Parameters
-    ----------
     image : MaterialImage
-    mesh : path
-        A ``.glb``, or a ``.gltf`` whose buffers and images lie in its folder or in data URIs.
+    mesh : path; a ``.glb``, or a ``.gltf`` whose buffers and images lie in its folder or in data URIs.
     photograph : str, optional
         Name of the image in the file (or its number); by default the one that is named as the texture, or the only one.
     """

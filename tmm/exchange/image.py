@@ -33,13 +33,9 @@ def check_size(height: int, width: int, path: str | os.PathLike[str]) -> None:
 class MaterialImage:
     """One level of a texture.
 
-    Attributes
-    ----------
     name : str
-    materials : dict of int to str
-        Material names by code, codes ascending; every code of the level is among them.
-    level : Level
-        code (H, W), mix_code and mix_weight (H, W, 3).
+    materials : dict of int to str; material names by code, codes ascending; every code of the level is among them.
+    level : Level; code (H, W), mix_code and mix_weight (H, W, 3).
     """
 
     name: str
@@ -63,12 +59,8 @@ class MaterialImage:
     def index(self, rank: int = 0, first: int = 0) -> npt.NDArray[Any]:
         """Materials (H, W) int64 counted in the order of their codes.
 
-        Parameters
-        ----------
-        rank : int
-            0 for the material with the largest share, 1 and 2 for the next.
-        first : int
-            Number of the first material; ``first - 1`` stands for no material.
+        rank : int; 0 for the material with the largest share, 1 and 2 for the next.
+        first : int; number of the first material; ``first - 1`` stands for no material.
         """
         codes = np.array(list(self.materials), np.int64)
         wanted = self.level.code if rank == 0 else self.level.mix_code[..., rank]
@@ -81,12 +73,8 @@ def read_levels(path: str | os.PathLike[str], levels: range | list[int] | None =
     Raises InputError: the file is missing or damaged, is no texture database, or has no such level, or one of more than
     `MAX_TEXELS`.
 
-    Parameters
-    ----------
-    path : path
-        A ``.tmm.h5``.
-    levels : sequence of int, optional
-        By default the first alone.
+    path : path; a ``.tmm.h5``.
+    levels : sequence of int, optional; by default the first alone.
     """
     with open_tmm(path) as file:
         wanted = [0] if levels is None else list(levels)

@@ -45,14 +45,10 @@ def write_imported(
     Confidence is 1 where there is a material, for nothing was classified, and 0 elsewhere.
     Raises InputError: the file cannot be written.
 
-    Parameters
-    ----------
-    source : path
-        The file it was read from, for the provenance.
+    source : path; the file it was read from, for the provenance.
     colours : dict of str to str
         Material by colour or grey level of that file: the palette of the job that stands in the database.
-    raster : CdbRaster, optional
-        Kept, so that indices and composite materials can be written again as they came.
+    raster : CdbRaster, optional; kept, so that indices and composite materials can be written again as they came.
     """
     levels, mixtures = [image.level], Composites()
     levels += coarser_levels(image)
@@ -166,6 +162,8 @@ def import_texture(
 ) -> Path:
     """Read raster materials of a CDB, or an image of indices into its table, and write a database into a folder.
 
+    Raises InputError: a file cannot be read, or a material has no counterpart.
+
     Parameters
     ----------
     map_file : path, optional
@@ -173,11 +171,6 @@ def import_texture(
     table : path, optional
         Composite Material Table that an image of indices goes with, which then may stand anywhere; of a raster in a
         CDB, in place of its own.
-
-    Raises
-    ------
-    InputError
-        A file cannot be read, or a material has no counterpart.
     """
     from skyshine.tmm.exchange.cdb import read_cdb, to_image
     from skyshine.tmm.exchange.cdb_materials import load_map

@@ -41,12 +41,8 @@ def write_tiff(
 
     Raises InputError: GDAL does not know the coordinate system, or the file cannot be written.
 
-    Parameters
-    ----------
-    place : (Affine, str), optional
-        Where it lies on a map, and in which coordinate system.
-    names : dict of str to str, optional
-        Texts of its band by their keys.
+    place : (Affine, str), optional; where it lies on a map, and in which coordinate system.
+    names : dict of str to str, optional; texts of its band by their keys.
     **layout
         Options of GDAL's driver, such as ``compress``.
     """

@@ -23,10 +23,7 @@ def write_relit(folder: str | os.PathLike[str], path: str | os.PathLike[str]) ->
 
     Raises InputError: the database has no shade, the image is not found, or a file cannot be written.
 
-    Parameters
-    ----------
-    path : path
-        The database; the image is looked for by its name (see `find_image`).
+    path : path; the database; the image is looked for by its name (see `find_image`).
     """
     with open_tmm(path) as file:
         if not file.has_shade:

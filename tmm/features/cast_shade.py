@@ -50,14 +50,9 @@ _LEAST_SHARE = 0.001  # of the texels
 class Fall:
     """How shadows fall in a photograph.
 
-    Attributes
-    ----------
-    x, y : float
-        Unit vector in texels, away from the Sun: x to the right, y down.
-    reach : int
-        Texels that the longest shadow has, `REACH` at most.
-    azimuth : float
-        Of the Sun, in degrees clockwise from north; for messages.
+    x, y : float; unit vector in texels, away from the Sun: x to the right, y down.
+    reach : int; texels that the longest shadow has, `REACH` at most.
+    azimuth : float; of the Sun, in degrees clockwise from north; for messages.
     """
 
     x: float
@@ -70,16 +65,10 @@ class Fall:
 class _Edges:
     """Edges of light of one window: away from the Sun, or towards it.
 
-    Attributes
-    ----------
-    ratio : (N, C)
-        Logarithm of light on the bright over the dark side.
-    along : (N,)
-        Cosine between the normal to the bright side and the line from the Sun; negative towards the Sun.
-    texel, edge : (M,) int
-        Texels of the runs that lead from the edges through the dark, and the edge of each.
-    ended : (N,) bool
-        Whether the run came to an end in brighter light.
+    ratio : (N, C); logarithm of light on the bright over the dark side.
+    along : (N,); cosine between the normal to the bright side and the line from the Sun; negative towards the Sun.
+    texel, edge : (M,) int; texels of the runs that lead from the edges through the dark, and the edge of each.
+    ended : (N,) bool; whether the run came to an end in brighter light.
     cast : (N,)
         How little the light beyond the run is that of the edge's own bright side: 1 is a caster, .3 the same ground.
     """
@@ -96,17 +85,11 @@ class _Edges:
 class CastShade:
     """What tells cast shade from sunlight in one photograph, where the Sun's direction is known.
 
-    Attributes
-    ----------
     fall : Fall
-    gain : tuple of float
-        Sunlit over shaded light, for each channel of the photograph.
-    brightest : float
-        Logarithm of the luminance that no texel without its shade has.
-    span : (float, float)
-        Limits of the logarithm of luminance, within which the filter follows edges.
-    sunlit : (33, 33, 33) float32
-        Logarithm of the density of sunlit light by the logarithms of red, green and blue.
+    gain : tuple of float; sunlit over shaded light, for each channel of the photograph.
+    brightest : float; logarithm of the luminance that no texel without its shade has.
+    span : (float, float); limits of the logarithm of luminance, within which the filter follows edges.
+    sunlit : (33, 33, 33) float32; logarithm of the density of sunlit light by the logarithms of red, green and blue.
 
     References
     ----------

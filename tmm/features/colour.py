@@ -17,12 +17,8 @@ TABLED = 1 << 21  # distinct colours of one table: beyond, its posteriors would 
 def to_lab(colours: npt.NDArray[Any], encoding: str) -> npt.NDArray[np.float64]:
     """L*a*b* under D65 of colours as a file holds them.
 
-    Parameters
-    ----------
-    colours : (N, 3) uint8, uint16 or float
-        Integers over their full range, floats with 1 as white.
-    encoding : str
-        ``srgb`` (IEC 61966-2-1), ``linear`` (Rec. 709 primaries), or a colour space known to OpenImageIO.
+    colours : (N, 3) uint8, uint16 or float; integers over their full range, floats with 1 as white.
+    encoding : str; ``srgb`` (IEC 61966-2-1), ``linear`` (Rec. 709 primaries), or a colour space known to OpenImageIO.
 
     Returns
     -------
@@ -92,14 +88,10 @@ class DistinctColours:
     more than `TABLED` colours, a block's colours are sorted; float texels are nearly all different and stand for
     themselves. Texels without data may point at any colour.
 
-    Attributes
-    ----------
-    valid_texels : int
-        Texels of the texture with data.
+    valid_texels : int; texels of the texture with data.
     number : int
         Number of distinct colours of an 8 bit texture without near infrared; 0 for others, where they are not counted.
-    colours : (U, 3) uint8 or None
-        Those of the shared table.
+    colours : (U, 3) uint8 or None; those of the shared table.
     """
 
     def __init__(self, texture: Windowed) -> None:
@@ -131,17 +123,14 @@ class DistinctColours:
         self, pixels: npt.NDArray[Any], valid: npt.NDArray[np.bool_]
     ) -> tuple[npt.NDArray[Any] | None, npt.NDArray[Any]]:
         """Colours of a window of the texture and, for each of its texels, which of them it has.
+        None; None: the texture's own
+                pixels, valid : (h, w, C), (h, w); as the texture's `window` gives them.
 
-        Parameters
-        ----------
-        pixels, valid : (h, w, C), (h, w)
-            As the texture's `window` gives them.
-
-        Returns
-        -------
-        colours : (U, C) or None
-            None: the texture's own `colours`, the same for every block.
-        index : (h, w) integer
+                Returns
+                -------
+                colours : (U, C) or
+         `colours`, the same for every block.
+                index : (h, w) integer
         """
         if self._table is not None:
             return None, np.take(self._table, _packed(pixels))

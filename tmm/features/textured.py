@@ -79,12 +79,8 @@ def features(
 ) -> npt.NDArray[Any]:
     """Features of every texel of a window, or of every `step`-th row and column of them.
 
-    Parameters
-    ----------
-    lab, linear : (3, h, w) float32
-        L*a*b* and linear light; written to.
-    valid : (h, w) bool
-        Texels without data take the mean of those with data.
+    lab, linear : (3, h, w) float32; L*a*b* and linear light; written to.
+    valid : (h, w) bool; texels without data take the mean of those with data.
 
     Returns
     -------
@@ -156,17 +152,13 @@ def in_shadow(
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """A window with smooth random shadows on it.
 
-    Parameters
-    ----------
     colours : (h, w, C)
     random : Generator
 
     Returns
     -------
-    colours : (h, w, 3) float32
-        Linear light.
-    shadow : (h, w) bool
-        Where less than half of the direct light is left.
+    colours : (h, w, 3) float32; linear light.
+    shadow : (h, w) bool; where less than half of the direct light is left.
     """
     from scipy.ndimage import gaussian_filter
 

@@ -20,12 +20,9 @@ Affine = tuple[float, float, float, float, float, float]
 class GeoReference:
     """An affine map from pixel to ground coordinates.
 
-    Attributes
-    ----------
     affine : tuple of 6 float
         a, b, c, d, e, f of X = a x + b y + c, Y = d x + e y + f, with x and y in texels from the top left corner.
-    crs : str
-        ``EPSG:code``, or the system as WKT; empty where the file names none, as world files do.
+    crs : str; ``EPSG:code``, or the system as WKT; empty where the file names none, as world files do.
     """
 
     affine: Affine

@@ -30,20 +30,12 @@ PIECE_TEXELS = 1 << 21  # read at a time
 class Intake:
     """What the channels and values of an image are taken to be.
 
-    Attributes
-    ----------
-    colours : tuple of int
-        Channels of red, green, blue and, where there is one, near infrared.
-    alpha : int or None
-        Channel of alpha.
-    opaque : float
-        Value of alpha that is fully opaque.
-    white : float or None
-        Stored value that is white; None where it is the largest that the type holds.
-    taken : dict of str to str
-        The same in words, by what it is about.
-    warnings : tuple of str
-        What may not be meant.
+    colours : tuple of int; channels of red, green, blue and, where there is one, near infrared.
+    alpha : int or None; channel of alpha.
+    opaque : float; value of alpha that is fully opaque.
+    white : float or None; stored value that is white; None where it is the largest that the type holds.
+    taken : dict of str to str; the same in words, by what it is about.
+    warnings : tuple of str; what may not be meant.
     """
 
     colours: tuple[int, ...]
@@ -59,14 +51,9 @@ def take_in(path: Path, image: Raster, near_infrared: str | None, alpha: str, wh
 
     Raises InputError: the image lacks a channel.
 
-    Parameters
-    ----------
-    near_infrared : str or None
-        Name or number, from 1, of that channel, by the job; ``none`` where there is none.
-    alpha : {"auto", "no-data", "ignore"}
-        ``no-data``: what the file calls alpha is alpha, whatever its values.
-    white : float, "auto" or None
-        ``auto``: by the data; None: the largest value that the type holds.
+    near_infrared : str or None; name or number, from 1, of that channel, by the job; ``none`` where there is none.
+    alpha : {"auto", "no-data", "ignore"}; ``no-data``: what the file calls alpha is alpha, whatever its values.
+    white : float, "auto" or None; ``auto``: by the data; None: the largest value that the type holds.
     """
     names = image.channel_names
     given = None if near_infrared in (None, "none") else _named(path, names, str(near_infrared))

@@ -18,8 +18,6 @@ NONE = -1
 class Labels:
     """A label image, read by rows.
 
-    Attributes
-    ----------
     path : Path
     height, width : int
     """

@@ -26,14 +26,9 @@ class NoData:
     A texel has none where a mask is 0, where all its colours are the no-data value, or, of a lossy file, where they
     are near that value all the way to a border of the image.
 
-    Attributes
-    ----------
-    value : float or None
-        The no-data value.
-    lossy : bool
-        Whether values near it count on the collar of the image.
-    masked : bool
-        Whether the file or one beside it has a mask.
+    value : float or None; the no-data value.
+    lossy : bool; whether values near it count on the collar of the image.
+    masked : bool; whether the file or one beside it has a mask.
     """
 
     def __init__(self, path: Path, image: Raster) -> None:
@@ -93,10 +88,7 @@ class NoData:
     def find_collar(self, windows: Iterator[tuple[slice, npt.NDArray[Any]]], height: int, width: int) -> None:
         """Find how far values near no data reach into a lossy image from its borders.
 
-        Parameters
-        ----------
-        windows : iterator of (slice, (h, w, C) array)
-            Rows and colours of bands of the image, from its top.
+        windows : iterator of (slice, (h, w, C) array); rows and colours of bands of the image, from its top.
         """
         top, bottom = np.full(width, height), np.full(width, -1)
         left, right = np.full(height, width), np.full(height, -1)

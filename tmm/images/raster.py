@@ -35,17 +35,12 @@ class Raster:
     Rows that follow one another are read once: those of the last request are kept. An image of up to `KEPT_BYTES` is
     kept whole. Formats that decode only as a whole (progressive JPEG, JPEG 2000, DDS) take their size in memory.
 
-    Attributes
-    ----------
     path : Path
     height, width, channels : int
     channel_names : list of str
-    alpha : int or None
-        Channel that the file says is alpha.
-    colour_space : str
-        Name of the encoding that the file states; empty where it states none.
-    kind : str
-        Type of the values in the file.
+    alpha : int or None; channel that the file says is alpha.
+    colour_space : str; name of the encoding that the file states; empty where it states none.
+    kind : str; type of the values in the file.
     dtype : numpy.dtype
         uint8 and uint16 as stored; any other integer is scaled to its full range, any other float is float32.
     """

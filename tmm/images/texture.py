@@ -39,15 +39,12 @@ class Windowed(Protocol):
 class Texture:
     """A texture in memory.
 
-    Attributes
-    ----------
     pixels : (H, W, C) uint8, uint16 or float32
         Red, green, blue as the file holds them: integers over their full range, floats as they are. Grey is repeated.
         A fourth channel is near infrared.
     valid : (H, W) bool
         False where the texel is transparent, the file says that it has no data, or a channel is not finite.
-    encoding : str
-        ``srgb``, ``linear``, or another colour space that OpenImageIO names and can convert.
+    encoding : str; ``srgb``, ``linear``, or another colour space that OpenImageIO names and can convert.
     """
 
     pixels: npt.NDArray[Any]
@@ -99,8 +96,6 @@ class TextureFile:
         Raises InputError: the file is missing or is no image, its colour space is unknown, it lacks a channel, or its
         mask does not fit.
 
-        Parameters
-        ----------
         path : Path
         colour_space : {"auto", "srgb", "linear"}
             ``auto`` takes the file's own metadata; without any, integers are sRGB and floats linear.
@@ -109,8 +104,7 @@ class TextureFile:
             `take_in`.
         near_infrared, white
             See `take_in`.
-        indices : bool
-            Whether the indices of the image's palette are read as grey levels.
+        indices : bool; whether the indices of the image's palette are read as grey levels.
         """
         self.path, self._raster = path, Raster(path, indices)
         self.intake = take_in(path, self._raster, near_infrared, alpha, white)

@@ -66,13 +66,9 @@ def read_answers(path: Path, texture: Sized | None = None, materials: tuple[str,
 
     Raises InputError: at the line and column of what is wrong.
 
-    Parameters
-    ----------
     path : Path
-    texture : Sized, optional
-        Within which all places must lie.
-    materials : tuple of str, optional
-        Names that are allowed; by default all.
+    texture : Sized, optional; within which all places must lie.
+    materials : tuple of str, optional; names that are allowed; by default all.
     """
     document = read_yaml(path)
     answers = parse_model(document, AnswerList, {"materials": materials}).answers
@@ -111,12 +107,8 @@ def disk(answer: Answer, width: int, height: int) -> tuple[tuple[float, float], 
 def to_text(answers: list[Answer], gains: dict[int, float], texture: str) -> str:
     """The YAML text of a list.
 
-    Parameters
-    ----------
-    gains : dict of int to float
-        Expected gain by number, of those that are asked now.
-    texture : str
-        Its name.
+    gains : dict of int to float; expected gain by number, of those that are asked now.
+    texture : str; its name.
     """
     lines = [
         f"# Materials of the numbered patches of {texture}: replace null by a name of the material library, 'unknown'",

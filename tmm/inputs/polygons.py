@@ -92,10 +92,7 @@ def seed_polygons(seeds: Seeds, base_folder: Path, texture: Windowed, image: Pat
     material; its coordinates are those of a map, and the image has no place on it; or a polygon in pixel coordinates
     reaches beyond the texture.
 
-    Parameters
-    ----------
-    image : Path
-        Of the texture; it gives the place on the map.
+    image : Path; of the texture; it gives the place on the map.
 
     Returns
     -------
@@ -230,13 +227,9 @@ def polygon_mask(
 ) -> npt.NDArray[Any]:
     """Where a window of the texture has texels whose centre a polygon holds, or that its outer vertices stand in.
 
-    Parameters
-    ----------
-    top, left : int
-        First row and column of the window.
+    top, left : int; first row and column of the window.
     shape : (h, w)
-    step : int
-        Distance of the rows and columns looked at; others are left out of the answer.
+    step : int; distance of the rows and columns looked at; others are left out of the answer.
     """
     from skimage.draw import polygon
 

@@ -29,19 +29,12 @@ MERGED_CLAIMS = 1 << 22  # claims of texels that wait before those of one texel 
 class SeedTexels:
     """Texels of known material, each once.
 
-    Attributes
-    ----------
-    names : tuple of str
-        Materials in the order of their codes.
+    names : tuple of str; materials in the order of their codes.
     rows, columns : (N,) int
-    material : (N,) int
-        Index into `names`.
-    region : (N,) int
-        Number of the separate place, see `places`: its texels are alike and are held out together.
-    colours : (N, C)
-        As the texture holds them.
-    conflicting : int
-        Texels that more than one material claimed; they are left out.
+    material : (N,) int; index into `names`.
+    region : (N,) int; number of the separate place, see `places`: its texels are alike and are held out together.
+    colours : (N, C); as the texture holds them.
+    conflicting : int; texels that more than one material claimed; they are left out.
     asked : (N,) bool
         Whether `tmm suggest` asked for the texel: where the map was in doubt, so that it says little of other places.
     """
@@ -71,11 +64,13 @@ class SeedTexels:
 
     def drawn(
         self, names: tuple[str, ...], chosen: npt.NDArray[np.bool_] | None = None
-    ) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]:
-        """Rows, columns and material, counted among `names`, of all seeds or of those chosen (N,)."""
+    ) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[np.bool_]]:
+        """Rows, columns, material, counted among `names`, and whether it was asked for, of all seeds or of those chosen
+        (N,).
+        """
         keep = np.ones(len(self.rows), bool) if chosen is None else chosen
         number = np.array([names.index(name) if name in names else -1 for name in self.names])
-        return self.rows[keep], self.columns[keep], number[self.material[keep]]
+        return self.rows[keep], self.columns[keep], number[self.material[keep]], self.asked[keep]
 
 
 def seed_files(seeds: Seeds | None) -> tuple[str, ...]:
@@ -100,12 +95,8 @@ def seed_texels(
     has no texel left once texels without data and texels claimed by several materials are taken away. A material of the
     label palette or of map coordinates may be absent, for textures share them; but not all may.
 
-    Parameters
-    ----------
-    names : tuple of str
-        Materials that the seeds name, in the order of their codes.
-    path : Path
-        Of the texture, for messages.
+    names : tuple of str; materials that the seeds name, in the order of their codes.
+    path : Path; of the texture, for messages.
     """
     claims = Claims()
     polygons = seed_polygons(seeds, base_folder, texture, path)
@@ -238,8 +229,6 @@ def places(
     """Number (N,) of the separate place that each texel belongs to: texels of a material that touch, at a corner too,
     or that are of one shape, are one place.
 
-    Parameters
-    ----------
     rows, columns, material, shape : (N,) int
         In the order of the rows and, within one, of the columns; `shape` is -1 where a texel is of none.
     """

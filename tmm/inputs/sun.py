@@ -26,8 +26,6 @@ def shadow_fall(shade: Shade, image: Path) -> Fall:
 
     Raises InputError: a time is given, and the image has no place on a map that is known, or the Sun was not up.
 
-    Parameters
-    ----------
     shade : Shade
     image : Path
 

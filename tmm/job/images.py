@@ -27,10 +27,7 @@ def find_images(folder: Path, image: str) -> dict[str, str] | None:
 
     Raises ValueError: there is no such image, or one lies outside the job's folder.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the job.
+    folder : Path; of the job.
     image : str
         A folder (its images, not those of folders in it), a pattern with ``*``, ``?`` and ``[...]`` (``**`` for any
         folders), or a name with ``<UDIM>``. A file of exactly this name comes first.

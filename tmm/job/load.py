@@ -13,10 +13,8 @@ from skyshine.tmm.job.model import TmmJob
 def load_job(path: str | os.PathLike[str], library: MaterialLibrary) -> tuple[TmmJob, Path]:
     """A job and the folder to which its paths are relative.
 
-    Raises
-    ------
-    InputError
-        At the line and column of what is wrong, unknown material names and paths out of the folder included.
+    Raises InputError: at the line and column of what is wrong, unknown material names and paths out of the folder
+    included.
     """
     path = Path(path)
     document = read_yaml(path)

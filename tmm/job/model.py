@@ -304,7 +304,8 @@ class TextureJob(StrictModel):
     model: JobPath | None = Field(
         default=None,
         description="File of a classifier trained by 'tmm train', relative to the job file, or 'library' for the one "
-        "that comes with the package; beside seeds, both together find the materials that the seeds name.",
+        "that comes with the package; beside seeds, both together find the materials that the seeds name, and what the "
+        "model knows and no seed names becomes unknown.",
     )
     scene_materials: tuple[MaterialName, ...] = Field(
         default=(),

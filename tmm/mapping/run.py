@@ -29,10 +29,7 @@ from skyshine.tmm.mapping.write import Written, is_current, write_texture
 def check(job: TextureJob, folder: Path, library: MaterialLibrary) -> dict[str, Any]:
     """What `tmm check` says of a texture: it is read, its seeds or clusters are found; nothing is classified.
 
-    Raises
-    ------
-    InputError
-        An image or its seeds are wrong.
+    Raises InputError: an image or its seeds are wrong.
     """
     texture, colours, _, seeds = load_texture(job, folder, library)
     place = read_georeference(texture.path)
@@ -80,16 +77,11 @@ def _clusters(clusters: Clusters, model: GaussianModel) -> list[dict[str, Any]]:
 class Outcome:
     """What became of one texture of a job.
 
-    Attributes
-    ----------
     job : TextureJob
-    path : Path
-        Of its database.
+    path : Path; of its database.
     mapped : TextureMap or None
-    written : Written or None
-        Both None where the database was there already, or could not be made.
-    problem : InputError or None
-        Why it could not be made.
+    written : Written or None; both None where the database was there already, or could not be made.
+    problem : InputError or None; why it could not be made.
     """
 
     job: TextureJob
@@ -104,6 +96,8 @@ def classify(
 ) -> Iterator[Outcome]:
     """Build and write the databases of a job one by one; what is wrong with one texture does not keep from the others.
 
+    Raises InputError: the job's output folder lies outside its own.
+
     Parameters
     ----------
     folder : Path
@@ -116,11 +110,6 @@ def classify(
     Yields
     ------
     Outcome
-
-    Raises
-    ------
-    InputError
-        The job's output folder lies outside its own.
     """
     target = output_folder(job, folder, out)
     for texture in job.textures:

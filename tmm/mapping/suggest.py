@@ -33,14 +33,9 @@ WAYS = ("seeds", "model", "clusters")  # that answers are of use to
 class Question:
     """A place whose material is asked for.
 
-    Attributes
-    ----------
-    answer : Answer
-        To be filled in.
-    gain : float or None
-        Share of the texture's texels that it is expected to put right; None where it is to measure.
-    now : str
-        The material that its superpixel has by what is known so far; empty where nothing is.
+    answer : Answer; to be filled in.
+    gain : float or None; share of the texture's texels that it is expected to put right; None where it is to measure.
+    now : str; the material that its superpixel has by what is known so far; empty where nothing is.
     """
 
     answer: Answer
@@ -52,19 +47,13 @@ class Question:
 class Suggestion:
     """What to ask about one texture.
 
-    Attributes
-    ----------
     texture : TextureFile
-    step : int
-        The texture was looked at in every `step`-th row and column.
-    path : Path
-        Of the list of answers; `kept` are those that it has already.
-    named : bool
-        Whether the job names this list.
+    step : int; the texture was looked at in every `step`-th row and column.
+    path : Path; of the list of answers; `kept` are those that it has already.
+    named : bool; whether the job names this list.
     doubt : float or None
         Share of the texels that are expected to have a wrong material now; None where nothing is known yet.
-    measures : bool
-        Whether the places were drawn at random, to measure a map by.
+    measures : bool; whether the places were drawn at random, to measure a map by.
     """
 
     job: TextureJob
@@ -92,17 +81,11 @@ class Suggestion:
 class Known:
     """What is known of superpixels.
 
-    Attributes
-    ----------
-    names : tuple of str
-        K materials; none where nothing is known.
+    names : tuple of str; K materials; none where nothing is known.
     shares : (N, K) float64
-    covered : (N,) float64
-        Chance that a superpixel is of one of the materials.
-    seeded : (N,) bool
-        Whether it has seeds.
-    vouched : bool
-        Whether a library says something also of what looks like no seed.
+    covered : (N,) float64; chance that a superpixel is of one of the materials.
+    seeded : (N,) bool; whether it has seeds.
+    vouched : bool; whether a library says something also of what looks like no seed.
     """
 
     names: tuple[str, ...]
@@ -118,10 +101,7 @@ def suggest(job: TextureJob, folder: Path, library: MaterialLibrary, count: int)
     Raises InputError: an image, its seeds or a list of answers is wrong; the job's materials do not come from seeds; or
     there is a list of answers that the job does not name, which would be lost.
 
-    Parameters
-    ----------
-    count : int
-        Places to find; a small texture has fewer.
+    count : int; places to find; a small texture has fewer.
     """
     if job.way not in WAYS:
         raise InputError(
@@ -211,12 +191,13 @@ def _known(
         return Known(model.names, surveyed.library, covered, nowhere, True)
     own = fit_seeds(seeds, texture.encoding, job.classifier.prior)
     groups = class_groups(model, own.names, library)
-    classes = library_classes(() if model is None else model.names, own.names, groups)
-    rows, columns, material = seeds.drawn(own.names)
-    shares = seed_shares(surveyed, own, classes, (rows, columns, material))
+    # What the library knows and no answer names is to be asked about: it is no class of its own here.
+    classes = library_classes(() if model is None else model.names, own.names, groups)[:, : len(own.names)]
+    drawn = seeds.drawn(own.names)
+    shares = seed_shares(surveyed, own, classes, drawn)
     if len(classes) and (classes > 0).any(axis=0).all():
         covered = (surveyed.library @ classes).sum(axis=1)
-    at = superpixels.label[rows // surveyed.step, columns // surveyed.step]
+    at = superpixels.label[drawn[0] // surveyed.step, drawn[1] // surveyed.step]
     seeded = np.bincount(at, minlength=number) * surveyed.step**-2.0 > SEEDED * superpixels.size
     return Known(own.names, shares, covered, seeded, bool(classes.any()))
 
@@ -226,12 +207,8 @@ def ask(
 ) -> tuple[list[tuple[int, int, int, int, float]], float]:
     """Places where an answer is worth most.
 
-    Parameters
-    ----------
-    asked : list of (int, int)
-        Rows and columns of the texture that are not asked about again.
-    barren : list of (int, int)
-        Those where, and where it looks alike, nothing can be gained.
+    asked : list of (int, int); rows and columns of the texture that are not asked about again.
+    barren : list of (int, int); those where, and where it looks alike, nothing can be gained.
 
     Returns
     -------

@@ -96,10 +96,8 @@ class TextureMap:
         Yields
         ------
         rows, columns : slice
-        level : Level
-            Materials of the window (h, w); code 0 for unknown and no data.
-        classified : Classified
-            With calibrated confidence.
+        level : Level; materials of the window (h, w); code 0 for unknown and no data.
+        classified : Classified; with calibrated confidence.
         """
         classes = ClassMixtures(self.mapper.names, dict(zip(self.names, self.codes.tolist(), strict=True)))
         for top in range(0, self.texture.height, BAND):
@@ -114,6 +112,8 @@ class TextureMap:
 def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) -> TextureMap:
     """Open a texture, find its seeds, train what is to be trained and measure how good it is.
 
+    Raises InputError: a file cannot be read, or does not fit the image or the library; or the job names no material.
+
     Parameters
     ----------
     job : TextureJob
@@ -121,11 +121,6 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
         Folder of the job file, to which its paths are relative.
     library : MaterialLibrary
         Gives the code of each material name.
-
-    Raises
-    ------
-    InputError
-        A file cannot be read, or does not fit the image or the library; or the job names no material.
     """
     base_folder = Path(base_folder)
     texture, colours, names, seeds = load_texture(job, base_folder, library)
@@ -139,7 +134,7 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
             if job.classifier.typicality_threshold is None:
                 typicality = min(typicality, boxes.threshold())
         general = None if job.model is None else read_model(model_path(job.model, base_folder))
-        mapper_of = seed_mappers(job, texture, colours, seeds, general, library, boxes)
+        mapper_of = seed_mappers(job, texture, colours, seeds, general, library, boxes if typicality > 0 else None)
         mapper, quality = mapper_of(None), measure(job, seeds, mapper_of, (confidence, typicality))
     else:
         mapper, quality = _untrained(job, texture, colours, names, base_folder, library)
@@ -189,12 +184,8 @@ def seed_mappers(
 ) -> Callable[[npt.NDArray[np.bool_] | None], Mapper]:
     """Make mappers from all seeds (None) or from those chosen (N,), at the speed that the job asks for.
 
-    Parameters
-    ----------
-    general : TrainedModel or None
-        A library model beside the seeds.
-    boxes : SeedBoxes or None
-        None where nothing becomes unknown by its typicality.
+    general : TrainedModel or None; a library model beside the seeds.
+    boxes : SeedBoxes or None; None where nothing becomes unknown by its typicality.
     """
     settings = job.classifier
     fast = settings.speed == "fast"

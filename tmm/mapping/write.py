@@ -45,22 +45,13 @@ LEVEL_TEXELS = 1 << 20  # texels whose mip levels are counted at a time
 class Written:
     """What the writing of a database counted.
 
-    Attributes
-    ----------
-    texels : (K,) float64
-        Number of texels of each material; a mixture counts by its shares.
-    with_data : int
-        Texels with data.
-    with_material : int
-        Those that have a material; the others are unknown.
-    confidence : float
-        Mean over the texels with data.
-    confidence_of_known : float
-        Mean over those that have a material: the share of them that is expected to be right.
-    shade : float or None
-        Share of the texels with data in cast shade; None where none was looked for.
-    digest : str
-        Hash of the content.
+    texels : (K,) float64; number of texels of each material; a mixture counts by its shares.
+    with_data : int; texels with data.
+    with_material : int; those that have a material; the others are unknown.
+    confidence : float; mean over the texels with data.
+    confidence_of_known : float; mean over those that have a material: the share of them that is expected to be right.
+    shade : float or None; share of the texels with data in cast shade; None where none was looked for.
+    digest : str; hash of the content.
     """
 
     texels: npt.NDArray[np.float64]
@@ -80,10 +71,7 @@ class Written:
 def write_texture(mapped: TextureMap, path: str | os.PathLike[str]) -> Written:
     """Classify a texture and write its database, band by band.
 
-    Raises
-    ------
-    InputError
-        The image is damaged, or the file cannot be written.
+    Raises InputError: the image is damaged, or the file cannot be written.
     """
     remove_abandoned(Path(path))
     counted: list[Written] = []
@@ -264,10 +252,7 @@ def is_current(
 ) -> bool:
     """Whether a database is there, undamaged, from this job, this image and seeds, and this library.
 
-    Parameters
-    ----------
-    base_folder : path
-        Folder to which the paths of the job are relative.
+    base_folder : path; folder to which the paths of the job are relative.
     """
 
     def same_sources(file: h5py.File) -> bool:

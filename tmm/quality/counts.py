@@ -15,10 +15,7 @@ BINS = 15  # of confidence, as Guo et al. (2017) take them
 class Quality:
     """Texels of known material against what was found there.
 
-    Attributes
-    ----------
-    confusion : (K, K + 1) int64
-        Texels by true material and found material; the first column is unknown.
+    confusion : (K, K + 1) int64; texels by true material and found material; the first column is unknown.
     bins : (3, BINS) float64
         By confidence, of the texels with a material found: their number, the sum of their confidence, those right.
     """

@@ -24,13 +24,9 @@ TILE = 1024  # texels; a larger region is tested in pieces of this size
 class HeldOut:
     """Quality on seeds that the model has not seen.
 
-    Attributes
-    ----------
     quality : Quality
-    calibration : Calibration
-        Turns a classifier's own confidence into one that is as often right as it says.
-    places : int
-        Separate places that were left out in turn.
+    calibration : Calibration; turns a classifier's own confidence into one that is as often right as it says.
+    places : int; separate places that were left out in turn.
     """
 
     quality: Quality
@@ -55,12 +51,8 @@ def measure(
     with one place, which cannot be left out; answers to what `tmm suggest` asked, which lie where the map was in doubt
     and say little of all the rest; and seeds of the class `unknown`.
 
-    Parameters
-    ----------
-    mapper_of : callable
-        Gives the classifier that is trained on the seeds where a mask (N,) bool is true.
-    thresholds : (float, float)
-        Of confidence and typicality.
+    mapper_of : callable; gives the classifier that is trained on the seeds where a mask (N,) bool is true.
+    thresholds : (float, float); of confidence and typicality.
     """
     fold = folds(job, seeds)
     parts = np.unique(fold[fold >= 0])
@@ -75,13 +67,9 @@ def measure(
 class HeldOutTexels:
     """What was found at texels that the classifier has not seen.
 
-    Attributes
-    ----------
-    material, assigned : (N,) int
-        Index of the true material and of the one assigned, -1 for none.
+    material, assigned : (N,) int; index of the true material and of the one assigned, -1 for none.
     confidence, typicality : (N,) float32
-    region, fold : (N,) int
-        Texels of one region are alike; those of one part were classified by one classifier.
+    region, fold : (N,) int; texels of one region are alike; those of one part were classified by one classifier.
     """
 
     material: npt.NDArray[Any]
@@ -107,13 +95,9 @@ def held_out(count: int, texels: HeldOutTexels, thresholds: tuple[float, float] 
     The calibration is fitted to all parts; where it is tested, to the other parts. The threshold of confidence
     applies to the calibrated one.
 
-    Parameters
-    ----------
-    count : int
-        Number of materials.
+    count : int; number of materials.
     texels : HeldOutTexels
-    thresholds : (float, float)
-        Of confidence and typicality.
+    thresholds : (float, float); of confidence and typicality.
     """
     true, fold, region, confidence = texels.material, texels.fold, texels.region, texels.confidence
     right = texels.assigned == true
@@ -157,8 +141,7 @@ def at_seeds(
 
     Returns
     -------
-    assigned : (N,) int16
-        Index into the names of the seeds; -1 where `fold` is negative or nothing is found.
+    assigned : (N,) int16; index into the names of the seeds; -1 where `fold` is negative or nothing is found.
     confidence, typicality : (N,) float32
     """
     assigned, confidence = np.full(len(fold), -1, np.int16), np.zeros(len(fold), np.float32)

@@ -11,15 +11,17 @@ import numpy.typing as npt
 
 from skyshine.materials.colours import material_colours
 from skyshine.materials.library import load_library
-from skyshine.schemas.errors import InputError
+from skyshine.schemas.chart_style import new_figure, save_figure
 from skyshine.tmm.database.layout import SHADE_TOTAL
 from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
 from skyshine.tmm.images.texture import TextureFile
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
+_WIDTH, _LEGEND, _GAP = 14.0, 3.2, 0.6  # inches: of the figure, beside its panels for the legend, between panels
 MAX_SIDE = 1600  # texels drawn a side; larger textures are thinned
 UNKNOWN = (0.0, 0.0, 0.0)
 
@@ -29,6 +31,8 @@ def draw(
 ) -> None:
     """Draw a texture database into a PNG file.
 
+    Raises InputError: the database or the image cannot be read, or the picture cannot be written.
+
     Parameters
     ----------
     path : path
@@ -36,42 +40,49 @@ def draw(
     out : path
     image : path, optional
         The texture; by default it is looked for by its name (see `find_image`).
-
-    Raises
-    ------
-    InputError
-        The database or the image cannot be read, or the picture cannot be written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     with open_tmm(path) as file:
         step = -(-max(file.height, file.width) // MAX_SIDE)
         job = file.job
         place = find_image(file, Path(path), image)
         texture = TextureFile(place, job.colour_space, "ignore", job.near_infrared)
         pixels, valid = thinned(texture, step)
-        wide = file.width > 2 * file.height
-        rows, columns = (4, 1) if wide else (2, 2)
-        figure = Figure(figsize=(14, 12 * rows / columns * file.height / file.width + 0.9), layout="constrained")
-        axes = figure.subplots(rows, columns, squeeze=False).ravel()
+        figure, axes, bars = _panels(file.height / file.width)
         axes[0].imshow(on_screen(pixels, valid))
         axes[0].set_title(f"{file.attributes['texture']}, {file.width} x {file.height}")
         code = file.thinned("code", step)
         legend = _draw_codes(file, axes[1], code)
         shown = axes[2].imshow(file.thinned("confidence", step), vmin=0, vmax=1, cmap="viridis")
         axes[2].set_title("confidence")
-        figure.colorbar(shown, ax=axes[2], shrink=0.8)
+        figure.colorbar(shown, cax=bars[0])
         if file.has_shade:
-            axes[3].imshow(1 - file.thinned("shade", step) / SHADE_TOTAL, vmin=0, vmax=1, cmap="gray")
-            axes[3].set_title("shade")
+            shown = axes[3].imshow(file.thinned("shade", step) / SHADE_TOTAL, vmin=0, vmax=1, cmap="gray_r")
+            axes[3].set_title("share in cast shade")
+            figure.colorbar(shown, cax=bars[1])
+        else:
+            bars[1].remove()
         for axis in axes:
             axis.set_axis_off()
-        figure.legend(handles=legend, loc="outside right upper", frameon=False)
-    try:
-        FigureCanvasAgg(figure).print_png(str(out), metadata={"Software": "skyshine"})  # type: ignore[no-untyped-call]
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}; check the folder", file=out) from None
+        figure.legend(handles=legend, loc="upper right", frameon=False)
+    save_figure(figure, os.fspath(out))
+
+
+def _panels(shape: float) -> tuple[Figure, list[Axes], list[Axes]]:
+    """A figure with four panels for images of a height over width, and narrow ones for the bars of the last two."""
+    rows, columns = (4, 1) if shape < 0.5 else (2, 2)
+    across = (_WIDTH - _LEGEND) / columns
+    wide = across - _GAP
+    tall = wide * shape
+    height = rows * (tall + _GAP)
+    figure = new_figure(_WIDTH, height, arranged=False)
+
+    def place(left: float, row: int, width: float) -> tuple[float, float, float, float]:
+        return left / _WIDTH, 1 - (row + 1) * (tall + _GAP) / height + 0.1 / height, width / _WIDTH, tall / height
+
+    panels = [divmod(number, columns) for number in range(4)]
+    axes = [figure.add_axes(place(0.1 + column * across, row, wide)) for row, column in panels]
+    bars = [figure.add_axes(place(0.15 + column * across + wide, row, 0.12)) for row, column in panels[2:]]
+    return figure, axes, bars
 
 
 def thinned(texture: TextureFile, step: int) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:

@@ -31,18 +31,10 @@ def write_questions(suggestion: Suggestion, folder: Path, materials: tuple[str, 
     """Write picture, page and list; the list last, so that it has no number that no picture shows.
 
     Raises InputError: a file cannot be written.
+    Returns the picture and the page.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the pictures; made where it is missing.
-    materials : tuple of str
-        Names that the page offers.
-
-    Returns
-    -------
-    tuple of Path
-        The picture and the page.
+    folder : Path; of the pictures; made where it is missing.
+    materials : tuple of str; names that the page offers.
     """
     picture, page = (folder / f"{suggestion.job.name}.{suggestion.kind}.{ending}" for ending in ("png", "html"))
     try:

@@ -28,10 +28,7 @@ BAND_TEXELS = 1 << 22  # texels compared at a time
 class Score:
     """What was found against what is labelled; texels without a label do not count.
 
-    Attributes
-    ----------
-    names : tuple of str
-        K materials, labelled or found, in the order of their codes.
+    names : tuple of str; K materials, labelled or found, in the order of their codes.
     quality : Quality
     """
 
@@ -42,6 +39,8 @@ class Score:
 def score(path: str | os.PathLike[str], labels: str | os.PathLike[str], library: MaterialLibrary) -> Score:
     """Compare a database with a label image.
 
+    Raises InputError: a file cannot be read, the sizes differ, a material is unknown, or no texel has a label.
+
     Parameters
     ----------
     path : path
@@ -49,11 +48,6 @@ def score(path: str | os.PathLike[str], labels: str | os.PathLike[str], library:
     labels : path
         YAML file with the keys `image` (label image, relative to this file) and `palette` (colour: material).
     library : MaterialLibrary
-
-    Raises
-    ------
-    InputError
-        A file cannot be read, the sizes differ, a material is unknown, or no texel has a label.
     """
     labels = Path(labels)
     wanted = load_model(labels, LabelImage, context={"materials": library.names})
@@ -76,20 +70,13 @@ def score(path: str | os.PathLike[str], labels: str | os.PathLike[str], library:
 class Checked:
     """What was found at places drawn at random, against what somebody saw there.
 
-    Attributes
-    ----------
     answered, right : int
         Places with an answer, and those whose material is that answer; `unknown` is right where nothing was found.
-    skipped : int
-        Places at which it could not be told, or was not yet.
-    accuracy : float
-        Share of the texels that have the right material.
-    low, high : float
-        Of its interval of 95 % confidence (Wilson 1927, J. Am. Stat. Assoc. 22:209-212).
-    stated : float
-        Mean confidence that the database states at the places answered.
-    wrong : dict of (str, str) to int
-        How often what was seen was found as something else.
+    skipped : int; places at which it could not be told, or was not yet.
+    accuracy : float; share of the texels that have the right material.
+    low, high : float; of its interval of 95 % confidence (Wilson 1927, J. Am. Stat. Assoc. 22:209-212).
+    stated : float; mean confidence that the database states at the places answered.
+    wrong : dict of (str, str) to int; how often what was seen was found as something else.
     """
 
     answered: int
@@ -108,10 +95,7 @@ def check_answers(path: str | os.PathLike[str], answers: str | os.PathLike[str],
     Raises InputError: a file cannot be read, a place lies beyond the image, a name is unknown, or nothing is answered
     yet.
 
-    Parameters
-    ----------
-    path : path
-        The database.
+    path : path; the database.
     answers : path
     library : MaterialLibrary
     """

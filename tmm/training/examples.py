@@ -20,14 +20,10 @@ TILE = 256  # texels: features are computed about the seeds of one such tile at 
 class Examples:
     """Features of seeds, as they are and in shadow.
 
-    Attributes
-    ----------
-    texel : (N,) int
-        Which of the seeds each is.
+    texel : (N,) int; which of the seeds each is.
     plain, shaded : (N, F) float32
         As they are; with shadows drawn on them and, of a library, in the light of another photograph.
-    material : (N,) int
-        Index into the names of the seeds.
+    material : (N,) int; index into the names of the seeds.
     """
 
     texel: npt.NDArray[Any]

@@ -37,10 +37,7 @@ def train_library(job: TmmJob, folder: Path, library: MaterialLibrary) -> tuple[
     The calibration and the quality come from textures held out: dealt out over the parts of the first texture's
     `held_out`, each is classified by a classifier of the other parts' textures.
 
-    Raises
-    ------
-    InputError
-        A texture has no seeds, or a file cannot be read.
+    Raises InputError: a texture has no seeds, or a file cannot be read.
     """
     first = job.textures[0]
     prior, random_seed = first.classifier.prior, first.held_out.random_seed

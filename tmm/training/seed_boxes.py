@@ -24,12 +24,9 @@ GROUP_CELLS = 64  # rows and columns of cells whose boxes are computed at a time
 class SeedBoxes:
     """The boxes that seeds stand in.
 
-    Attributes
-    ----------
     boxes : Boxes
     features : (M, F) float64
-    seed : (M,) int
-        A seed texel of each; the others of its region in its cell stand in the same box.
+    seed : (M,) int; a seed texel of each; the others of its region in its cell stand in the same box.
     material, region : (M,) int
     """
 

@@ -23,10 +23,7 @@ def train_textured(
 ) -> TrainedModel:
     """Train a network on the examples of textures, whose materials have these names.
 
-    Raises
-    ------
-    ModuleNotFoundError
-        scikit-learn (the extra ``train``) is not installed.
+    Raises ModuleNotFoundError: scikit-learn (the extra ``train``) is not installed.
     """
     everything = tuple(dict.fromkeys(name for names_ in names_of for name in names_))
     material = [

@@ -144,8 +144,8 @@ static void make_light(skyshine_frame *frame, const skyshine_view *view, const d
 {
     const skyshine_tables *tables = frame->tables;
     const size_t materials = sky_array_of(&tables->band, "reflectance")->axes[0].count;
-    double ground[2], *weights = sky_allocate(BASES * parts, sizeof *weights), *beam = sky_allocate(parts, sizeof *beam);
-    sky_ground_of(tables, tables->air.tilted ? view->ground_material : 0, view->ground_altitude, view->time, ground);
+    double ground[2] = {0.0}, *weights = sky_allocate(BASES * parts, sizeof *weights), *beam = sky_allocate(parts, sizeof *beam);
+    if (tables->air.tilted) sky_ground_of(tables, view->ground_material, view->ground_altitude, view->time, ground);
     frame->bases = sky_ambient_weights(&tables->air, place, tables->air.tilted, ground, parts, weights);
     frame->sky = sky_allocate(materials * BASES, sizeof(double));
     frame->sky_bounded = sky_allocate(BASES * parts, sizeof(double));

@@ -26,7 +26,7 @@ static const struct layout SHADE[] = {
     {"air_temperature", {"altitude", "forcing_time"}, 1.0, 1e4},
     {"solar_elevation", {"forcing_time"}, -90.0, 90.0},
     {"solar_azimuth", {"forcing_time"}, -360.0, 360.0},
-    {"extraterrestrial_irradiance", {"forcing_time"}, 1e-6, HUGE_VALF},
+    {"aureole_share", {"forcing_time"}, 0.0, 1.0},
     {NULL, {NULL}, 0, 0},
 };
 /* Of an .htt that holds the first of them: films of water on surfaces, which last longer in the shade. */

@@ -61,12 +61,31 @@ size_t sky_ambient_weights(const struct database *air, const double *place, int 
     return 1 + codes->count;
 }
 
+/* Temperature of the ground: of a material at an altitude; for 0 of the material that the file names, or as it states it. */
+static double ground_temperature(const skyshine_tables *tables, int32_t material, double altitude, double time)
+{
+    const struct database *air = &tables->air, *surface = &tables->surface;
+    double code = material;
+    if (!material && !*air->ground_material) {
+        if (isnan(air->ground[1])) sky_fail("%s: does not state the temperature of the ground", air->path);
+        return air->ground[1];
+    }
+    if (!material) {
+        const struct axis *codes = &sky_array_of(&tables->band, "reflectance")->axes[0];
+        for (size_t i = 0; i < codes->count; ++i)
+            if (!strcmp(tables->band.material_names[i], air->ground_material)) code = codes->nodes[i];
+        if (code == 0.0) sky_fail("%s: names the ground '%s', a material that the band lacks", air->path, air->ground_material);
+        altitude = sky_array_of(surface, "temperature")->axes[ALTITUDE].nodes[0];
+    }
+    return sky_value_at(surface, "temperature", (double[]){code, altitude, 0.0, 0.0, time});
+}
+
 void sky_ground_of(const skyshine_tables *tables, int32_t material, double altitude, double time, double *ground)
 {
     ground[0] = tables->air.ground[1];
     ground[1] = tables->air.ground[2];
-    if (!material) return;
-    ground[0] = sky_value_at(&tables->surface, "temperature", (double[]){material, altitude, 0.0, 0.0, time});
+    if (!material && !*tables->air.ground_material) return;
+    ground[0] = ground_temperature(tables, material, altitude, time);
     ground[1] = tables->air.ground[0] * sky_value_at(&tables->band, "blackbody_radiance", ground);
 }
 
@@ -146,25 +165,6 @@ static void glow_of(const skyshine_tables *tables, const double *place, double t
     for (size_t b = 0; b < parts; ++b) to[b] *= tau > 0.0 ? radiance * exp(-extinction[b] * place[0]) / tau : 0.0;
 }
 
-/* Temperature of the ground that what hides the sky reflects: of the pixel's material, of the file's, or as it states it. */
-static double ground_before_walls(const skyshine_tables *tables, const skyshine_pixel *pixel)
-{
-    const struct database *air = &tables->air, *surface = &tables->surface;
-    double code = pixel->ground_material, altitude = pixel->surface_altitude;
-    if (!pixel->ground_material && !*air->ground_material) {
-        if (isnan(air->ground[1])) sky_fail("%s: does not state the temperature of the ground", air->path);
-        return air->ground[1];
-    }
-    if (!pixel->ground_material) {
-        const struct axis *codes = &sky_array_of(&tables->band, "reflectance")->axes[0];
-        for (size_t i = 0; i < codes->count; ++i)
-            if (!strcmp(tables->band.material_names[i], air->ground_material)) code = codes->nodes[i];
-        if (code == 0.0) sky_fail("%s: names the ground '%s', a material that the band lacks", air->path, air->ground_material);
-        altitude = sky_array_of(surface, "temperature")->axes[ALTITUDE].nodes[0];
-    }
-    return sky_value_at(surface, "temperature", (double[]){code, altitude, 0.0, 0.0, pixel->time});
-}
-
 /* Put what hides a share of the sky in its place: the formula of schemas/formats/atmq-4.md. */
 static void hide_sky(const skyshine_tables *tables, const skyshine_pixel *pixel, const double *place, double hidden, double *sky)
 {
@@ -172,7 +172,7 @@ static void hide_sky(const skyshine_tables *tables, const skyshine_pixel *pixel,
     double *level = sky_allocate(3 * parts, sizeof *level), *wall = level + parts, *ground = wall + parts;
     sky_light_by_wavelength(&tables->air, "ambient_radiance", place, level);
     glow_of(tables, place, sky_air_temperature(&tables->surface, pixel->surface_altitude, pixel->time), wall);
-    glow_of(tables, place, ground_before_walls(tables, pixel), ground);
+    glow_of(tables, place, ground_temperature(tables, pixel->ground_material, pixel->surface_altitude, pixel->time), ground);
     const double share = hidden * 0.5 * (1.0 + cos(RADIAN * pixel->surface_slope));
     for (size_t b = 0; b < parts; ++b) {
         const double light = SKY_WALL_EMISSIVITY * wall[b] + (1.0 - SKY_WALL_EMISSIVITY) * 0.5 * (level[b] + ground[b]);

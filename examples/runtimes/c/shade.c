@@ -7,6 +7,7 @@
 #include <string.h>
 
 enum { STEPS = 288, CORRECTIONS = 8, MOST = 512 };
+static const double LOWEST_AUREOLE = 10.0; /* degree: light around a lower Sun comes from there */
 static const double DAY = 24.0, STEFAN_BOLTZMANN = 5.670374419e-8, MELTING_RANGE = 0.01, STEP = 24.0 / STEPS;
 const double SKY_WALL_EMISSIVITY = 0.95; /* of masonry, concrete and foliage in the thermal infrared */
 
@@ -295,16 +296,16 @@ double sky_temperature_beside(const struct database *surface, const double *face
     const double cosine = cos(face[SLOPE] * degree), sine = sin(face[SLOPE] * degree), view = 0.5 * (1 + cosine);
     double absorbed[STEPS];
     for (size_t k = 0; k < STEPS; ++k) {
-        const double hour = (double)k * STEP, above[] = {altitude, hour};
+        const double hour = (double)k * STEP, place[] = {altitude, hour};
         const double up = sky_value_at(surface, "solar_elevation", &hour) * degree;
         const double turn = (sky_value_at(surface, "solar_azimuth", &hour) - face[AZIMUTH]) * degree;
-        const double normal = sky_value_at(surface, "direct_normal_irradiance", above), level = sky_value_at(surface, "diffuse_irradiance", above);
-        const double sky = sky_value_at(surface, "sky_irradiance", above);
+        const double normal = sky_value_at(surface, "direct_normal_irradiance", place), level = sky_value_at(surface, "diffuse_irradiance", place);
+        const double sky = sky_value_at(surface, "sky_irradiance", place);
         const double incidence = fmax(cosine * sin(up) + sine * cos(up) * cos(turn), 0.0);
-        const double index = normal / sky_value_at(surface, "extraterrestrial_irradiance", &hour);
-        const double diffuse = level * ((1 - index) * view + index * incidence / fmax(sin(up), sin(degree)));
-        const double spread = fmin(diffuse, view * level), beam = normal * incidence + diffuse - spread;
-        const double air = STEFAN_BOLTZMANN * pow(sky_value_at(surface, "air_temperature", above), 4);
+        const double aureole = sky_value_at(surface, "aureole_share", &hour), above = fmax(up, LOWEST_AUREOLE * degree);
+        const double towards = fmax(cosine * sin(above) + sine * cos(above) * cos(turn), 0.0) / sin(above);
+        const double spread = (1 - aureole) * view * level, beam = normal * incidence + aureole * level * towards;
+        const double air = STEFAN_BOLTZMANN * pow(sky_value_at(surface, "air_temperature", place), 4);
         const double emitted = isnan(facing) || facing < 0 ? air : STEFAN_BOLTZMANN * pow(facing, 4);
         const double wall = emissivity * emitted + (1 - emissivity) * (sky + air) / 2;
         const double shaded = shaded_share(around, hour);

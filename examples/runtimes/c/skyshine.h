@@ -88,7 +88,7 @@ typedef struct {
     double range, centre_range, centre_elevation, altitude;
     double source_elevation, source_azimuth;
     double source_heading;   /* NaN: the sky of a level face */
-    int32_t ground_material; /* 0: the ground that the atmosphere file states */
+    int32_t ground_material; /* 0: the ground that the atmosphere file names or states */
     double normal[3], to_source[3], to_observer[3]; /* of any length, in any frame */
     double hidden_sky; /* share of the sky above it that something as warm as the air hides; 0: none */
     double shade;      /* share of it in the shade all day, of `skyshine_texture_shade`; 0: none, and the next two are not read */
@@ -107,7 +107,7 @@ typedef struct {
     double altitude;                                       /* of the observer */
     double centre_range, centre_elevation, centre_heading; /* the line of sight at which the atmosphere is read */
     double source_elevation, source_heading, time;
-    int32_t ground_material;                               /* 0: the ground that the atmosphere file states */
+    int32_t ground_material;                               /* 0: the ground that the atmosphere file names or states */
     double ground_altitude;                                /* of `ground_material` */
 } skyshine_view;
 

@@ -175,9 +175,8 @@ skyshine_status skyshine_ambient_radiance(const skyshine_tables *tables, const s
         const double place[] = {line->range, line->altitude, line->elevation, line->source_elevation, line->source_azimuth};
         if (!isfinite(slope) || !isfinite(azimuth) || (!air->tilted && slope != 0.0))
             sky_fail("slope: found %g; allowed: %s", slope, air->tilted ? "finite numbers" : "0, as the file holds no harmonics");
-        double ground[2], bases[BASES] = {1.0}, weights[BASES], light = 0.0;
-        sky_ground_of(tables, 0, 0.0, 0.0, ground);
-        const size_t count = sky_ambient_weights(air, place, air->tilted, ground, 1, weights);
+        double bases[BASES] = {1.0}, weights[BASES], light = 0.0;
+        const size_t count = sky_ambient_weights(air, place, air->tilted, &air->ground[1], 1, weights);
         const double tilt = RADIAN * slope, turn = RADIAN * azimuth;
         if (air->tilted) sky_bases(air, (double[]){sin(tilt) * cos(turn), sin(tilt) * sin(turn), cos(tilt)}, bases);
         for (size_t k = 0; k < count; ++k) light += bases[k] * weights[k];

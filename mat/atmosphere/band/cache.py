@@ -44,13 +44,14 @@ from skyshine.mat.atmosphere.band.targets import KINDS
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathAxes, PathScope
+from skyshine.mat.kernel.library import library
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.digest import digest_of
 from skyshine.schemas.kept_arrays import keep_arrays, kept_arrays, kept_folder
 
 FOLDER = "bands"  # of the kept files
-FORMAT = 2  # raised when the layout of the kept files changes
-HEAD = b"skyshine compiled band 2\n"  # then the digest in hexadecimal digits, and the arrays as numpy keeps several
+FORMAT = 3  # raised when the layout of the kept files changes
+HEAD = b"skyshine compiled band 3\n"  # then the digest in hexadecimal digits, and the arrays as numpy keeps several
 STATISTICS = ("max", "p95", "rms")
 # Tolerances that shared points may err where the largest number of points, not the tolerance, ended their choice: those
 # fitted to the air of the state alone then miss the tolerance by as much.
@@ -204,8 +205,9 @@ def _cached_fit(key: str, fit: Callable[[], FittedBand]) -> tuple[FittedBand, bo
 
 
 def content_key(*parts: Any) -> str:
-    """SHA-256 over values of any depth, with the code and the libraries that turn them into a compiled band."""
-    return digest_of(FORMAT, code_digest(atmosphere, radiometry), *map(metadata.version, ("numpy", "scipy")), *parts)
+    """SHA-256 over values of any depth, with the code, C too, and the libraries that turn them into a compiled band."""
+    code = code_digest(atmosphere, radiometry), library().skyshine_sources().decode()
+    return digest_of(FORMAT, *code, *map(metadata.version, ("numpy", "scipy")), *parts)
 
 
 @lru_cache
@@ -271,7 +273,11 @@ def _fits_band(
         return False
     numbers = [error[name] for error in about["errors"].values() for name in STATISTICS]
     numbers += [
-        error[name] for errors in about["absolute"].values() for error in errors for name in (*STATISTICS, "p99")
+        error[name]
+        for sources in about["absolute"].values()
+        for regions in sources
+        for error in regions.values()
+        for name in (*STATISTICS, "p99")
     ]
     return bool(
         np.all((index >= 0) & (index < size))

@@ -29,6 +29,7 @@ from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.optics import spectral_optics
 from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathAxes, PathScope
+from skyshine.mat.atmosphere.transfer.scene_lines import REGIONS
 from skyshine.schemas.arrays import Floats, Integers
 
 # A larger number of candidates is thinned, evenly in mean logarithm of optical depth.
@@ -36,9 +37,10 @@ _MAX_CANDIDATES = 1600
 # Candidates tried at each step of the choice; with twice as many the fit is no better.
 _SHORT_LIST = 6
 # Lines of sight for the fit and for the test.
-_TRAINING_RAYS, _TEST_RAYS = 160, 40
+_TRAINING_RAYS, _TEST_RAYS = 160, 240
+_FEWEST = 10  # errors of a region that is stated apart
 # The same for each of many states that share points: they err alike.
-_SHARED_TEST_RAYS, _SHARED_TEST_SKIES = 16, 2
+_SHARED_TEST_RAYS, _SHARED_TEST_SKIES = 64, 2
 _TEST_STREAM = 1  # of random numbers: what a band is tested on does not depend on what it was fitted to
 # Elevations of the source at which the field of light scattered more than once is solved, degree, and its azimuthal
 # moments: fewer than in tables, as points are many and all of them are compared in the same field.
@@ -54,6 +56,10 @@ _FLOOR = 0.1
 # On other paths the error of the fit is two to three times as large.
 _GAS_SHARE = 0.5
 _FIT_SHARE = 0.3
+
+
+EVERYWHERE = "everywhere"  # among the regions of errors
+Absolute = dict[str, list[dict[str, dict[str, float]]]]  # statistics by quantity, source, region, name
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +82,9 @@ class CompiledBand:
     ladder : (n,) array
         Error of the fit with 1, 2, ... points.
     absolute : dict
-        By quantity, for each source: {"max", "p99", "p95", "rms"} of the same errors as they are: of transmittance in
-        1, of the others in band, W m^-2 sr^-1 or W m^-2.
+        By quantity, for each source, by region (`EVERYWHERE` and those of `REGIONS` with some lines): {"max", "p99",
+        "p95", "rms"} of the same errors as they are: of transmittance in 1, of the others in band, W m^-2 sr^-1 or
+        W m^-2.
     """
 
     band: BandPoints
@@ -86,7 +93,7 @@ class CompiledBand:
     errors: dict[str, dict[str, float]]
     dropped: dict[str, float]
     ladder: Floats
-    absolute: dict[str, list[dict[str, float]]] = field(default_factory=dict)
+    absolute: Absolute = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,20 +160,22 @@ class FittedBand:
             self._absolute(exact, approximate, brightness),
         )
 
-    def _absolute(
-        self, exact: dict[str, Floats], approximate: dict[str, Floats], brightness: Floats
-    ) -> dict[str, list[dict[str, float]]]:
+    def _absolute(self, exact: dict[str, Floats], approximate: dict[str, Floats], brightness: Floats) -> Absolute:
         """`CompiledBand.absolute` of in-band means (M,) by quantity, direct light relative to brightness (B,)."""
         width = float(self.chosen.band.weight.sum())
-        result: dict[str, list[dict[str, float]]] = {}
+        result: Absolute = {}
         for kind, values in exact.items():
             error, source = np.abs(approximate.get(kind, np.zeros(1)) - values), self.exact.source[kind]
+            region = self.exact.region[kind]
             if kind != "transmittance":
                 error = error * width
             if kind == DIRECT:
                 error = error * brightness[source]
             lit = kind not in ("transmittance", "path_thermal")
-            result[kind] = [_statistics(error[source == number] if lit else error) for number in range(brightness.size)]
+            result[kind] = [
+                _by_region(error[rows], region[rows])
+                for rows in ((source == number) | (not lit) for number in range(brightness.size))
+            ]
         return result
 
 
@@ -338,7 +347,7 @@ def _air(state: AtmosphericState, band: BandPoints, grid: PathAxes, scope: PathS
 def _training(air: SpectralAir, grid: PathAxes, airs: int, generator: np.random.Generator, scope: PathScope) -> Sample:
     """The share of one of some airs in the paths to which points are fitted."""
     rays = scope.lines(_TRAINING_RAYS)
-    return Sample.of(air.shells, grid, -(-rays // airs), generator, scope=scope)
+    return Sample.for_fit(air.shells, grid, -(-rays // airs), generator, scope=scope)
 
 
 def _test(
@@ -350,7 +359,7 @@ def _test(
     **settings: int,
 ) -> Sample:
     rays, generator = scope.lines(rays), np.random.default_rng([seed, _TEST_STREAM])
-    return Sample.of(air.shells, grid, rays, generator, scope=scope, **settings)
+    return Sample.for_test(air.shells, grid, rays, generator, scope=scope, **settings)
 
 
 def _approximate(
@@ -485,6 +494,13 @@ def _errors(exact: dict[str, Floats], approximate: dict[str, Floats]) -> dict[st
         statistics = _statistics(error)
         result[kind] = {name: statistics[name] for name in ("max", "p95", "rms")}
     return result
+
+
+def _by_region(error: Floats, region: Integers) -> dict[str, dict[str, float]]:
+    """Statistics of the sizes of errors (M,), of all and of each region that has enough."""
+    rows = {name: region == number for number, name in enumerate(REGIONS)}
+    parts = {name: error[inside] for name, inside in rows.items() if np.count_nonzero(inside) >= _FEWEST}
+    return {name: _statistics(values) for name, values in ({EVERYWHERE: error} | parts).items()}
 
 
 def _statistics(error: Floats) -> dict[str, float]:

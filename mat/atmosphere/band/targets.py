@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.line_scattering import LineScattering
-from skyshine.mat.atmosphere.band.sample import Sample
+from skyshine.mat.atmosphere.band.sample import NOWHERE, Sample, SampledLine
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.segments import Depths
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
@@ -28,9 +27,9 @@ _ZENITHS = 3
 GROUND = 300.0
 # Points whose targets are computed together: the arrays of a path then fit into a processor's cache.
 _CHUNK = 1024
-# Light of the source along one in so many lines of sight: it takes most of the time. Such light, and products with the
-# light on surfaces, up to so many of their ranges, which cost little more than one.
-_SCATTERING, _LIT_RANGES = 3, 4
+# Light of the source, and products with the light on surfaces, up to so many of a line's ranges, which cost little more
+# than one.
+_LIT_RANGES = 4
 
 
 Parts = dict[str, list[Floats]]  # arrays by quantity, to be concatenated
@@ -73,6 +72,8 @@ class Responses:
         Per unit of the source's irradiance.
     source : dict of (M,) int arrays
         Number of the source.
+    region : dict of (M,) int arrays
+        As `SampledLine.region`.
     """
 
     wavenumber: Floats
@@ -82,6 +83,7 @@ class Responses:
     ground: dict[str, Floats]
     light: dict[str, Floats]
     source: dict[str, Integers]
+    region: dict[str, Integers]
 
     def mean(self, surface_temperature: float, irradiance: Floats, brightness: Floats) -> dict[str, Floats]:
         """In-band values (M,) by quantity, without quantities that are 0 everywhere.
@@ -118,20 +120,23 @@ class Responses:
 
 @dataclass(frozen=True, eq=False)
 class _Rows:
-    """Some targets (m, P) of a quantity, as the fields of `Responses`; ground or light is None where it is 0."""
+    """Some targets (m, P) of a quantity, as the fields of `Responses`; ground or light is None where it is 0, region
+    where it is `NOWHERE`.
+    """
 
     kind: str
     unlit: Floats
     ground: Floats | None = None
     light: Floats | None = None
     source: Integers | None = None
+    region: Integers | None = None
 
-    def through(self, transmittance: Floats, place: Integers) -> _Rows:
-        """The rows at places (n,), counted cyclically, each times the transmittance (n, P) of a path."""
+    def through(self, transmittance: Floats, place: Integers, region: Integers) -> _Rows:
+        """The rows at places (n,), counted cyclically, each times the transmittance (n, P) of a path to a region."""
         rows = place % len(self.unlit)
         ground, light = (None if part is None else part[rows] * transmittance for part in (self.ground, self.light))
         source = None if self.source is None else self.source[rows]
-        return _Rows(self.kind, self.unlit[rows] * transmittance, ground, light, source)
+        return _Rows(self.kind, self.unlit[rows] * transmittance, ground, light, source, region)
 
 
 def fitted_and_tested(
@@ -239,7 +244,7 @@ def responses(air: SpectralAir, share: Floats, sample: Sample, sources: int) -> 
     """
     first = _first_of_intervals(air.optics.wavenumber)
     unlit, ground, light = (_empty_parts() for _ in range(3))
-    source: dict[str, list[Integers]] = {kind: [] for kind in KINDS}
+    source, region = ({kind: list[Integers]() for kind in KINDS} for _ in range(2))
     for rows in _rows(air, sample, sources, with_ground=True):
         count = len(rows.unlit)
         unlit[rows.kind].append(rows.unlit @ share)
@@ -249,6 +254,7 @@ def responses(air: SpectralAir, share: Floats, sample: Sample, sources: int) -> 
             )
             part[rows.kind].append(by_interval)
         source[rows.kind].append(np.zeros(count, int) if rows.source is None else rows.source)
+        region[rows.kind].append(np.full(count, NOWHERE) if rows.region is None else rows.region)
     return Responses(
         air.optics.wavenumber[first],
         first,
@@ -257,6 +263,7 @@ def responses(air: SpectralAir, share: Floats, sample: Sample, sources: int) -> 
         {kind: np.concatenate(ground[kind]) for kind in KINDS},
         {kind: np.concatenate(light[kind]) for kind in KINDS},
         {kind: np.concatenate(source[kind]) for kind in KINDS},
+        {kind: np.concatenate(region[kind]) for kind in KINDS},
     )
 
 
@@ -325,26 +332,36 @@ def _rows(air: SpectralAir, sample: Sample, sources: int, with_ground: bool = Fa
     sky, beam = _from_above(air, dark, sample, sources, per_micron)
     yield sky
     yield beam
-    scattering = LineScattering.of(air)
+    extinction = optics.extinction.astype(np.float32)
     for number, line in enumerate(sample.lines):
         segments, node = line.segments, line.node
-        depths = Depths(segments.column(scattering.optics.extinction))
+        depths = Depths(segments.column(extinction))
         transmittance = np.exp(-depths.cumulative[node].astype(float))
-        within = (np.arange(segments.index.size) < node[:, None]).astype(np.float32)
-        thermal = (within @ air.thermal_radiance(segments, depths)) * per_micron
-        ground = None if dark is None else (within @ dark.thermal_radiance(segments, depths)) * per_micron
-        yield _Rows("transmittance", transmittance)
-        yield _Rows("path_thermal", thermal, ground)
+        yield _Rows("transmittance", transmittance, region=line.region)
         some = np.unique(np.linspace(node.size - 1, 0, _LIT_RANGES, endpoint=False).round().astype(int))
-        if number % _SCATTERING == 0:
-            light = (within[some] @ scattering.radiance(line, depths)) * per_micron
-            of_ground = None if ground is None else np.tile(ground[some], (sources, 1))
-            lit = np.tile(thermal[some], (sources, 1)), of_ground, np.tile(light, (sources, 1))
-            yield _Rows("path_radiance", *lit, np.repeat(np.arange(sources), some.size))
-        # The products of (20) and (36): sky and direct light on the ground through the path.
-        place = number + some
-        yield sky.through(transmittance[some], place)
-        yield beam.through(transmittance[some], place)
+        region = np.tile(line.region[some], sources)
+        if number % sample.emission_step == 0:
+            within = (np.arange(segments.index.size) < node[:, None]).astype(np.float32)
+            thermal = (within @ air.thermal_radiance(segments, depths)) * per_micron
+            ground = None if dark is None else (within @ dark.thermal_radiance(segments, depths)) * per_micron
+            yield _Rows("path_thermal", thermal, ground, region=line.region)
+            if number % sample.scattering_step == 0:
+                of_segments = air.scattered_light.of_segments(segments, depths, line.to_source, line.deflection)
+                light = (within[some] @ of_segments) * per_micron
+                of_ground = None if ground is None else np.tile(ground[some], (sources, 1))
+                lit = np.tile(thermal[some], (sources, 1)), of_ground, np.tile(light, (sources, 1))
+                yield _Rows("path_radiance", *lit, np.repeat(np.arange(sources), some.size), region)
+        # The products of (20) and (36): sky light on the ground, and direct light at the end of the path, through it.
+        yield sky.through(transmittance[some], number + some, line.region[some])
+        direct = np.tile(_beam_at_ends(air, line, node[some]) * transmittance[some] * per_micron, (sources, 1))
+        yield _Rows(DIRECT, np.zeros_like(direct), None, direct, np.repeat(np.arange(sources), some.size), region)
+
+
+def _beam_at_ends(air: SpectralAir, line: SampledLine, node: Integers) -> Floats:
+    """Transmittance (n, P) from the source to some ends of a line's segments."""
+    depth = air.source_paths.optical_depth(line.segments.altitude[node], line.to_source[node])[:, 0]
+    beam: Floats = np.exp(-depth.astype(float))
+    return beam
 
 
 def _from_above(

@@ -276,7 +276,7 @@ def _from_source(
     if segments.index.size and not dark:
         to_source = source_cosine(line.rays, source_elevation, source_azimuth)[0, segments.ends]
         deflection = scattering_cosine(line.rays, source_elevation, source_azimuth)[0, segments.ends]
-        scattered = air.scattered_along(segments, line.depths, to_source, deflection)[0][0] * irradiance
+        scattered = air.scattered_light.along(segments, line.depths, to_source, deflection)[0][0] * irradiance
     sky = sky_irradiance(air, line.surface, np.zeros(0) if dark else source_elevation)
     direct = direct_transmittance(air.source_paths, line.surface, source_elevation)[0, 0]
     night = night_irradiance(air, line.surface)[0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -18,29 +19,14 @@ from skyshine.mat.atmosphere.transfer.layer_columns import vertical_parts
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics, spectral_optics
 from skyshine.mat.atmosphere.transfer.ordinate_light import OrdinateLight
 from skyshine.mat.atmosphere.transfer.ordinates import AZIMUTHAL
+from skyshine.mat.atmosphere.transfer.scattered_light import ScatteredLight
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
-from skyshine.mat.atmosphere.transfer.single_scattering import (
-    scattering_of_segments,
-    segment_attenuation,
-)
 from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths, SourceRays
 from skyshine.mat.atmosphere.transfer.stream_count import azimuthal_count, node_count
+from skyshine.mat.atmosphere.transfer.thermal_light import ThermalLight
 from skyshine.mat.atmosphere.transfer.thermal_source import ThermalSource
-from skyshine.schemas.arrays import Booleans, Floats, Integers, Reals, Singles
-
-
-@dataclass(frozen=True, eq=False)
-class _PeakChange:
-    """`change` (k, s, P) of the light from some segments (k,) of lines (l,), the first ends of which are (l,) among
-    theirs, and of sources (s,).
-    """
-
-    lines: Integers
-    sources: Integers
-    segments: Integers
-    first: Integers
-    change: Singles
+from skyshine.schemas.arrays import Floats, Integers, Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +105,7 @@ class SpectralAir:
         """Compute the cached properties once, before several threads use them."""
         names = ["source_paths", "thermal"]
         if self.scatters:
-            names += ["scaled_extinction", "scaled_source_paths", "forward_peak", "diffuse_light"]
+            names += ["scaled_extinction", "scaled_source_paths", "diffuse_light", "scattered_light"]
         for name in names:
             getattr(self, name)
 
@@ -142,12 +128,15 @@ class SpectralAir:
         segments : Segments
         depths : Depths
         """
-        thermal = self._single_thermal if depths.per_segment.dtype == np.float32 else self.thermal
-        return thermal.along(segments, depths)
+        real = depths.per_segment.dtype
+        if real not in self._thermal_light:
+            self._thermal_light[real] = ThermalLight(self.thermal, real)
+        return self._thermal_light[real].of_segments(segments, depths)
 
     @cached_property
-    def _single_thermal(self) -> ThermalSource:
-        return self.thermal.single
+    def _thermal_light(self) -> dict[np.dtype[Any], ThermalLight]:
+        """By precision of the depths."""
+        return {}
 
     @cached_property
     def thermal_skies(self) -> dict[tuple[float, int], Floats]:
@@ -202,101 +191,8 @@ class SpectralAir:
             spherical=self.spherical,
         )
 
-    def scattered_along(
-        self,
-        segments: Segments,
-        depths: Depths,
-        to_source: Floats,
-        deflection: Floats,
-        phase: Floats | None = None,
-    ) -> Floats:
-        """Scattered light of the source along L joined rays.
-
-        Parameters
-        ----------
-        segments : Segments
-        depths : Depths
-        to_source, deflection : (K+1, S) arrays
-            Cosines of the source's zenith angle and of the scattering angle at the segment ends.
-        phase : (L, N, S, C) array, optional
-            As in `single_scattering.scattering_of_segments`.
-
-        Returns
-        -------
-        (L, S, P) array
-            Per unit of the source's irradiance, sr^-1.
-        """
-        scaled = self._scaled_depths(segments, depths)
-        attenuation = segment_attenuation(segments, scaled, self.scaled_source_paths, to_source)
-        light = scattering_of_segments(segments, self.optics, deflection, phase, depths.line)
-        light *= attenuation
-        light /= np.float32(4 * np.pi)
-        once = depths.by_line(light).astype(float)
-        near = self._near(segments, depths, to_source, deflection)
-        if near.any():
-            peak = self._peak(segments, depths.first, attenuation, to_source, deflection, near)
-            at, seen = np.ix_(peak.lines, peak.sources), near[np.ix_(peak.lines, peak.sources)][..., None]
-            once[at] = np.where(
-                seen, np.maximum(once[at] + Depths(peak.change, peak.first).by_line(peak.change), 0), once[at]
-            )
-        radiance: Floats = once + self.diffuse_light.spectral(segments, depths, scaled, to_source, deflection)
-        return radiance
-
-    def scattered_in_band(
-        self, segments: Segments, depths: Depths, to_source: Floats, deflection: Floats, weight: Floats
-    ) -> Floats:
-        """Scattered light in a band up to each end of the segments of a ray or of joined ones, (K+1, S), in the unit of
-        the weights (P,) of the points times the source's irradiance there; other arguments as in `scattered_along`.
-        """
-        scaled = self._scaled_depths(segments, depths)
-        attenuation = segment_attenuation(segments, scaled, self.scaled_source_paths, to_source)
-        once = scattering_of_segments(segments, self.optics, deflection)
-        once *= attenuation
-        light: Floats = (once.reshape(-1, weight.size) @ weight).reshape(once.shape[:2]) / (4 * np.pi)
-        near = self._near(segments, depths, to_source, deflection)
-        if near.any():
-            peak = self._peak(segments, depths.first, attenuation, to_source, deflection, near)
-            at = np.ix_(peak.segments, peak.sources)
-            seen = near[np.ix_(depths.line[peak.segments], peak.sources)]
-            light[at] = np.where(seen, np.maximum(light[at] + peak.change @ weight, 0.0), light[at])
-        light += self.diffuse_light.band(segments, depths, scaled, to_source, deflection, weight)
-        along: Floats = depths.summed(light).astype(float, copy=False)
-        return along
-
-    def _peak(
-        self,
-        segments: Segments,
-        first_ends: Integers,
-        attenuation: Singles,
-        to_source: Floats,
-        deflection: Floats,
-        near: Booleans,
-    ) -> _PeakChange:
-        """What the forward peak changes of light scattered once, on those of L joined rays and of those sources of
-        which some are near (L, S); other arguments as of `scattered_along`.
-        """
-        lines, sources = np.flatnonzero(near.any(axis=1)), np.flatnonzero(near.any(axis=0))
-        count = np.diff(first_ends, append=len(to_source))[lines]
-        first = np.cumsum(count) - count
-        row = np.repeat(np.arange(lines.size), count)
-        ends = first_ends[lines][row] + np.arange(row.size) - first[row]
-        angles = to_source[np.ix_(ends, sources)], deflection[np.ix_(ends, sources)]
-        some = attenuation[np.ix_(ends[:-1], sources)]
-        change = self.forward_peak.by_segment(segments.some(ends), some, *angles, first)
-        return _PeakChange(lines, sources, ends[:-1], first, change)
-
-    def _near(self, segments: Segments, depths: Depths, to_source: Floats, deflection: Floats) -> Booleans:
-        """Sources in whose light along each of L joined rays the forward peak matters, (L, S); arguments as of
-        `scattered_along`.
-        """
-        if self._is_unscaled:
-            return np.zeros((depths.first.size, to_source.shape[1]), bool)
-        return self.forward_peak.near(segments, to_source, deflection, depths.first)
-
-    def _scaled_depths(self, segments: Segments, depths: Depths) -> Depths:
-        """Depths for light scattered once: with delta-M, light then scattered straight forward is not lost."""
-        return depths if self._is_unscaled else Depths(segments.column(self.scaled_extinction), depths.first)
-
-    @property
-    def _is_unscaled(self) -> bool:
-        return self.scaled_source_paths is self.source_paths
+    @cached_property
+    def scattered_light(self) -> ScatteredLight:
+        """Light of a source scattered into lines of sight."""
+        peak = None if self.scaled_source_paths is self.source_paths else self.forward_peak
+        return ScatteredLight(self.optics, self.scaled_source_paths, peak, self.diffuse_light)

@@ -28,7 +28,7 @@ from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
 from skyshine.mat.atmosphere.transfer.ordinates import Ordinates, ordinates
 from skyshine.schemas.arrays import Booleans, Floats, Reals
 
-# Nodes of each hemisphere in clear air and haze (`stream_count`): `mat bench atmosphere` shows the error of others.
+# Nodes of each hemisphere in clear air and haze (`stream_count`); `tests/bench/atmosphere.py` has the error of others.
 NODES = 4
 # Vertical optical depth of scattering up to which orders of scattering converge quicker than layers are added.
 _THIN = 0.3

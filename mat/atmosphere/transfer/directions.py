@@ -54,7 +54,7 @@ def direction_weights(upward_cosine: Floats, angles: Floats) -> tuple[Integers, 
     weight : (K, W) array
         Of those from it on.
     """
-    cubics, above = _cubics(tuple(angles.tolist()))
+    cubics, above = direction_cubics(tuple(angles.tolist()))
     rises = upward_cosine > 0
     if above in (0, angles.size):  # all directions are asked of the one hemisphere there is
         rises = np.full(upward_cosine.size, above > 0)
@@ -67,7 +67,7 @@ def direction_weights(upward_cosine: Floats, angles: Floats) -> tuple[Integers, 
 
 
 @lru_cache(maxsize=64)
-def _cubics(angles: tuple[float, ...]) -> tuple[NodeCubics, int]:
+def direction_cubics(angles: tuple[float, ...]) -> tuple[NodeCubics, int]:
     """Cubics through directions at increasing angles, and the number of those above the horizon."""
     cosine = np.cos(angles)
     above = int(np.count_nonzero(cosine > 0))

@@ -1,6 +1,6 @@
 """Light scattered more than once inside the forward peak of particles, near Sun or Moon.
 
-Delta-M lets the fraction f of the scattering go straight forward. `single_scattering` gives that light the directions
+Delta-M lets the fraction f of the scattering go straight forward. `scattered_light` gives that light the directions
 of one scattering, with the scaled extinction from the source to the observer, however often the peak scattered it.
 Light scattered n times has the directions of n convolutions of the peak. The peak has the moments f as far as the
 discrete ordinates have moments, and chi_l of the phase function beyond: convolved with what the ordinates solve, it
@@ -38,9 +38,8 @@ from numpy.polynomial.legendre import legvander
 
 from skyshine.mat.atmosphere.particles.moments import moment_weights
 from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES, SpectralOptics
-from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
-from skyshine.mat.atmosphere.transfer.source_paths import HIDDEN, SourcePaths, SourceRays
-from skyshine.schemas.arrays import Booleans, Floats, Integers, Singles
+from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths, SourceRays
+from skyshine.schemas.arrays import Floats, Integers, Singles
 
 # As many moments as the angles of the phase functions resolve.
 _ORDERS = PHASE_ANGLES.size
@@ -57,7 +56,6 @@ _THIN = (5e-3, 1e-2)
 _STEP = 1.02
 # Fraction of the scattering below which it is no forward peak.
 _SMALLEST = 1e-4
-_ONE_LINE = np.zeros(1, int)  # the first end of segments of one line alone
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,85 +84,8 @@ class ForwardPeak:
     air: Floats
     rays: SourceRays
 
-    def near(self, segments: Segments, to_source: Floats, deflection: Floats, first: Integers = _ONE_LINE) -> Booleans:
-        """Which sources are so close to a line of sight, through so much peak scattering, that the peak matters: (L, S)
-        of L joined lines whose first ends are (L,); other arguments as of `by_segment`.
-        """
-        near: Booleans = np.maximum.reduceat(deflection, first, axis=0) > np.cos(np.radians(_NONE))
-        lines, sources = np.nonzero(near)
-        if not lines.size or not np.any(self._peak):
-            return np.zeros_like(near)
-        last = np.append(first[1:], len(deflection)) - 1
-        depth = np.maximum(
-            *(
-                self._source_depth(segments.altitude[end], to_source[end, sources][:, None])[:, 0]
-                for end in (first[lines], last[lines])
-            )
-        )
-        column = segments.column(self._peak[:, self._few])
-        along = np.stack([column[start:stop].sum(axis=0) for start, stop in zip(first, last, strict=True)])
-        near[lines, sources] = np.any(depth + along[lines] > _THIN[0], axis=1)
-        return near
-
-    def by_segment(
-        self,
-        segments: Segments,
-        attenuation: Singles,
-        to_source: Floats,
-        deflection: Floats,
-        first: Integers = _ONE_LINE,
-    ) -> Singles:
-        """Change of the light that each segment scatters to the observer.
-
-        Parameters
-        ----------
-        segments : Segments
-        attenuation : (K, S, P) array
-            `single_scattering.segment_attenuation` without peak scattering.
-        to_source, deflection : (K+1, S) arrays
-            Cosines of the source's zenith angle and of the scattering angle at the segment ends.
-        first : (L,) int array
-            First end of each of L joined lines.
-
-        Returns
-        -------
-        (K, S, P) array
-            Per unit of the source's irradiance, sr^-1; single precision.
-        """
-        along = Depths(segments.column(self._peak[:, self._few]), first).cumulative.astype(np.float32)
-        depth: Singles = along[:, None] + self._source_depth(segments.altitude, to_source)
-        middle = (0.5 * (depth[1:] + depth[:-1])).astype(np.float32)
-        light = self._scattered(segments, middle, 0.5 * (deflection[1:] + deflection[:-1]))
-        light *= attenuation
-        return light
-
-    def at(self, point: Segments, altitude: float, to_source: Floats, deflection: Floats) -> Floats:
-        """Change of the light that a short path at an altitude [m] scatters, (S, P) sr^-1, for cosines (S,).
-
-        It is per unit of the source's light there that no more than the peak has scattered.
-        """
-        depth = self._source_depth(np.array([altitude]), to_source[None])
-        change: Floats = self._scattered(point, depth, deflection[None])[0].astype(float)
-        return change
-
-    def _scattered(self, segments: Segments, depth: Singles, cosine: Floats) -> Singles:
-        """Change of the light that segments scatter, without attenuation: of depths (K, S, Q) of peak scattering from
-        source to observer and cosines (K, S) of the scattering angle, (K, S, P) sr^-1.
-        """
-        light = np.zeros((*cosine.shape, self._peak.shape[1]), np.float32)
-        none, whole = (np.float32(bound) for bound in _THIN)
-        share = np.clip((depth - none) / (whole - none), 0, 1) / np.float32(4 * np.pi)
-        share *= np.minimum(depth / np.float32(_DEPTHS[0]), 1)
-        place, turn, deep = self._places(segments.layer, depth, cosine)
-        for air, step in ((segments.lower, 0), (segments.upper, 1)):
-            amount: Singles = (air[:, None] * self._peak[segments.layer + step])[:, None].astype(np.float32)
-            change = self._change(place + step * self._mixed[0].size, turn, deep)
-            change *= share
-            light += amount * (change @ self._spread)
-        return light
-
     @cached_property
-    def _few(self) -> Integers:
+    def few(self) -> Integers:
         """Spectral points (Q,) at which the change is computed, by wavenumber."""
         number, first = np.unique(self.optics.wavenumber, return_index=True)
         place = np.log(number / number[0]) / np.log(_STEP)
@@ -173,63 +94,43 @@ class ForwardPeak:
         few: Integers = first[np.union1d(nearest, self.optics.phase_share[:, first].argmax(axis=1))]
         return few
 
-    @cached_property
-    def _spread(self) -> Singles:
-        """Weights (Q, P) of `_few` in all points: linear in the logarithm of wavenumber."""
-        known, number = np.log(self.optics.wavenumber[self._few]), np.log(self.optics.wavenumber)
-        place = np.interp(number, known, np.arange(known.size))
-        spread: Singles = np.maximum(1 - np.abs(np.arange(known.size)[:, None] - place), 0.0).astype(np.float32)
-        return spread
+    @property
+    def degrees(self) -> Floats:
+        """Angles of `mixed` from the source, degree, increasing."""
+        return _DEGREES
+
+    @property
+    def limits(self) -> tuple[float, ...]:
+        """The least depth of `mixed`, the logarithm of the ratio of its depths, the depths below which there is no
+        change and above which it is whole, and the cosine of the angle beyond which there is none.
+        """
+        return _DEPTHS[0], np.log(_DEPTHS[1] / _DEPTHS[0]), *_THIN, np.cos(np.radians(_NONE))
 
     @cached_property
-    def _peak(self) -> Floats:
+    def spread(self) -> tuple[Integers, Floats]:
+        """The first of two of `few` between which all points (P,) lie in the logarithm of wavenumber, and the share
+        (P,) of the second.
+        """
+        known, number = np.log(self.optics.wavenumber[self.few]), np.log(self.optics.wavenumber)
+        place = np.interp(number, known, np.arange(known.size))
+        first = np.minimum(place.astype(int), max(known.size - 2, 0))
+        return first, place - first
+
+    @cached_property
+    def scattering(self) -> Floats:
         """Scattering by the peak, (N, P) m^2 per molecule."""
         peak: Floats = self.optics.aerosol_scattering * self.fraction
         return peak
 
     @cached_property
-    def _paths(self) -> SourcePaths:
-        """Of the source's light, through peak scattering alone at `_few`."""
-        return SourcePaths.of(self.rays, self._peak[:, self._few])
-
-    def _source_depth(self, altitude: Floats, to_source: Floats) -> Singles:
-        """Depth of peak scattering from the source to points (K,) [m], (K, S, Q); 0 where the Earth hides it."""
-        depth = self._paths.optical_depth(altitude, to_source)
-        depth[depth >= HIDDEN] = 0.0
-        return depth
-
-    def _places(self, level: Integers, depth: Singles, cosine: Floats) -> tuple[Integers, Singles, Singles]:
-        """Where in `_mixed`, as numbers of its flat array, levels (K,), depths (K, S, Q) and scattering angles of
-        cosines (K, S) lie: (K, S, Q), and shares of the next angle (K, S, 1) and of the next depth (K, S, Q).
-        """
-        angle = np.interp(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))), _DEGREES, np.arange(_DEGREES.size))
-        direction = np.minimum(angle.astype(int), _DEGREES.size - 2)
-        step = np.log(np.maximum(depth / np.float32(_DEPTHS[0]), 1))
-        step /= np.float32(np.log(_DEPTHS[1] / _DEPTHS[0]))
-        first = np.minimum(step.astype(int), _DEPTHS.size - 2)
-        row = ((level[:, None] * _DEGREES.size + direction) * _DEPTHS.size)[..., None]
-        place: Integers = (row + first) * depth.shape[2] + np.arange(depth.shape[2])
-        return place, (angle - direction)[..., None].astype(np.float32), np.minimum(step - first, 1).astype(np.float32)
-
-    def _change(self, place: Integers, turn: Singles, deep: Singles) -> Singles:
-        """`_mixed` at places and shares of `_places`: (K, S, Q)."""
-        points = deep.shape[2]
-        at_angles = []
-        for angle in (place, place + _DEPTHS.size * points):
-            change = np.take(self._mixed, angle)
-            change += (np.take(self._mixed, angle + points) - change) * deep
-            at_angles.append(change)
-        near, far = at_angles
-        far -= near
-        far *= turn
-        near += far
-        result: Singles = near
-        return result
+    def paths(self) -> SourcePaths:
+        """Of the source's light, through peak scattering alone at `few`."""
+        return SourcePaths.of(self.rays, self.scattering[:, self.few])
 
     @cached_property
-    def _mixed(self) -> Singles:
-        """`table` of the mixture of particles at `_few`, (N, angles, depths, Q)."""
-        share = self.optics.phase_share[:, self._few].astype(np.float32)
+    def mixed(self) -> Singles:
+        """`table` of the mixture of particles at `few`, (N, angles, depths, Q)."""
+        share = self.optics.phase_share[:, self.few].astype(np.float32)
         mixed: Singles = np.tensordot(self.table, share, axes=(0, 0))
         return mixed
 

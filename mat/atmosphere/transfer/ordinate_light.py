@@ -2,20 +2,18 @@
 
 Under a low source the field of plane layers is made spherical by `spherical_orders`.
 
-`single_scattering` adds light scattered once, with the true phase function and the scaled extinction from the source to
-the observer. Here all extinction applies between the last scattering and the observer, and diffuse light scattered
-straight forward into the line of sight is added; light scattered once has no such part, which matters only to paths
-that end inside a cloud.
+`scattered_light` follows lines of sight through it, and adds light scattered once. Diffuse light scattered straight
+forward into the line of sight belongs to it; light scattered once has no such part, which matters only to paths that
+end inside a cloud.
 
 References
 ----------
-Nakajima and Tanaka 1988, J. Quant. Spectrosc. Radiat. Transfer 40, 51 (exact first scattering with scaled extinction).
 Dahlback and Stamnes 1991, Planet. Space Sci. 39, 671 (beam through spherical layers over a plane diffuse field).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -24,13 +22,12 @@ import numpy.typing as npt
 
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, ScaledLayers, layer_parts, solved_moments
-from skyshine.mat.atmosphere.transfer.directions import DIRECTIONS, direction_weights
+from skyshine.mat.atmosphere.transfer.directions import DIRECTIONS
 from skyshine.mat.atmosphere.transfer.geometry import Shells
+from skyshine.mat.atmosphere.transfer.kernel_arrays import empty_rows
 from skyshine.mat.atmosphere.transfer.layer_parts import LayerParts
-from skyshine.mat.atmosphere.transfer.line_weights import LineWeights, source_weights_along, straight_weights
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
 from skyshine.mat.atmosphere.transfer.ordinates import AZIMUTHAL, Ordinates, ordinates
-from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS, source_nodes
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
 from skyshine.mat.atmosphere.transfer.spherical_orders import LowSun
@@ -123,10 +120,10 @@ class OrdinateLight:
         directions, cosine = ordinates(nodes, azimuthal), np.cos(angles)
         parts = layer_parts(shells, optics, fraction, molecules=True)
         forward = optics.aerosol_scattering * fraction
-        source = np.empty((parts.places, sine.size, directions.pairs[0].size, points), np.float32)
-        straight = None
+        source: Singles = empty_rows((parts.places, sine.size, directions.pairs[0].size, points), np.float32)
+        straight: Singles | None = None
         if np.any(forward):
-            straight = np.empty((levels, sine.size, cosine.size, azimuthal, points), np.float32)
+            straight = empty_rows((levels, sine.size, cosine.size, azimuthal, points), np.float32)
         falling = np.empty((levels, sine.size, points))
         albedo = state.albedo_at(optics.wavenumber)
 
@@ -166,122 +163,12 @@ class OrdinateLight:
         parts: dict[str, Any] = {}
         for name in ("extinction", "scaled", "source", "straight", "falling"):
             whole = getattr(self, name)
-            parts[name] = None if whole is None else np.ascontiguousarray(whole[..., points])
+            if whole is not None:
+                some = whole[..., points]
+                whole = empty_rows(some.shape, whole.dtype)
+                whole[:] = some
+            parts[name] = whole
         return replace(self, **parts)
-
-    @property
-    def single(self) -> OrdinateLight:
-        """The same with the extinction in single precision."""
-        return replace(self, extinction=self.extinction.astype(np.float32), scaled=self.scaled.astype(np.float32))
-
-    def spectral(
-        self, segments: Segments, depths: Depths, scaled: Depths, cosine: Floats, deflection: Floats
-    ) -> Singles:
-        """Radiance along L joined rays at each point.
-
-        Parameters
-        ----------
-        segments : Segments
-        depths, scaled : Depths
-            Of all extinction, and delta-scaled.
-        cosine, deflection : (K+1, S) arrays
-            Of the source's zenith angle and of the scattering angle at the segment ends.
-
-        Returns
-        -------
-        (L, S, P) array
-            sr^-1.
-        """
-        nodes, share, azimuth = self._along(segments, cosine, deflection)
-        weight = share[..., None] * azimuth[:, :, None]  # (K, S, V, M)
-        points = depths.per_segment.shape[1]
-        light = np.zeros((len(share), nodes.size, azimuth.shape[2], points), np.float32)  # (K, V, M, P)
-        for table, azimuthal, weights in self._tables(segments, depths, scaled, nodes):
-            for place, some in weights.by_place():
-                moments = _moments_from_place(table(place), azimuth.shape[2], azimuthal, weights.factor[some])
-                moments *= weights.weight[some][:, None]
-                segment, by_segment = weights.segment[some], np.swapaxes(moments, 0, 1)
-                if self.parts.is_cut:  # a segment may meet a place twice
-                    np.add.at(light, segment, by_segment)
-                else:
-                    light[segment] += by_segment
-        of_segments = light.reshape(len(share), -1, points)
-        radiance = depths.by_line(np.matmul(weight.reshape(*weight.shape[:2], -1), of_segments))
-        return np.maximum(radiance, 0.0, out=radiance)
-
-    def band(
-        self, segments: Segments, depths: Depths, scaled: Depths, cosine: Floats, deflection: Floats, weight: Floats
-    ) -> Floats:
-        """Radiance of a band from each segment at the observer, (K, S), in the unit of the
-        weights (P,) of the points times the source's irradiance there; other arguments as of `spectral`.
-        """
-        nodes, share, azimuth = self._along(segments, cosine, deflection)
-        scale = max(float(np.max(np.abs(weight))), np.finfo(float).tiny)  # keeps moonlight inside single precision
-        unit = (weight / scale).astype(np.float32)
-        light = np.zeros((len(share), share.shape[2], azimuth.shape[2]), np.float32)  # (K, V, M)
-        for table, azimuthal, weights in self._tables(segments, depths, scaled, nodes):
-            of_points = (weights.weight * unit).astype(np.float32, copy=False)
-            by_function = np.empty((weights.place.size, nodes.size * azimuthal.size), np.float32)
-            for place, some in weights.by_place():
-                np.matmul(of_points[some], table(place).reshape(-1, unit.size).T, out=by_function[some])
-            moment = (azimuthal[:, None] == np.arange(light.shape[2])).astype(np.float32)  # (B, M)
-            by_elevation = by_function.reshape(-1, nodes.size, azimuthal.size)
-            by_elevation *= _by_function(weights.factor, azimuthal)[:, None]
-            light += weights.summed(by_elevation @ moment, len(light))
-        by_azimuth = np.matmul(share, light)  # (K, S, M)
-        by_azimuth *= azimuth
-        radiance: Floats = np.maximum(by_azimuth.sum(axis=-1), 0.0).astype(float) * scale
-        return radiance
-
-    def by_segment(
-        self, segments: Segments, depths: Depths, scaled: Depths, cosine: Floats, deflection: Floats
-    ) -> Singles:
-        """Radiance of each segment of a ray at the observer, (K, P) sr^-1, for one source; arguments as `spectral`."""
-        nodes, share, azimuth = self._along(segments, cosine, deflection)
-        weight = (share[:, 0, :, None] * azimuth[:, 0, None])[:, None]  # (K, 1, V, M)
-        radiance = np.zeros(depths.per_segment.shape, np.float32)
-        for table, azimuthal, weights in self._tables(segments, depths, scaled, nodes):
-            for place, some in weights.by_place():
-                segment = weights.segment[some]
-                light = _from_place(table(place), weight[segment], azimuthal, weights.factor[some])[:, 0]
-                light *= weights.weight[some]
-                for number, part in zip(segment, light, strict=True):
-                    radiance[number] += part
-        return np.maximum(radiance, 0.0, out=radiance)
-
-    def at(self, layer: int, share: float, upward_cosine: float, cosine: Floats, deflection: Floats) -> Floats:
-        """Source function at one place, (S, P).
-
-        Parameters
-        ----------
-        layer : int
-        share : float
-            Weight of its upper level.
-        upward_cosine : float
-            Of the angle from the vertical at which the light leaves.
-        cosine, deflection : (S,) arrays
-            Of the source's zenith angle, of the scattering angle.
-        """
-        direction = np.array([upward_cosine])
-        nodes, weight = source_nodes(self.sine, np.stack([cosine, cosine]))
-        count = self.ordinates.azimuthal
-        azimuth = _azimuth_cosines(direction, cosine[None], deflection[None], count)[0]  # (S, M)
-        by_node = (weight[0][..., None] * azimuth[:, None])[None]  # (1, S, V, M)
-        functions = self.ordinates.functions(direction)
-        source = sum(
-            part * _from_place(self.source[place, nodes], by_node, self.ordinates.pairs[0], functions)[0]
-            for place, part in zip(*self.parts.at(layer, share), strict=True)
-        )
-        ends = np.array([1 - share, share])
-        whole, scaled = (ends @ part[layer : layer + 2] for part in (self.extinction, self.scaled))
-        source = source * scaled
-        if self.straight is not None:
-            first, of_direction = direction_weights(direction, self.angles)
-            near = self.straight[layer : layer + 2, nodes, first[0] : first[0] + of_direction.shape[1]]
-            radiance = np.einsum("ed,evdmp->vmp", ends[:, None] * of_direction, near)
-            source += (by_node[0].reshape(len(cosine), -1) @ radiance.reshape(-1, len(whole))) * (whole - scaled)
-        result: Floats = np.maximum(source / np.where(whole > 0, whole, 1.0), 0.0)
-        return result
 
     def sky(self, altitude: Floats, source_elevation: Floats) -> Floats:
         """`falling` at altitudes (Z,) [m] and source elevations (S,) [rad]: (Z, S, P)."""
@@ -291,68 +178,6 @@ class OrdinateLight:
         nodes, weight = source_nodes(self.sine, np.broadcast_to(np.sin(source_elevation), (2, source_elevation.size)))
         sky: Floats = np.maximum(weight[0].astype(float) @ flux[:, nodes], 0.0)
         return sky
-
-    def _along(self, segments: Segments, cosine: Floats, deflection: Floats) -> tuple[Integers, Singles, Singles]:
-        """Elevations (V,) of the source that are needed, their weights (K, S, V), and cosines (K, S, M) of multiples of
-        azimuth.
-        """
-        nodes, share = source_nodes(self.sine, cosine)
-        to_source, angle = (0.5 * (part[1:] + part[:-1]) for part in (cosine, deflection))
-        return nodes, share, _azimuth_cosines(segments.upward_cosine, to_source, angle, self.ordinates.azimuthal)
-
-    def _tables(
-        self, segments: Segments, depths: Depths, scaled: Depths, nodes: Integers
-    ) -> list[tuple[Callable[[int], Singles], Integers, LineWeights]]:
-        """Tables of light under some elevations of the source, (V, B, P) by place, with the azimuthal moments (B,) of
-        their functions, and their weights along a ray.
-        """
-        used = slice(nodes[0], nodes[-1] + 1) if nodes.size else slice(0)
-        functions = self.ordinates.functions(segments.upward_cosine)
-        weights = source_weights_along(segments, depths, scaled, self.levels, self.scaled, self.parts, functions)
-
-        def source(place: int) -> Singles:
-            return self.source[place, used]
-
-        if self.straight is None:
-            return [(source, self.ordinates.pairs[0], weights)]
-        table, count = self.straight, self.angles.size
-        straight = straight_weights(segments, depths, scaled, self.levels, self.angles)
-        width = straight.factor.shape[1]
-
-        def radiance(place: int) -> Singles:
-            level, first = divmod(place, count)
-            some = table[level, used, first : first + width]  # (V, directions, M, P)
-            return some.reshape(len(some), -1, some.shape[-1])
-
-        moments = np.tile(np.arange(table.shape[3]), width)
-        return [(source, self.ordinates.pairs[0], weights), (radiance, moments, straight)]
-
-
-def _by_function(factor: Floats, azimuthal: Integers) -> Singles:
-    """Factors (E, B) of functions, from those (E, B) or the same for several azimuthal moments, (E, fewer)."""
-    repeated: Singles = np.repeat(factor, azimuthal.size // factor.shape[1], axis=1).astype(np.float32)
-    return repeated
-
-
-def _from_place(table: Singles, weight: Singles, azimuthal: Integers, factor: Floats) -> Singles:
-    """Light (c, S, P) of a table (V, B, P), for weights (c, S, V, M) by elevation of the source and azimuthal moment,
-    and factors (c, B) by direction.
-    """
-    rows = weight[..., azimuthal] * _by_function(factor, azimuthal)[:, None, None]
-    light = rows.reshape(-1, table.shape[0] * table.shape[1]) @ table.reshape(-1, table.shape[2])
-    result: Singles = light.reshape(*weight.shape[:2], -1).astype(np.float32, copy=False)
-    return result
-
-
-def _moments_from_place(table: Singles, count: int, azimuthal: Integers, factor: Floats) -> Singles:
-    """Azimuthal moments (V, c, M, P), so many, of light of a table (V, B, P), for factors (c, B) by direction."""
-    if factor.shape[1] < azimuthal.size:  # directions, with all moments of each
-        every: Singles = np.matmul(factor.astype(np.float32), table.reshape(len(table), factor.shape[1], -1))
-        return every.reshape(len(table), len(factor), count, -1)
-    belongs = np.arange(count)[:, None] == azimuthal
-    rows = _by_function(factor, azimuthal)[:, None] * belongs  # (c, M, B)
-    moments: Singles = np.matmul(rows.reshape(-1, azimuthal.size), table)
-    return moments.reshape(len(table), len(factor), count, -1)
 
 
 def falling_fluxes(
@@ -418,19 +243,3 @@ def _field(
         return layers, rising, falling
     up, down = (parts.between(new - old) for new, old in zip((rising, falling), at_levels, strict=True))
     return layers, plane[0] + up, plane[1] + down
-
-
-def _azimuth_cosines(upward_cosine: Floats, to_source: Floats, deflection: Floats, count: int) -> Singles:
-    """Cosines (K, S, M) of multiples of the azimuth between scattered light and the beam, from cosines: of the light's
-    angle from the vertical (K,), of the source's zenith angle (K, S) and of the scattering angle (K, S).
-    """
-    rise = upward_cosine[:, None]
-    across = np.sqrt(np.maximum((1 - rise**2) * (1 - to_source**2), 1e-12))
-    cosine = np.clip((deflection + rise * to_source) / across, -1.0, 1.0).astype(np.float32)
-    cosines = np.empty((*cosine.shape, count), np.float32)
-    cosines[..., 0] = 1
-    if count > 1:
-        cosines[..., 1] = cosine
-    for multiple in range(2, count):  # Chebyshev's recurrence
-        cosines[..., multiple] = 2 * cosine * cosines[..., multiple - 1] - cosines[..., multiple - 2]
-    return cosines

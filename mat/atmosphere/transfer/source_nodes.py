@@ -19,7 +19,7 @@ ELEVATIONS: tuple[float, ...] = (
 _SMOOTH = 5.5
 # In twilight, scattered light near the ground falls by a factor e for each degree, high up more slowly; this rate,
 # degree^-1, below the first of two elevations, degree, and none above the second, is between.
-_FALL, _FALLING = 0.7, (-2.0, 1.0)
+FALL, FALLING = 0.7, (-2.0, 1.0)
 
 
 def elevations_from(lowest: float) -> tuple[float, ...]:
@@ -67,8 +67,9 @@ def elevation_weights(sine: Floats, cosine: Floats) -> Floats:
     """
     inside = np.clip(np.ravel(cosine), sine[0], sine[-1])
     weight = np.zeros((inside.size, sine.size))
-    first = int(np.searchsorted(sine, np.sin(np.radians(_SMOOTH)) - 1e-9))
-    high = inside >= sine[first] if sine.size - first >= 4 else np.zeros(inside.size, bool)
+    first = first_smooth(sine)
+    cubics = elevation_cubics(sine, first)
+    high = np.zeros(inside.size, bool) if cubics is None else inside >= sine[first]
     (low,) = np.nonzero(~high)
     if low.size:
         place = np.interp(inside[low], sine, np.arange(sine.size))
@@ -77,12 +78,22 @@ def elevation_weights(sine: Floats, cosine: Floats) -> Floats:
         weight[low, below] = (1 - (place - below)) * light / at_nodes[below]
         above = np.minimum(below + 1, sine.size - 1)
         weight[low, above] += (place - below) * light / at_nodes[above]
-    if low.size < inside.size:
+    if cubics is not None and low.size < inside.size:
         (above,) = np.nonzero(high)
-        nodes, near = _cubics(tuple(sine[first:].tolist())).weights(np.arcsin(inside[above]))
+        nodes, near = cubics.weights(np.arcsin(inside[above]))
         rows = above[:, None] * sine.size + first + nodes[:, None] + np.arange(near.shape[1])
         weight.reshape(-1)[rows] = near
     return weight.reshape(*np.shape(cosine), sine.size)
+
+
+def first_smooth(sine: Floats) -> int:
+    """The first of the elevations, of sines (U,), from which the field is smooth."""
+    return int(np.searchsorted(sine, np.sin(np.radians(_SMOOTH)) - 1e-9))
+
+
+def elevation_cubics(sine: Floats, first: int) -> NodeCubics | None:
+    """Cubics through the elevations from the first smooth one on; None where these are too few."""
+    return _cubics(tuple(sine[first:].tolist())) if sine.size - first >= 4 else None
 
 
 @lru_cache(maxsize=64)
@@ -93,8 +104,8 @@ def _cubics(sine: tuple[float, ...]) -> NodeCubics:
 
 def typical_light(sine: Floats) -> Floats:
     """Scattered light under a source whose elevation has this sine, about as it falls in twilight; 1 by day."""
-    low, high = _FALLING
+    low, high = FALLING
     above = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0))) - low
     fall = np.maximum(high - low - np.maximum(above, 0.0), 0.0) ** 2 / (2 * (high - low)) - np.minimum(above, 0.0)
-    light: Floats = np.exp(-_FALL * fall)
+    light: Floats = np.exp(-FALL * fall)
     return light

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import ctypes
+from ctypes import POINTER, c_double, c_int64, c_void_p
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, Shells, departure_angle, trace
-from skyshine.schemas.arrays import Booleans, Floats, Singles
+from skyshine.mat.atmosphere.transfer.kernel_arrays import SCRATCH, KernelArrays, padded
+from skyshine.mat.kernel.library import function
+from skyshine.schemas.arrays import Floats, Singles
 
-# Optical depth of a hidden source: exp of its negative is 0 in single precision.
-HIDDEN = 1e4
 _SMALLEST_DEPTH = 1e-30
 # Nodes of the source table. Down: the lowest point of the ray, as (i / n)^2 of the height above the ground. Up:
 # degrees.
@@ -22,6 +25,21 @@ _CLEARANCE = 1e-3
 # Scale height of the shell whose air mass divides the slant optical depths of the table; 8 km is the air's (any would
 # do).
 _SCALE_HEIGHT = 8e3
+
+
+class PathsStructure(ctypes.Structure):
+    """`SourcePaths` of source_paths.h."""
+
+    _fields_ = (
+        *((name, c_int64) for name in ("levels", "nodes", "points")),
+        ("earth_radius", c_double),
+        ("scale_height", c_double),
+        *((name, c_void_p) for name in ("altitude", "elevation", "log_depth")),
+    )
+
+
+_ARGUMENTS = (POINTER(PathsStructure), c_int64, c_int64, *[c_void_p] * 5)
+_SCRATCH = 72  # bytes of `source_depth` for each source: three numbers and a place in the table
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +119,11 @@ class SourcePaths:
         depth -= rays.log_air_mass[..., None]
         return cls(rays.levels, rays.elevation, depth.astype(np.float32))
 
+    def structure(self, arrays: KernelArrays) -> PathsStructure:
+        """The tables as the kernel reads them."""
+        addresses = arrays.address(self.levels), arrays.address(self.elevation), arrays.rows(self.log_depth, np.float32)
+        return PathsStructure(*self.log_depth.shape, EARTH_RADIUS, _SCALE_HEIGHT, *addresses)
+
     def optical_depth(self, altitude: npt.ArrayLike, cosine: Floats) -> Singles:
         """Optical depth to the source.
 
@@ -114,46 +137,23 @@ class SourcePaths:
         Returns
         -------
         (K, S, P) array
-            Single precision; `HIDDEN` or more where the Earth hides the source.
+            Single precision; 1e4 or more where the Earth hides the source.
         """
-        altitude, elevation, clear = self._entering(
-            np.asarray(altitude, dtype=float), np.arcsin(np.clip(cosine, -1.0, 1.0))
-        )
-        lower = np.clip(np.searchsorted(self.levels, altitude, side="right") - 1, 0, self.levels.size - 2)
-        share = np.clip((altitude - self.levels[lower]) / np.diff(self.levels)[lower], 0.0, 1.0)
-        nodes = self.elevation[lower] * (1 - share)[:, None] + self.elevation[lower + 1] * share[:, None]
-        place = _fractional_index(nodes, elevation)
-        hidden = (elevation < nodes[:, :1]) & ~clear
-        first = np.minimum(place.astype(int), nodes.shape[1] - 2)
-        fraction, share = (place - first), share[:, None]
-        row = lower[:, None] * nodes.shape[1] + first
-        table = self.log_depth.reshape(-1, self.log_depth.shape[2])
-        corners = (
-            (row, (1 - share) * (1 - fraction)),
-            (row + 1, (1 - share) * fraction),
-            (row + nodes.shape[1], share * (1 - fraction)),
-            (row + nodes.shape[1] + 1, share * fraction),
-        )
-        depth = np.zeros((*row.shape, table.shape[1]), dtype=np.float32)
-        for corner, weight in corners:
-            if np.any(weight):
-                depth += table[corner] * weight.astype(np.float32)[..., None]
-        depth += np.log(_shell_air_mass(altitude[:, None], elevation)).astype(np.float32)[..., None]
-        np.exp(depth, out=depth)
-        depth[clear] = 0.0
-        depth[hidden] += HIDDEN
+        altitude = np.asarray(altitude, dtype=float)
+        count, points = cosine.shape[1], self.log_depth.shape[2]
+        arrays, row = KernelArrays(), padded(points)
+        depth: Singles = np.empty((*cosine.shape, points), np.float32)
+        scratch = SCRATCH.of(4 * row + _SCRATCH * padded(count))
+        addresses = arrays.address(altitude), arrays.address(cosine), scratch, scratch + 4 * row, depth.ctypes.data
+        function("source_depth", _ARGUMENTS, None)(self._structure, altitude.size, count, *addresses)
         return depth
 
-    def _entering(self, altitude: Floats, elevation: Floats) -> tuple[Floats, Floats, Booleans]:
-        """Altitude (K,) [m] and elevation (K, S) [rad] with points in space moved along the ray to where it enters the
-        atmosphere; `clear` (K, S) where it never does.
-        """
-        top = self.levels[-1]
-        outside = (altitude > top)[:, None]
-        ratio = ((EARTH_RADIUS + altitude) / (EARTH_RADIUS + np.minimum(altitude, top)))[:, None] * np.cos(elevation)
-        clear = outside & ((elevation >= 0) | (ratio >= 1))
-        entering = -np.arccos(np.clip(ratio, 0.0, 1.0))
-        return np.minimum(altitude, top), np.where(outside & ~clear, entering, elevation), clear
+    @cached_property
+    def _structure(self) -> PathsStructure:
+        arrays = KernelArrays()
+        structure = self.structure(arrays)
+        structure.arrays = arrays  # they live as long
+        return structure
 
 
 def _apparent_elevations(shells: Shells) -> Floats:
@@ -178,13 +178,3 @@ def _shell_air_mass(altitude: Floats, elevation: Floats) -> Floats:
     root = np.sqrt(across**2 + 2 * height + 1)
     # Of the two equal forms, the one without cancellation.
     return np.where(across > 0, (2 * height + 1) / (root + np.abs(across)), root + np.abs(across))
-
-
-def _fractional_index(nodes: Floats, points: Floats) -> Floats:
-    """Place of angles (K, S) among increasing nodes (K, U) [rad], as an index with a fraction, held at both ends."""
-    # One interpolation for all rows, each moved beyond the one before: quicker than one interpolation a row.
-    move = 2 * np.pi * np.arange(len(nodes))[:, None]
-    index = np.broadcast_to(np.arange(nodes.shape[1], dtype=float), nodes.shape)
-    clipped = np.clip(points, nodes[:, :1], nodes[:, -1:])
-    place: Floats = np.interp(clipped + move, (nodes + move).ravel(), index.ravel())
-    return place

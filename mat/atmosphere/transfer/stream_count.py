@@ -3,7 +3,7 @@
 Delta-M lets the moments of the phase function beyond those of the solution go straight forward. What it cuts off
 matters where much light is scattered so: among droplets, crystals and dense haze, not in clear air. The number is that
 of the state, whatever the wavelength, so that all its bands and spectra share one field. Errors against ordinates and
-seconds: `mat bench atmosphere`, and `tests/validation/test_transfer_disort.py`.
+seconds: `tests/bench/atmosphere.py`, and `tests/validation/test_transfer_disort.py`.
 """
 
 from __future__ import annotations

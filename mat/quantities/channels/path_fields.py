@@ -72,7 +72,7 @@ class BandLight:
 def light_of_lines(atmosphere: BandAtmosphere, lines: Iterable[tuple[LineOfSight, LineSources]]) -> Floats:
     """Scattered light (n, P) along lines under sources, per unit of their irradiance, sr^-1."""
     light = [
-        atmosphere.air.scattered_along(
+        atmosphere.air.scattered_light.along(
             path.segments, path.segment_depths, sources.to_source(path.ends), sources.deflection(path.ends)
         )[0]
         for path, sources in lines

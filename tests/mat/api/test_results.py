@@ -201,6 +201,7 @@ def test_the_spectrum_of_a_state_is_that_of_its_air_described():
     state = {
         "profile": "tropical",
         "air": "profile",
+        "surface_albedo": 0.1,
         "aerosol": "urban",
         "aerosol_optical_depth": 0.3,
         "angstrom_exponent": 1.1,

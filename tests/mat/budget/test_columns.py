@@ -27,7 +27,8 @@ def world(elevation, low, high, emissivity):
     sun = SunPath(0.0, elevation, np.mod(15 * sun_hours(), 360.0))
     degrees = np.arange(-5.0, 91.0)
     direct = np.where(degrees > 0, 900.0, 0.0) * np.ones((2, 1))
-    sky = Sky(HEIGHT, 101325 * np.exp(-HEIGHT / 8e3), degrees, direct, 0.1 * direct, np.full(2, emissivity), 0.2)
+    pressure, aureole = 101325 * np.exp(-HEIGHT / 8e3), 0 * degrees
+    sky = Sky(HEIGHT, pressure, degrees, direct, 0.1 * direct, aureole, np.full(2, emissivity), 0.2)
     return sun, from_extremes(sun, low, high, 30.0, 2.0, 0.0), sky
 
 

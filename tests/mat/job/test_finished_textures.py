@@ -49,6 +49,22 @@ def test_a_job_may_name_both_kinds(job):
     assert [task.files for task in plan.tasks if task.kind == "texture"] == [("photo.tmm.h5",)]
 
 
+def test_its_most_common_level_material_is_the_ground(job):
+    """Conifer has more of the texels, and is no ground; the road has fewer than the grass, and is written first."""
+    from PIL import Image
+
+    colours = {"#5a5a5a": "asphalt_road", "#00c800": "grass_green", "#003200": "conifer"}
+    image = Image.new("RGB", (8, 4), (0, 50, 0))
+    image.paste((0, 200, 0), (0, 0, 4, 3))
+    image.paste((90, 90, 90), (4, 0, 6, 1))
+    image.save(job.parent / "photo.png")
+    texture = TextureJob.model_validate({"image": "photo.png", "palette": {"colours": colours}})
+    write_texture(map_texture(texture, job.parent, load_library()), job.parent / "done.tmm.h5")
+    (state,) = load_job(job).trimmed.states
+    assert state.ground_material == "grass_green"
+    assert state.ground_origin == "largest share of the finished textures"
+
+
 @pytest.mark.parametrize(
     ("name", "words"),
     [("missing.tmm.h5", "found 'missing.tmm.h5', which is no file"), ("../../x.tmm.h5", "leads out of")],

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.compile import CompiledBand
+from skyshine.mat.atmosphere.band.compile import EVERYWHERE, CompiledBand
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.products.atmosphere import _missed, _SourceTables
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
@@ -33,16 +33,18 @@ def test_errors_of_the_spectral_points_count_as_a_scene_sees_them():
         "direct_irradiance": 4,
     }
     absolute = {
-        kind: [dict.fromkeys(("max", "p99", "p95", "rms"), value * share) for share in (1.0, 1e-6)]
+        kind: [{EVERYWHERE: dict.fromkeys(("max", "p99", "p95", "rms"), value * share)} for share in (1.0, 1e-6)]
         for kind, value in kinds.items()
     }
+    absolute["transmittance"][0]["sky"] = dict.fromkeys(("max", "p99", "p95", "rms"), 0.04)
     compiled = CompiledBand(None, np.arange(7), 1158, {}, {}, np.zeros(7), absolute)
     kelvin, percent = Scale(50.0, 2.0, 0.3), Scale(50.0, 4.0, 0.3)
     job = SimpleNamespace(trimmed=SimpleNamespace(sources=["sun", "moon"]))
     asked = SimpleNamespace(
         compiled=compiled, loaded=job, source="sun", irradiance=None, _scales=lambda _: (kelvin, percent)
     )
-    exact = [measure(name, np.zeros(1), np.zeros(1), np.zeros(1)) for name in (*QUANTITIES, AMBIENT_HARMONICS)]
+    none, sky = np.zeros(1), {"sky": np.ones(1, bool)}
+    exact = [measure(name, none, none, none, regions=sky) for name in (*QUANTITIES, AMBIENT_HARMONICS)]
     of_sky = 3 * 0.3 / np.pi * 2
     expected = {
         "beta_star": 0.01 * 50 * 2,
@@ -54,6 +56,8 @@ def test_errors_of_the_spectral_points_count_as_a_scene_sees_them():
     for one in _SourceTables._with_spectral(asked, exact):
         assert one.p99_kelvin == one.maximum_kelvin == pytest.approx(expected[one.quantity]), one.quantity
         assert one.p99_percent == pytest.approx(2 * expected[one.quantity]), one.quantity
+        of_sky = (4 if one.quantity == "beta_star" else 1) * expected[one.quantity]
+        assert one.regions["sky"].p99_kelvin == pytest.approx(of_sky), one.quantity
     asked.source = "moon"
     for one in _SourceTables._with_spectral(asked, exact):
         assert one.p99_kelvin == pytest.approx(1e-6 * expected[one.quantity]), one.quantity

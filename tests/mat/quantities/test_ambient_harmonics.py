@@ -17,7 +17,7 @@ from skyshine.mat.quantities.ambient_harmonics import (
     ground_emission,
 )
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
-from skyshine.mat.quantities.facet_light import Faces, Walls, light_among_walls
+from skyshine.mat.quantities.facet_light import Facets, Walls, light_among_walls
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.quantities.radiance_field import Directions, cell_phases
@@ -133,10 +133,10 @@ def test_walls_hide_the_sky_and_shine_in_its_place(lit):
 
     def found(sky_view):
         walls = Walls(np.full(3, sky_view), np.full(3, 310.0), np.ones(3))
-        return light_among_walls(air, np.zeros(3), source, irradiance, Faces(normal, ground, walls=walls))
+        return light_among_walls(air, np.zeros(3), source, irradiance, Facets(normal, ground, walls=walls))
 
     np.testing.assert_allclose(found(1.0), exact, rtol=1e-12)
-    np.testing.assert_allclose(light_among_walls(air, np.zeros(3), source, irradiance, Faces(normal, ground)), exact)
+    np.testing.assert_allclose(light_among_walls(air, np.zeros(3), source, irradiance, Facets(normal, ground)), exact)
     black = np.pi * planck_wavenumber(air.optics.wavenumber, 310.0)
     np.testing.assert_allclose(found(0.0)[:2], np.broadcast_to(black, (2, black.size)), rtol=1e-12)
     np.testing.assert_allclose(found(0.5), 0.5 * (found(0.0) + found(1.0)), rtol=1e-12)

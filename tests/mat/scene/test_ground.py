@@ -21,6 +21,7 @@ def load(tiny_job):
     def make(**keys):
         content = yaml.safe_load(tiny_job())
         content["states"][0].update(keys)
+        content["materials"] = ["brick_red"]  # no ground by default
         content["surface_grid"]["time"] = ["00:00", "12:00"]
         return load_job(content)
 

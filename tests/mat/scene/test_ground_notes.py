@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import skyshine.mat
+from skyshine.mat.job.load import load_job
 
 MATERIALS = ["concrete_wall", "asphalt_road"]
 
@@ -28,21 +29,44 @@ def notes(given):
 
 
 def test_check_says_by_how_much_a_ground_changes_walls():
-    (line,) = notes(job())
-    assert "state 1 names no ground_material" in line and "with asphalt_road those of 90 degrees" in line
+    walls = ["concrete_wall", "brick_red"]
+    (line,) = notes(job() | {"materials": walls})
+    assert "state 1 names no ground_material" in line and "with soil_loam_brown those of 90 degrees" in line
     stated = [float(text) for text in re.search(r"by (\S+) to (\S+) K", line).groups()]
     changes = [
         np.subtract(
             *(
-                skyshine.mat.temperature(name, job=given, slope=90, azimuth=azimuth).temperature
-                for given in (job(ground_material="asphalt_road"), job())
+                skyshine.mat.temperature(name, job=given | {"materials": walls}, slope=90, azimuth=azimuth).temperature
+                for given in (job(ground_material="soil_loam_brown"), job())
             )
         )
-        for name in MATERIALS
+        for name in walls
         for azimuth in (0, 90, 180, 270)
     ]
     assert stated == pytest.approx([np.min(changes), np.max(changes)], abs=0.2)
     assert stated[1] > 2
+
+
+def test_the_first_level_material_of_a_list_is_the_ground_and_named_in_the_check():
+    (line,) = notes(job())
+    assert line.startswith("ground: state 1: asphalt_road is taken as ground, first of materials that lies level")
+    named, taken = (
+        skyshine.mat.temperature("concrete_wall", job=given, slope=90, azimuth=180).temperature
+        for given in (job(ground_material="asphalt_road"), job())
+    )
+    np.testing.assert_array_equal(named, taken)
+
+
+@pytest.mark.parametrize(
+    ("materials", "ground"),
+    [
+        (["conifer", "concrete_wall"], None),
+        ("all", None),
+        (["conifer", "concrete_wall", "grass_green", "asphalt_road"], "grass_green"),
+    ],
+)
+def test_no_tree_and_no_wall_is_ground(materials, ground):
+    assert load_job(job() | {"materials": materials}).trimmed.states[0].ground_material == ground
 
 
 def test_nothing_is_said_where_the_ground_is_named_or_all_is_level():

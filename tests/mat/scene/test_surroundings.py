@@ -49,6 +49,7 @@ def job(tiny_job):
     def make(needs=None, **keys):
         content = yaml.safe_load(tiny_job())
         content["states"][0].update(keys)
+        content["materials"] = ["brick_red"]  # no ground by default
         content["surface_grid"] |= {"slope_deg": [0, 90], "time": ["00:00", "12:00"]}
         return content | (needs or {})
 
@@ -173,8 +174,8 @@ def test_given_and_operated_grounds_and_walls_have_those_temperatures(job):
     heated = {"concrete_wall": {"kind": "fixed", "temperature_c": 80.0}}
     warm, cold = (enclosure(job(more, **keys)).walls.temperature for more in ({"operated": heated}, {}))
     assert np.all(warm[0, :, BEFORE_DAWN] > cold[0, :, BEFORE_DAWN] + 1)
-    with pytest.raises(InputError, match="found the operated 'brick_red', which is not in materials"):
-        load_job(job({"operated": {"brick_red": heated["concrete_wall"]}}, **keys))
+    with pytest.raises(InputError, match="found the operated 'marble', which is not in materials"):
+        load_job(job({"operated": {"marble": heated["concrete_wall"]}}, **keys))
 
 
 @pytest.mark.parametrize(

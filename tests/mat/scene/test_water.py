@@ -26,7 +26,13 @@ def job(hourly=None, **weather):
         "skyshine": 1,
         "name": "water",
         "site": {"latitude_deg": 45, "longitude_deg": 5, "date": "2026-06-28", "utc_offset_h": 2},
-        "states": [{"profile": "midlatitude_summer", "weather": {"hourly": table | (hourly or {}), **weather}}],
+        "states": [
+            {
+                "profile": "midlatitude_summer",
+                "ground_material": "asphalt_road",
+                "weather": {"hourly": table | (hourly or {}), **weather},
+            }
+        ],
         "bands": [],
         "materials": ["soil_sand", "asphalt_road", "snow_fine"],
     }

@@ -44,4 +44,5 @@ def sky():
     z, elevation = np.linspace(0.0, 4000.0, 9), np.arange(-5.0, 91.0)
     sine = np.maximum(np.sin(np.radians(elevation)), 1e-3)
     direct = np.where(elevation > 0, 1361.0 * np.exp(-0.35 * np.exp(-z / 8000)[:, None] / sine), 0.0)
-    return Sky(z, 101325 * np.exp(-z / 8000), elevation, direct, 0.2 * direct * sine, 0.8 - z / 4e4, 0.2)
+    pressure, aureole = 101325 * np.exp(-z / 8000), np.full(elevation.size, 0.3)
+    return Sky(z, pressure, elevation, direct, 0.2 * direct * sine, aureole, 0.8 - z / 4e4, 0.2)

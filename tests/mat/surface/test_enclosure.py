@@ -144,7 +144,10 @@ def test_of_sunlight_between_black_walls_only_that_of_sky_and_ground_is_left(pla
     level = forcing.shortwave_direct[0] + forcing.shortwave_diffuse[0]
     np.testing.assert_allclose(forcing.shortwave_reflected[2], 0.5 * 0.3 * level, rtol=1e-12)
     assert np.all(forcing.shortwave_reflected[0] == 0)
-    np.testing.assert_allclose(forcing.shortwave_diffuse[0], 0.5 * plain.forcing(96).shortwave_diffuse[0], rtol=1e-9)
+    even, low = 0.5 * plain.forcing(96).shortwave_diffuse[0], forcing.shortwave_direct[0] == 0
+    np.testing.assert_allclose(forcing.shortwave_diffuse[0, low], 0.7 * even[low], rtol=1e-9)
+    high = plain.sun.solar_elevation[:: SUN_STEPS // 96] > 50
+    np.testing.assert_allclose(forcing.shortwave_diffuse[0, high], (0.7 + 2 * 0.3) * even[high], rtol=1e-6)
 
 
 def test_in_the_morning_the_walls_that_the_sun_meets_light_faces_to_the_west(plain):
@@ -287,14 +290,18 @@ def test_the_response_is_taken_about_temperatures_in_the_enclosure(plain):
     assert stiff > 1.03 * loose
 
 
-def test_of_the_open_air_the_horizon_takes_the_direct_light_alone(plain):
+def test_of_the_open_air_the_horizon_takes_the_sun_and_its_surroundings_alone(plain):
     rim = Enclosure(Emitter(1.0, 0.2), Emitter(1.0, 0.2), Horizon((0.0,), (30.0,)))
-    direct, diffuse, longwave, air = within(plain, rim).open_air(SUN_STEPS)
+    direct, diffuse, longwave, air, around = within(plain, rim).open_air(SUN_STEPS)
     whole = plain.open_air(SUN_STEPS)
     assert np.all(direct[:, plain.sun.solar_elevation <= 30] == 0)
     assert np.array_equal(direct[:, plain.sun.solar_elevation > 30], whole[0][:, plain.sun.solar_elevation > 30])
-    for part, of_all in zip((diffuse, longwave, air), whole[1:], strict=True):
+    for part, of_all in zip((longwave, air), whole[2:4], strict=True):
         assert np.array_equal(part, of_all)
+    hidden = plain.sun.solar_elevation <= 30
+    assert np.all(around[:, hidden] == 0) and np.array_equal(around[:, ~hidden], whole[4][:, ~hidden])
+    np.testing.assert_allclose(diffuse[:, ~hidden], whole[1][:, ~hidden], rtol=1e-12)
+    np.testing.assert_allclose(diffuse[:, hidden], ((1 - whole[4]) * whole[1])[:, hidden], rtol=1e-12)
 
 
 def test_surrounding_radiation_adds_up_to_the_forcing(plain):

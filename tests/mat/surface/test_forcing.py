@@ -14,6 +14,7 @@ from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import solve_columns
 from skyshine.mat.surface.step_means import step_means
 from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath
+from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import from_hours
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
 from skyshine.schemas.errors import InputError
@@ -59,12 +60,12 @@ def test_the_faintest_light_under_a_cloud_is_none(sky):
 
 
 def test_twilight_is_diffuse():
-    direct, diffuse, reflected = plane_irradiance(0.0, 0.0, -2.0, 0.0, 0.0, 3.0, 0.2, 1361.0)
+    direct, diffuse, reflected = plane_irradiance(0.0, 0.0, -2.0, 0.0, 0.0, 3.0, 0.2, 0.5)
     assert (direct, reflected) == (0, 0) and diffuse == pytest.approx(3.0)
 
 
 def test_level_plane_takes_the_sine_of_the_elevation():
-    direct, diffuse, reflected = plane_irradiance(0.0, 123.0, 30.0, 250.0, 800.0, 100.0, 0.2, 1361.0)
+    direct, diffuse, reflected = plane_irradiance(0.0, 123.0, 30.0, 250.0, 800.0, 100.0, 0.2, 0.5)
     assert direct == pytest.approx(400.0)
     assert diffuse == pytest.approx(100.0)
     assert reflected == 0
@@ -73,7 +74,7 @@ def test_level_plane_takes_the_sine_of_the_elevation():
 @pytest.mark.parametrize("azimuth, share", [(180.0, 1.0), (90.0, 0.0), (270.0, 0.0), (0.0, 0.0), (225.0, 0.5**0.5)])
 def test_wall_faces_its_azimuth(azimuth, share):
     """The Sun in the south at 30 degrees: a south wall gets cos 30 of the beam, a south-west one cos 45 of it."""
-    direct, _, reflected = plane_irradiance(90.0, azimuth, 30.0, 180.0, 1000.0, 0.0, 0.2, 1361.0)
+    direct, _, reflected = plane_irradiance(90.0, azimuth, 30.0, 180.0, 1000.0, 0.0, 0.2, 0.5)
     assert direct == pytest.approx(866.025 * share, abs=1e-3)
     assert reflected == pytest.approx(0.5 * 0.2 * 500.0)
 
@@ -97,7 +98,7 @@ def test_cosine_of_the_sun_is_that_by_which_planes_take_its_light(sun_path, weat
 
 
 def test_face_down_sees_ground_only():
-    direct, diffuse, reflected = plane_irradiance(180.0, 0.0, 45.0, 90.0, 900.0, 120.0, 0.3, 1361.0)
+    direct, diffuse, reflected = plane_irradiance(180.0, 0.0, 45.0, 90.0, 900.0, 120.0, 0.3, 0.5)
     assert direct == 0
     assert diffuse == pytest.approx(0.0, abs=1e-9)
     assert reflected == pytest.approx(0.3 * (900 * np.sin(np.pi / 4) + 120))
@@ -173,17 +174,14 @@ def test_a_surface_in_an_isothermal_enclosure_has_its_temperature(sun_path, sky)
     assert solution.temperature == pytest.approx(290.0, abs=1e-3)
 
 
-def test_hay_and_davies_by_hand(sun_path, weather, sky):
-    """Diffuse light on a plane: A times the beam's share and (1 - A) of the sky's view factor, A = direct d^2 / 1361.1
-    W/m2 at the Sun's distance d."""
-    away = replace(sun_path, sun_distance=1.0167)
-    forcing = Scene(away, weather, sky, np.array([0.0]), np.array([40.0]), np.array([180.0])).forcing(SUN_STEPS)
-    direct, diffuse = (part[0] for part in sky.irradiance(away, 0.0, np.array([0.0])))
+def test_diffuse_light_on_a_plane_by_hand(sun_path, weather, sky):
+    """A share of .3 comes from the Sun's direction, the rest evenly from the sky that the plane sees."""
+    forcing = Scene(sun_path, weather, sky, np.array([0.0]), np.array([40.0]), np.array([180.0])).forcing(SUN_STEPS)
+    direct, diffuse = (part[0] for part in sky.irradiance(sun_path, 0.0, np.array([0.0])))
     noon = SUN_STEPS // 2
-    height = np.radians(away.solar_elevation[noon])
-    share = direct[noon] * 1.0167**2 / 1361.1
+    height = np.radians(sun_path.solar_elevation[noon])
     tilted = np.sin(height) * np.cos(np.radians(40)) + np.cos(height) * np.sin(np.radians(40))
-    exact = diffuse[noon] * (share * tilted / np.sin(height) + (1 - share) * 0.5 * (1 + np.cos(np.radians(40))))
+    exact = diffuse[noon] * (0.3 * tilted / np.sin(height) + 0.7 * 0.5 * (1 + np.cos(np.radians(40))))
     assert forcing.shortwave_diffuse[0, noon] == pytest.approx(exact, rel=1e-9)
     assert forcing.shortwave_direct[0, noon] == pytest.approx(direct[noon] * tilted, rel=1e-9)
     level = direct[noon] * np.sin(height) + diffuse[noon]
@@ -192,10 +190,28 @@ def test_hay_and_davies_by_hand(sun_path, weather, sky):
     )
 
 
-def test_circumsolar_light_is_bounded_at_the_horizon():
-    """At half a degree the beam's share is taken as at one degree: a wall towards the Sun receives 1 / sin 1 = 57.3."""
-    _, diffuse, _ = plane_irradiance(90.0, 180.0, 0.5, 180.0, 136.11, 10.0, 0.2, 1361.1)
-    assert diffuse == pytest.approx(10.0 * (0.1 * 57.2987 + 0.9 * 0.5), rel=1e-4)
+def test_light_around_a_low_sun_comes_from_ten_degrees():
+    """A wall towards a Sun at half a degree receives 1 / tan 10 = 5.671 of it; a level face all of it."""
+    _, wall, _ = plane_irradiance(90.0, 180.0, 0.5, 180.0, 136.11, 10.0, 0.2, 0.1)
+    assert wall == pytest.approx(10.0 * (0.1 * 5.6713 + 0.9 * 0.5), rel=1e-4)
+    _, level, _ = plane_irradiance(0.0, 180.0, 0.5, 180.0, 136.11, 10.0, 0.2, 0.1)
+    assert level == pytest.approx(10.0, rel=1e-12)
+
+
+def test_shade_takes_the_light_around_the_sun_in_proportion_to_direct_light(sun_path, make_weather, sky):
+    """On level ground in the shade all day: (1 - .3) of a clear day's diffuse light, all of an overcast day's, and
+    under half a sky of cloud without .3 of what the clear sky sends through its gaps."""
+    shade = Surroundings(shade=((0.0, 24.0),))
+    up = sun_path.solar_elevation > 5
+    _, clear = (part[0] for part in sky.irradiance(sun_path, 0.0, np.zeros(1)))
+    for cloud, around in ((0.0, 0.3), (0.5, 0.15), (1.0, 0.0)):
+        _, diffuse = (part[0] for part in sky.irradiance(sun_path, cloud, np.zeros(1)))
+        level = Scene(sun_path, make_weather(cloud), sky, np.zeros(1), np.zeros(1), np.zeros(1), shade)
+        left = level.forcing(SUN_STEPS)
+        assert np.all(left.shortwave_direct == 0)
+        np.testing.assert_allclose((diffuse - left.shortwave_diffuse[0])[up], around * clear[up], rtol=1e-9)
+        open_air = replace(level, surroundings=None).open_air(SUN_STEPS)
+        np.testing.assert_allclose((open_air[4] * open_air[1])[0, up], around * clear[up], rtol=1e-9)
 
 
 @pytest.mark.parametrize("fraction, share", [(0.25, 0.9933), (0.5, 0.9289), (0.75, 0.7180)])
@@ -294,6 +310,7 @@ def test_walls_of_a_clear_day_receive_less_than_by_perez_and_those_of_a_dull_day
             direct, diffuse = (np.nan_to_num(np.asarray(light[part])) * (zenith < 89) for part in ("dni", "dhi"))
             for face in (0.0, 90.0, 180.0, 270.0):
                 perez = pvlib.irradiance.perez(90.0, face, diffuse, direct, above, zenith, azimuth, path)
-                _, ours, _ = plane_irradiance(90.0, face, 90.0 - zenith, azimuth, direct, diffuse, 0.2, above)
+                around = 0.6 * direct / above  # as of records
+                _, ours, _ = plane_irradiance(90.0, face, 90.0 - zenith, azimuth, direct, diffuse, 0.2, around)
                 means[name].append(np.mean(np.nan_to_num(perez)) - np.mean(ours))
     assert 7 < np.mean(means["clear"]) < 12 and -8 < np.mean(means["dull"]) < -4

@@ -55,18 +55,17 @@ def test_a_face_that_looks_down_sees_the_ground(sun, band):
 
 
 def test_the_ground_counts_by_its_temperature_and_view_factor(sun, band):
-    """60 K more of ground change a face's light by the emission's change times (1 - cos(slope)) / 2."""
+    """50 K more of ground change a face's light by the emission's change times (1 - cos(slope)) / 2."""
     slope = np.array([0.0, 45.0, 90.0, 135.0, 180.0])
     cold, warm = (
         sun.ambient_radiance(slope=slope, ground_temperature=kelvin, band=band, **PLACE) for kelvin in (280.0, 330.0)
     )
-    change = 0.9 * (band.blackbody_radiance(330.0) - band.blackbody_radiance(280.0))
+    change = sun.attributes["ground_emissivity"] * (band.blackbody_radiance(330.0) - band.blackbody_radiance(280.0))
     np.testing.assert_allclose(warm - cold, change * (1 - np.cos(np.radians(slope))) / 2, rtol=2e-3, atol=1e-9)
 
 
 def test_the_stated_ground_is_the_default(sun, band):
-    kelvin = float(sun.ground_temperature(None, time=3.0))
-    assert kelvin == pytest.approx(300.65)
+    kelvin = 300.65  # the day's mean of the air
     stated, given = (
         sun.ambient_radiance(slope=90.0, **PLACE),
         sun.ambient_radiance(slope=90.0, ground_temperature=kelvin, band=band, **PLACE),

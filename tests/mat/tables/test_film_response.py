@@ -12,7 +12,6 @@ from skyshine.mat.surface.film import LATENT_HEAT
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, response_table
 from skyshine.mat.surface.solver import FINE_STEPS, solve_columns
-from skyshine.mat.surface.sun_path import SOLAR_CONSTANT
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import Wetting
 from skyshine.mat.tables.film_response import FILM, ColumnFilm
@@ -113,7 +112,7 @@ def test_no_water_stays_on_snow_nor_without_a_column_of_rain(rain):
     scene = Scene(*dry, PLACE[0], np.array([0.0]), np.zeros(1))
     table = response_table(surface_materials([library[SHEET]]), scene)
     assert table.film is None
-    assert not set(FILM) & set(shade_fields(table, scene, SOLAR_CONSTANT)[1])
+    assert not set(FILM) & set(shade_fields(table, scene)[1])
 
 
 def film(capacity=0.5, rain=0.0, before=None, count=1):
@@ -162,7 +161,7 @@ def test_rain_falls_on_the_slope_of_the_face(rain):
 
 
 def test_a_file_that_holds_a_part_of_the_film_is_refused(rain):
-    axes, variables = shade_fields(rain.table, rain.scene, SOLAR_CONSTANT)
+    axes, variables = shade_fields(rain.table, rain.scene)
     root = Group(axes | {"material": None, "altitude": None}, variables, {}, {})
     root.axes["material"] = axes["response_altitude"]
     whole = StoredResponse.of(root)

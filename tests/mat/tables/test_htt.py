@@ -25,10 +25,10 @@ def test_altitudes_are_in_kilometres_and_the_sun_stands_at_the_times_of_the_ligh
     )
     hours = sun_hours()
     scene = SimpleNamespace(
-        open_air=lambda steps: np.zeros((4, 2, steps)),
+        open_air=lambda steps: np.zeros((5, 2, steps)),
         sun=SimpleNamespace(solar_elevation=hours - 12.0, solar_azimuth=15.0 * hours),
     )
-    axes, arrays = shade_fields(table, scene, 1361.0)
+    axes, arrays = shade_fields(table, scene)
     altitude = axes["response_altitude"]
     assert altitude.units == "km" and list(altitude.values) == [-0.43, 2.5]
     (name,) = arrays["solar_azimuth"].dims

@@ -45,9 +45,18 @@ def test_tables_without_parts_or_percent_have_no_such_arrays():
 
 
 def test_errors_of_another_cause_are_added_in_squares_and_the_largest_plainly():
-    measured = measure("tau", np.array([0.3]), np.array([3.0]), np.array([6.0]), regions={"day": np.ones(1, bool)})
-    whole = with_independent(measured, dict.fromkeys(("max", "p99", "p95", "rms"), 4.0), {"max": 1.0, "p99": 8.0})
+    """By region; those of all where a region has none of its own."""
+    regions = {"day": np.ones(1, bool), "sky": np.ones(1, bool)}
+    measured = measure("tau", np.array([0.3]), np.array([3.0]), np.array([6.0]), regions=regions)
+    kelvin = {"all": dict.fromkeys(("max", "p99", "p95", "rms"), 4.0), "sky": dict.fromkeys(("max", "p99"), 1.25)}
+    kelvin["sky"] |= {"p95": 2.25, "rms": 0.0}
+    percent = {"all": {"max": 1.0, "p99": 8.0}, "sky": {"max": 2.0, "p99": 2.5}}
+    whole = with_independent(measured, kelvin, percent, "all")
     for one in (whole, whole.regions["day"]):
         assert (one.maximum_kelvin, one.p99_kelvin, one.p95_kelvin, one.rms_kelvin) == (7.0, 5.0, 5.0, 5.0)
         assert (one.maximum_percent, one.p99_percent) == (7.0, 10.0)
         assert one.p99 == 0.3
+    sky = whole.regions["sky"]
+    assert (sky.maximum_kelvin, sky.p99_kelvin, sky.p95_kelvin, sky.rms_kelvin) == (4.25, 3.25, 3.75, 3.0)
+    assert (sky.maximum_percent, sky.p99_percent) == (8.0, 6.5)
+    assert with_independent(measured, {}, {}, "all") == measured

@@ -11,13 +11,15 @@ from skyshine.tmm.classify.graph import TYPICAL_RADIUS, GraphMapper, clicks, see
 from skyshine.tmm.classify.model_file import write_model
 from skyshine.tmm.classify.superpixels import STIFFNESS, Superpixels, find_superpixels
 from skyshine.tmm.classify.trained import Network, TrainedModel
-from skyshine.tmm.classify.translation import translated
+from skyshine.tmm.classify.translation import library_classes, translated
 from skyshine.tmm.classify.typicality import Boxes, Typicality, fit_boxes
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates
 from skyshine.tmm.features.textured import features, light_planes, names
 from skyshine.tmm.images.texture import Texture
 
 GREEN, GREY = "grass_green", "asphalt_road"
+# Seeds of one texel of each of two materials, none of them asked for.
+TWO = np.array([9, 80]), np.array([40, 40]), np.array([0, 1]), np.zeros(2, bool)
 
 
 def _chain(weight=1.0):
@@ -125,7 +127,7 @@ def halves():
 def test_one_texel_a_material_finds_both_halves(halves, monkeypatch, grid):
     texture, model = halves
     monkeypatch.setattr(graph, "GRID_TEXELS", grid)
-    seeds = np.array([9, 80]), np.array([40, 40]), np.array([0, 1])
+    seeds = TWO
     mapper = _mapper(texture, survey(texture, DistinctColours(texture), model), model, np.eye(2), seeds)
     found = mapper.window(0, 96, 0, 80)
     edge = 10
@@ -142,7 +144,7 @@ def test_seeds_win_over_a_library_that_is_wrong(halves):
     rows, columns = np.mgrid[4:92:8, 4:76:8].reshape(2, -1)
     block = np.stack([rows, columns])[:, :, np.newaxis] + np.mgrid[-1:2, -1:2].reshape(2, 1, 9)
     rows, columns = block.reshape(2, -1)
-    seeds = rows, columns, (rows >= 48).astype(int)
+    seeds = rows, columns, (rows >= 48).astype(int), np.zeros(len(rows), bool)
     surveyed = survey(texture, DistinctColours(texture), model)
     mapper = _mapper(texture, surveyed, model, np.eye(2)[::-1], seeds)
     assert (mapper.window(0, 96, 0, 80).material[rows, columns] == seeds[2]).mean() > 0.95
@@ -154,7 +156,7 @@ def test_shares_without_edges_by_hand(halves):
     surveyed = survey(texture, DistinctColours(texture), model)
     label = surveyed.superpixels.label
     bare = Superpixels(label, surveyed.superpixels.size, np.empty((2, 0), int), np.empty(0))
-    alone, seeds = replace(surveyed, superpixels=bare), (np.array([9, 80]), np.array([40, 40]), np.array([0, 1]))
+    alone, seeds = replace(surveyed, superpixels=bare), TWO
     heard = surveyed.library[label[seeds[0], seeds[1]]]
     word = translated(surveyed.library, np.eye(2), heard, np.ones(2))
     drawn = np.full(label.shape, -1)
@@ -169,8 +171,40 @@ def test_shares_without_edges_by_hand(halves):
     np.testing.assert_allclose(found[far, 0], (1 / (1 + np.exp(-odds)))[far], rtol=1e-6)
     # Seeds by themselves are as sure as they say.
     own = np.maximum(both, 0.1)
-    found = seed_shares(replace(alone, library=np.empty((len(label), 0))), model.colour, np.empty((0, 2)), seeds)
+    found = seed_shares(replace(alone, library=np.empty((label.max() + 1, 0))), model.colour, np.empty((0, 2)), seeds)
     np.testing.assert_allclose(found[far], (own / own.sum(axis=1, keepdims=True))[far], rtol=1e-6)
+
+
+def test_large_materials_weigh_more_the_more_places_there_are(halves):
+    """Nine of ten superpixels look like one material: where both are as likely by themselves, it is that one, by the
+    power of (n - 1) / (n + 5); not where the places were asked for.
+    """
+    texture, model = halves
+    surveyed = survey(texture, DistinctColours(texture), model)
+    label = np.broadcast_to(np.arange(80) // 8, (96, 80))
+    bare = Superpixels(label, np.full(10, 768.0), np.empty((2, 0), int), np.empty(0))
+    alone = replace(surveyed, superpixels=bare, library=np.empty((10, 0)))
+    rows, columns = np.array([5, 35, 65, 5, 35, 65]), np.array([0, 0, 0, 79, 79, 79])
+    seeds = rows, columns, np.repeat([0, 1], 3)
+    even = seed_shares(alone, model.colour, np.empty((0, 2)), (*seeds, np.ones(6, bool)))
+    weighed = seed_shares(alone, model.colour, np.empty((0, 2)), (*seeds, np.zeros(6, bool)))
+    extent = even[:, 0].mean(), even[:, 1].mean()
+    odds = even[1:9, 0] / even[1:9, 1] * (extent[0] / extent[1]) ** (2 / 8)
+    np.testing.assert_allclose((weighed[:, 0] / weighed[:, 1])[1:9], odds, rtol=0.02)
+
+
+def test_what_a_library_knows_and_no_seed_names_is_unknown(halves):
+    """The library tells grass from road; seeds of two kinds of grass leave the road to no material."""
+    texture, model = halves
+    surveyed = survey(texture, DistinctColours(texture), model)
+    seeds = np.array([9, 30]), np.array([40, 10]), np.array([0, 1]), np.zeros(2, bool)
+    classes = library_classes(model.names, (GREEN, "grass_dry"), dict.fromkeys((GREEN, "grass_dry"), "vegetation"))
+    assert classes.tolist() == [[1, 0, 0], [0, 0, 1]]
+    greens = _colours(np.array([[70, 130, 60], [75, 135, 60]], np.uint8), (GREEN, "grass_dry"))
+    mapper = _mapper(texture, surveyed, replace(model, colour=greens), classes, seeds)
+    assert mapper.names == (GREEN, "grass_dry", "unknown")
+    found = mapper.window(0, 96, 0, 80).material
+    assert (found[:38] != 2).all() and (found[58:] == 2).all()
 
 
 def test_seeds_and_model_in_a_job(build, job, two_halves, tmp_path, library):
@@ -188,7 +222,7 @@ def test_seeds_alone_where_the_library_knows_none_of_their_materials(halves):
     surveyed = survey(texture, DistinctColours(texture), model)
     bare = Superpixels(surveyed.superpixels.label, surveyed.superpixels.size, np.empty((2, 0), int), np.empty(0))
     alone = replace(surveyed, superpixels=bare)
-    seeds = np.array([9, 80]), np.array([40, 40]), np.array([0, 1])
+    seeds = TWO
     mapper = _mapper(texture, alone, model, np.zeros((2, 2)), seeds)
     found = mapper.window(0, 96, 0, 80).material
     assert (found[:38] == 0).all() and (found[58:] == 1).all()

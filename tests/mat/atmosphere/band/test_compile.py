@@ -5,13 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.compile import choose_points, compile_band, fit_band, over_air, points_in_air
+from skyshine.mat.atmosphere.band.compile import (
+    EVERYWHERE,
+    choose_points,
+    compile_band,
+    fit_band,
+    over_air,
+    points_in_air,
+)
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.band.targets import KINDS
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.scene_lines import REGIONS
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.schemas.errors import InputError
@@ -36,6 +44,7 @@ def band():
     return band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
 
 
+PARTS = ("unlit", "ground", "light")
 SETTINGS = {"tolerance": 1e-3, "max_points": 64, "seed": 0}
 
 
@@ -175,12 +184,12 @@ def test_errors_as_they_are_follow_the_light_of_each_source(state, band):
     """
     sun = solar_irradiance(band.wavenumber)
     both = compile_band(state, band, GRID, np.stack([sun, 1e-6 * sun]))
-    of_sun, of_moon = both.absolute["direct_irradiance"]
+    of_sun, of_moon = (regions[EVERYWHERE] for regions in both.absolute["direct_irradiance"])
     assert {name: 1e6 * value for name, value in of_moon.items()} == pytest.approx(
         of_sun, rel=0.3
     )  # other paths in part
     assert both.absolute["path_thermal"][0] == both.absolute["path_thermal"][1]
-    assert both.absolute["transmittance"][0]["max"] <= both.errors["transmittance"]["max"]
+    assert both.absolute["transmittance"][0][EVERYWHERE]["max"] <= both.errors["transmittance"]["max"]
     outside = float(band.radiance_weight @ sun)
     largest = both.errors["direct_irradiance"]["max"] * outside
     assert 0.05 * largest < of_sun["max"] <= largest
@@ -193,15 +202,31 @@ def test_errors_as_they_are_have_the_units_of_the_band(state, band, fitted):
     sun = solar_irradiance(band.wavenumber)
     nothing = replace(
         fitted.approximate,
-        **{
-            part: {kind: 0 * values for kind, values in getattr(fitted.approximate, part).items()}
-            for part in ("unlit", "ground", "light")
-        },
+        **{part: {kind: 0 * values for kind, values in vars(fitted.approximate)[part].items()} for part in PARTS},
     )
     absolute = replace(fitted, approximate=nothing).measured(state.surface_temperature, sun).absolute
-    largest = {kind: errors[0]["max"] for kind, errors in absolute.items()}
+    largest = {kind: errors[0][EVERYWHERE]["max"] for kind, errors in absolute.items()}
     assert 0.95 < largest["transmittance"] <= 1
     black = float(band.radiance_weight @ planck_wavenumber(band.wavenumber, float(state.temperature.max())))
     assert 0.85 * black < largest["path_thermal"] <= black
     outside = float(band.radiance_weight @ sun)
     assert 0.85 * outside < largest["direct_irradiance"] <= outside
+
+
+def test_errors_are_stated_where_they_are(state, band, fitted):
+    """Points that give nothing err by all that there is: paths along the horizon are dark, those to the zenith and to
+    the ground are not, and light of the source that comes to space through the sky has lost the least.
+    """
+    sun = solar_irradiance(band.wavenumber)
+    none = {part: {kind: 0 * values for kind, values in vars(fitted.approximate)[part].items()} for part in PARTS}
+    nothing = replace(fitted.approximate, **none)
+    absolute = replace(fitted, approximate=nothing).measured(state.surface_temperature, sun).absolute
+    through = absolute["transmittance"][0]
+    assert set(through) == {EVERYWHERE, *REGIONS}
+    assert through["sky"]["rms"] > through["limb"]["rms"]
+    assert max(part["max"] for part in through.values()) == through[EVERYWHERE]["max"]
+    emitted = absolute["path_thermal"][0]
+    assert emitted["limb"]["rms"] > emitted["ground"]["rms"]
+    # On lines that end above the air, direct light is that of the source outside it times the transmittance.
+    beam, outside = absolute["direct_irradiance"][0]["sky"], float(band.radiance_weight @ sun)
+    assert beam["max"] == pytest.approx(outside * through["sky"]["max"], rel=0.05)

@@ -22,7 +22,7 @@ def air():
 
 @pytest.fixture(scope="module")
 def lines(air):
-    return Sample.of(air.shells, GRID, 6, np.random.default_rng(3)).lines
+    return Sample.for_fit(air.shells, GRID, 6, np.random.default_rng(3)).lines
 
 
 def test_segments_add_up_to_the_light_of_double_precision_at_each_range(air, lines):

@@ -12,7 +12,7 @@ from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, ScaledLayers, 
 from skyshine.mat.atmosphere.transfer.ordinates import ordinates
 from skyshine.mat.atmosphere.transfer.scattering_orders import first_orders
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
-from skyshine.mat.atmosphere.transfer.single_scattering import scattered_spectral, segment_attenuation
+
 from skyshine.mat.atmosphere.transfer.sky import sky_irradiance
 from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS, elevation_weights, elevations_from
 from skyshine.mat.atmosphere.transfer.spherical_orders import LowSun
@@ -106,6 +106,15 @@ def test_twilight_fades_steadily_to_darkness(air_of, sky):
     assert np.all(light[:, 0] == 0)
     gone = light[0, 5:-1, 0] / light[0, 6:, 0]
     assert np.all(gone > 0.45)  # half a degree takes less than half of the light: no jump at 5 degrees either
+
+
+def test_no_air_is_brighter_under_a_lower_sun_however_opaque_it_is(air_of):
+    # Plane layers are dark to the last digit at some levels of opaque air, not at all between them.
+    air = air_of(10.0 ** np.arange(-27.0, -17.0, 0.25))
+    light = np.abs(air.diffuse_light.source[:, : ELEVATIONS.index(2)]).max(axis=2)  # (places, elevations, points)
+    brightest = np.maximum.accumulate(light[:, ::-1], axis=1)[:, ::-1]
+    later = np.maximum(brightest[:, 1:], 1e-12)
+    assert np.all(light[:, :-1] <= 3.0 * later)
 
 
 def test_plane_and_spherical_field_meet_at_five_degrees(air_of):

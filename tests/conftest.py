@@ -93,7 +93,7 @@ FEW_LINES = (
     (faces, "LINES", 3),
     (faces, "FEWEST_LINES", 3),
     (channel_tables, "LINES", 60),
-    (channel_tables, "_SOURCE_LINES", 24),
+    (channel_tables, "_SOURCE_LINES", (24, 24)),
     (channel_tables, "_POINT_LINES", 20),
     (channel_tables, "_SHARE_LINES", 40),
 )

@@ -114,3 +114,13 @@ def test_a_changed_header_of_an_array_is_refused(tmp_path, group):
     (tmp_path / "a.h5").write_bytes(whole.replace(b"long_name", b"long_nome", 1))
     with pytest.raises(InputError, match="damaged"):
         read_file(tmp_path / "a.h5")
+
+
+def test_arrays_are_stored_in_few_chunks_whole_along_their_last_axes(tmp_path):
+    data = np.arange(6 * 300 * 400, dtype=np.float32).reshape(6, 300, 400)
+    axes = {name: Axis(np.arange(size), "1", name) for name, size in zip("abc", data.shape, strict=True)}
+    group = Group(axes, {"values": Variable(("a", "b", "c"), data, "1", "values")}, {}, {})
+    write_file(tmp_path / "f.h5", group, HEADER)
+    with h5py.File(tmp_path / "f.h5") as file:
+        assert file["values"].chunks == (2, 300, 400)
+        np.testing.assert_array_equal(file["values"][()], data)

@@ -116,7 +116,7 @@ class Sample:
         skies: int = _SURFACES,
         scope: PathScope = ALL_PATHS,
     ) -> Sample:
-        """Lines that look as scenes do; parameters as `for_fit`.
+        """Lines that look as scenes do, or where none meets air those of `for_fit`; parameters as there.
 
         Parameters
         ----------
@@ -129,6 +129,8 @@ class Sample:
         altitude = np.maximum(seen.altitude_km * 1e3, shells.altitude[0])
         ranges, angles = seen.range_km[:, some] * 1e3, _source_angles(grid, count, rng)
         lines = _lines(shells, altitude, np.radians(seen.elevation_deg), ranges, angles, region)
+        if not lines:  # of ranges of 0 alone, or of observers so far away that none drawn looks at air
+            return cls.for_fit(shells, grid, -(-count // _TEST_STEPS[0]), rng, scope=scope)
         return cls._over(lines, shells, grid, rng, scope, skies, _TEST_STEPS)
 
     @classmethod

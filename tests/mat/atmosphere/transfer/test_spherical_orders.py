@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from light_parts import scattered_once
 
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.transfer import geometry
@@ -12,7 +13,6 @@ from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, ScaledLayers, 
 from skyshine.mat.atmosphere.transfer.ordinates import ordinates
 from skyshine.mat.atmosphere.transfer.scattering_orders import first_orders
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
-from skyshine.mat.atmosphere.transfer.single_scattering import scattered_spectral, segment_attenuation
 from skyshine.mat.atmosphere.transfer.sky import sky_irradiance
 from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS, elevation_weights, elevations_from
 from skyshine.mat.atmosphere.transfer.spherical_orders import LowSun
@@ -60,8 +60,7 @@ def test_light_scattered_once_is_that_of_the_exact_single_scattering(air_of):
                 sources = np.full(azimuth.size, np.radians(elevation)), azimuth
                 to_source = geometry.source_cosine(rays, *sources)[0, segments.ends]
                 deflection = geometry.scattering_cosine(rays, *sources)[0, segments.ends]
-                attenuation = segment_attenuation(segments, depths, air.source_paths, to_source)
-                exact = scattered_spectral(segments, air.optics, attenuation, deflection)[:, 0]
+                exact = scattered_once(air).along(segments, depths, to_source, deflection)[0, :, 0]
                 found = around[0][place, NODES + number, :, chosen, 0]
                 faint = 0.01 * float(exact.max())
                 assert found == pytest.approx(exact, rel=0.04, abs=faint), (place, number, elevation)

@@ -45,7 +45,9 @@ from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.hdf5 import Group
 
 _SAMPLE_LINES = 150  # on which absorbers are fitted
-_SOURCE_LINES, _SOURCE_RANGES = 54, 7  # on which directions of the source are chosen; ranges of each
+# On which directions of the source are chosen: lines of observers below and from above this height [km], where a source
+# below the horizon lights the air down to another angle at each height; ranges of each line.
+_SOURCE_LINES, _HIGH_KM, _SOURCE_RANGES = (54, 320), 15.0, 7
 _LEVEL_SHARE = 0.25  # of those, nearly level
 _FACTOR_SHARE = 0.5  # of those, by which factors at other nodes are fitted
 _MOST_EFFORT = 3.0  # times as many lines, at most, where the tolerance is finer than `_START`
@@ -54,7 +56,7 @@ _SKY_LINES, _FEWEST_SKY_LINES = 12, 4
 _THROUGH = 300  # of the sample's transmittances, with which light on surfaces is parted
 # Of the tolerance, which the choice of absorbers and that of directions may miss, root mean square. A low Sun along the
 # horizon errs by ten times as much as all lines do on average: 0.1 K asks for 18 to 26 directions.
-_SHARE, _SOURCE_SHARE = 0.1, 0.06
+_SHARE, _SOURCE_SHARE = 0.1, 0.03
 # Tolerance, of the radiance seen, for which placing starts from all of `NodeCounts`: from fewer where it is coarser, as
 # linear interpolation errs with the square of the step, but for this share of them.
 _START, FEWEST = 0.01, 0.5
@@ -248,7 +250,8 @@ class ChannelTables:
     @property
     def _source_count(self) -> int:
         """Lines on which directions of the source are chosen: the finer the tolerance, the more weigh rare ones."""
-        return self.air.scope.lines(math.ceil(_SOURCE_LINES * float(np.clip(self._effort, 1.0, _MOST_EFFORT))))
+        lines = _SOURCE_LINES[bool(self.base.altitude_km[-1] > _HIGH_KM)]
+        return self.air.scope.lines(math.ceil(lines * float(np.clip(self._effort, 1.0, _MOST_EFFORT))))
 
     def _sources(self, nodes: ChannelNodes) -> SourceParts:
         first, lines = self._first_sources

@@ -139,10 +139,13 @@ def _end_altitude(segments: Segments, node: Integers, length: Floats, altitude: 
     first, last = segments.distance[0], segments.distance[-1]
     if not segments.index.size:
         return straight(altitude, np.sin(elevation), length)
-    leaving = np.cos(segments.direction[-1] - segments.central_angle[-1])
-    beyond = straight(segments.altitude[-1], leaving, np.maximum(length - last, 0.0))
-    before = straight(altitude, np.sin(elevation), np.minimum(length, first))
-    end: Floats = np.select([length < first, length > last], [before, beyond], segments.altitude[node])
+    end: Floats = segments.altitude[node]
+    before, beyond = length < first, length > last
+    if before.any():
+        end[before] = straight(altitude, np.sin(elevation), length[before])
+    if beyond.any():
+        leaving = np.cos(segments.direction[-1] - segments.central_angle[-1])
+        end[beyond] = straight(segments.altitude[-1], leaving, length[beyond] - last)
     return end
 
 

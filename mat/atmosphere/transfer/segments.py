@@ -55,16 +55,14 @@ class Segments:
     def of(cls, rays: Rays, row: int) -> Segments:
         """The segments of one ray that are longer than 0."""
         index = np.flatnonzero(rays.lower[row] + rays.upper[row] > 0)
-        ends = _ends(index)
+        some: Integers | slice = index
+        ends: Integers | slice = _ends(index)
+        if index.size and index[-1] - index[0] < index.size:  # one after the other: no copies
+            some, ends = slice(index[0], index[-1] + 1), slice(index[0], index[-1] + 2)
         return cls(
             index,
-            rays.layer[row, index],
-            rays.lower[row, index],
-            rays.upper[row, index],
-            rays.altitude[row, ends],
-            rays.central_angle[row, ends],
-            rays.direction[row, ends],
-            rays.distance[row, ends],
+            *(numbers[row][some] for numbers in (rays.layer, rays.lower, rays.upper)),
+            *(numbers[row][ends] for numbers in (rays.altitude, rays.central_angle, rays.direction, rays.distance)),
         )
 
     @classmethod

@@ -33,6 +33,9 @@ ORDERS = 3
 # Vertical optical depth below which the light is that of plane layers times a factor: it is what came down through the
 # layers above.
 _DEEP = 3.0
+# Times that the light between levels is as bright as at any of them, at most. Where plane layers are all but dark at one
+# level, the ratio there is as large as they are dark, and no measure of the light between it and the next.
+_BRIGHTER = 3.0
 # Radiances below count as none.
 _DARK = 1e-30
 
@@ -101,12 +104,12 @@ class LowSun:
         last = np.sum(first[-1], axis=1, keepdims=True)
         growth = 1 + rest / np.where(last > _DARK, last, np.inf)
         spherical = np.zeros(radiance.shape)
-        light = self.orders(layers, extinction, source_paths, albedo, len(orders))
-        for number, (order, around) in enumerate(zip(orders, light, strict=True)):
-            modes = self._modes(around, radiance.shape[1])
-            ratio, shape = self._ratios(modes, order[:, :, : known.size], levels, sine[low])
-            mean = order[:, :, known.size :] * (growth if number == len(orders) - 1 else 1.0)
-            spherical += (mean * ratio)[:, None] * shape
+        in_shells = self.orders(layers, extinction, source_paths, albedo, len(orders))
+        for number, (order, of_paths) in enumerate(zip(orders, in_shells, strict=True)):
+            modes = self._modes(of_paths, radiance.shape[1])
+            ratio, shape, around = self._ratios(modes, order[:, :, : known.size], levels, sine[low])
+            light = np.minimum(order[:, :, known.size :] * ratio, _BRIGHTER * around)
+            spherical += (light * (growth if number == len(orders) - 1 else 1.0))[:, None] * shape
         spherical = self._deep(spherical, radiance, layers.depth)
         radiance += (spherical - radiance) * share[low][:, None]
         nodes, results = self.ordinates.node.size, []
@@ -192,9 +195,10 @@ class LowSun:
         modes: Singles = np.einsum("ma,zdaup->zmdup", series.astype(np.float32), radiance, optimize=True)
         return modes
 
-    def _ratios(self, modes: Singles, plane: Reals, levels: Floats, sine: Floats) -> tuple[Singles, Singles]:
+    def _ratios(self, modes: Singles, plane: Reals, levels: Floats, sine: Floats) -> tuple[Singles, Singles, Singles]:
         """Of an order under sources at elevations of sines (V,): its radiance over that in plane layers (N, 2 n, V, P),
-        and its moments over the first of them (N, M, 2 n, V, P).
+        its moments over the first of them (N, M, 2 n, V, P), and the largest radiance at the levels and elevations
+        between which each lies (N, 2 n, V, P).
 
         Parameters
         ----------
@@ -211,11 +215,13 @@ class LowSun:
         place = np.interp(np.clip(sine, known[0], known[-1]), known, np.arange(known.size))
         first = np.minimum(place.astype(int), known.size - 2)
         share = (place - first).astype(np.float32)[:, None]
-        results = []
+        results, altitude = [], levels[self.paths.level]
         for values in (ratio, shape):
             near, far = (values[..., first + step, :] for step in (0, 1))
-            results.append(_at_levels(near + (far - near) * share, levels[self.paths.level], levels))
-        return np.exp(results[0]), results[1]
+            results.append(_at_levels(near + (far - near) * share, altitude, levels))
+        brightest = np.maximum(mean[..., first, :], mean[..., first + 1, :])
+        level = np.minimum(np.searchsorted(altitude, levels, side="right") - 1, altitude.size - 2)
+        return np.exp(results[0]), results[1], np.maximum(brightest[level], brightest[level + 1])
 
 
 @dataclass(frozen=True, eq=False)

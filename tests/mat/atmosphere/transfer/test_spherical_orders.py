@@ -7,6 +7,7 @@ import pytest
 from light_parts import scattered_once
 
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
+from skyshine.mat.atmosphere.particles.cloud import CloudLayer
 from skyshine.mat.atmosphere.transfer import geometry
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, ScaledLayers, solved_moments
@@ -105,6 +106,26 @@ def test_twilight_fades_steadily_to_darkness(air_of, sky):
     assert np.all(light[:, 0] == 0)
     gone = light[0, 5:-1, 0] / light[0, 6:, 0]
     assert np.all(gone > 0.45)  # half a degree takes less than half of the light: no jump at 5 degrees either
+
+
+def brightest_later(light):
+    """Light (places, elevations, points) below 2 degrees, and the brightest of all higher elevations, both but one."""
+    light = np.abs(light[:, : ELEVATIONS.index(2)]).max(axis=2)
+    brightest = np.maximum.accumulate(light[:, ::-1], axis=1)[:, ::-1]
+    return light[:, :-1], np.maximum(brightest[:, 1:], 1e-12)
+
+
+def test_no_air_is_brighter_under_a_lower_sun_however_opaque_it_is(air_of):
+    # Plane layers are dark to the last digit at some levels of opaque air, not at all between them.
+    light, later = brightest_later(air_of(10.0 ** np.arange(-27.0, -17.0, 0.25)).diffuse_light.source)
+    assert np.all(light <= 3.0 * later)
+
+
+@pytest.mark.parametrize("depth", [2.0, 8.0, 1e4])
+def test_no_cloud_is_brighter_under_a_lower_sun(air_of, depth):
+    """A source hidden from a cloud's top was 1e6 to 1e15 times too bright under -2 degrees."""
+    light, later = brightest_later(air_of(clouds=[CloudLayer("water", 1e3, 2e3, 10.0, depth)]).diffuse_light.source)
+    assert np.all(light <= 3.0 * later)
 
 
 def test_plane_and_spherical_field_meet_at_five_degrees(air_of):

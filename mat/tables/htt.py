@@ -340,7 +340,7 @@ class TemperatureTable(Table):
         around = Surroundings(tuple((float(a), float(b)) for a, b in shade), sky_view, facing, facing_emissivity)
         place = self._place(slope, altitude=altitude, azimuth=azimuth)
         places = [np.asarray(place[name], float) for name in _PLACE]
-        return light.absorbed_change(self.root, around, self.material_codes(material), *places, self._ground)
+        return light.absorbed_change(self.root, around, self.material_codes(material), *places, ground=self._ground)
 
     def exposed_change(
         self,
@@ -362,7 +362,7 @@ class TemperatureTable(Table):
         """
         place = self._place(slope, altitude=altitude, azimuth=azimuth)
         places = [np.asarray(place[name], float) for name in _PLACE]
-        return light.absorbed_change(self.root, exposure, self.material_codes(material), *places, self._ground)
+        return light.absorbed_change(self.root, exposure, self.material_codes(material), *places, ground=self._ground)
 
     @property
     def _ground(self) -> light.Ground | None:

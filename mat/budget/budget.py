@@ -16,6 +16,7 @@ from skyshine.mat.budget.circumstances import Circumstances
 from skyshine.mat.budget.measurement import Measurement
 from skyshine.mat.budget.pixel import Scenes
 from skyshine.mat.budget.truth import Prepared
+from skyshine.mat.budget.unmodelled_errors import unmodelled_errors
 from skyshine.mat.budget.views import Views
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.radiometry.blackbody import SpectralResponse
@@ -47,6 +48,11 @@ SOURCES = PIXEL_SOURCES | {
     "tables": "interpolation of all tables",
     "pixel": "the pixel: all of these together, tables read at the pixel as the formats' pages say",
     "weather_of_the_air": "the job's air in place of that of the weather at the hour; no source of the pixel's",
+    "aureole": "one share of the sky's light around the Sun behind a building, and the band's own in its shade",
+    "seen_faces": "the band's light of ground in the open before shaded slopes, in place of ground in their shade",
+    "lobe": "one lobe in place of microfacets with Fresnel reflectance, which grows to grazing angles",
+    "depth_buffer": "ranges of a depth buffer of 24 bits, hyperbolic between the ends of the tables",
+    "aliasing": "one sample a pixel of 0.5 mrad in place of its mean, by edges of materials",
     "face": "radiance of the vertices interpolated across the face",
     "transmittance_extrapolation": "transmittance from beta* of the centre pixel",
     "radiance_extrapolation": "path, ambient and direct radiance from the centre pixel",
@@ -152,6 +158,7 @@ def error_budget(
         errors |= measured.of_weather()
     except InputError as error:
         notes.append(f"State {prepared.state}: the weather of the air was not measured: {error}.")
+    errors |= unmodelled_errors(measured, random_stream(seed, Stream.UNMODELLED))
     errors |= {"pixel": measured.pixel(), "normalisation": measured.of_normalisation()} | measured.of_materials()
     counted = dict.fromkeys(FAR_SOURCES, ~views.near) | {"near_range": views.near}
     return Budget(

@@ -164,14 +164,27 @@ class Measurement:
             "shade": under - in_the_open - (self.shadowed - self.open_air),
             "surroundings": beside - under - (self.kelvin - self.shadowed),
         }
-        errors = {name: self._warmer(change) - self.base for name, change in changes.items()}
+        errors = {name: self.warmer(change) - self.base for name, change in changes.items()}
         ambient = self.tables.among_walls(self.views, self.around, self._in_the_open, self._level.ambient)
         errors["surroundings"] += self._shown(replace(self._among_walls, ambient=ambient)) - self._direct
         return errors
 
-    def _warmer(self, change: Floats) -> Floats:
+    def warmer(self, change: Floats) -> Floats:
         """Radiance with temperatures changed by (n, M) [K]."""
         return self._shown(self.full, self.tables.emission(self.kelvin + change))
+
+    def of_ambient(self, light: Floats) -> Floats:
+        """Radiance of more ambient light (n, 1) [W m^-2 sr^-1] on all materials."""
+        reflected: Floats = light * self.finish.reflectance * self.full.transmittance
+        return reflected
+
+    def reflected_by(self, bounce: Floats) -> Floats:
+        """Radiance with another reflection (n, M) of the direct light."""
+        return self._shown(self.full, bounce=bounce)
+
+    def at_range(self, distance: Floats) -> Floats:
+        """Radiance over other ranges (n,) [km] along the same lines."""
+        return self._shown(self.full.at_range(self.views.range, distance))
 
     def of_atmosphere(self) -> dict[str, Floats]:
         """Interpolation: of each quantity, then of all; against direct computation with the same points."""

@@ -198,5 +198,7 @@ METHOD = (
     " Moon above the horizon, half of the lit surfaces near its mirror image. Of the faces 40 % stand in a shadow, 20"
     " % have left one, 30 % stand beside a wall. Truth: equations (5), (18), (26), (33) over all spectral points, the"
     " light of sky, ground and wall over each face's own hemisphere, temperatures from each face's own heat balance"
-    " under its shadows and beside its walls. Each source is the change of radiance that it makes alone."
+    " under its shadows and beside its walls, with ground before it that has its shade. Rows that are no source of the"
+    " pixel's state what is left out: the aureole behind buildings, ground in the band's light, one lobe, depth buffer"
+    " and edges within a pixel. Each source is the change of radiance that it makes alone."
 )

@@ -9,6 +9,7 @@ import click
 from skyshine.mat.commands.batch import batch
 from skyshine.mat.commands.front import front
 from skyshine.mat.commands.leaving_out import leaving_out
+from skyshine.mat.commands.stability import stability
 from skyshine.mat.commands.surface_bench import surface
 
 
@@ -37,5 +38,5 @@ def command() -> None:
     """
 
 
-for part in (front, surface, batch, leaving_out):
+for part in (front, surface, batch, stability, leaving_out):
     command.add_command(part)

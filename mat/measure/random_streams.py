@@ -19,6 +19,7 @@ class Stream(StrEnum):
     TILTED_FACES = "faces on which harmonics of ambient light are measured"
     CIRCUMSTANCES = "shadows and walls around the faces of the error budget"
     CHANNELS = "lines of sight of tables in channels: of absorbers, of source directions, of their error"
+    UNMODELLED = "buildings before the Sun and edges of materials in the error budget"
     BAND_ERROR = "temperatures and angles at which the table of a band is measured"
 
 
@@ -35,6 +36,7 @@ NUMBERS: dict[Stream, int] = {
     Stream.CIRCUMSTANCES: 11,
     Stream.CHANNELS: 12,
     Stream.BAND_ERROR: 13,
+    Stream.UNMODELLED: 14,
 }
 
 

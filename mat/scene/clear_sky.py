@@ -13,7 +13,7 @@ from skyshine.mat.atmosphere.band.cache import content_key
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.spectra.fluxes import BroadbandFluxes, broadband_fluxes, packaged_points
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.quantities.aureole import aureole_shares
+from skyshine.mat.quantities.aureole import sunlit_sky
 from skyshine.mat.surface.forcing import Sky
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.digest import digest_of
@@ -39,7 +39,7 @@ class ClearLight:
     ----------
     fluxes : BroadbandFluxes
     aureole : (AUREOLE_ELEVATIONS,) array
-        `aureole_shares` at the ground.
+        `SunlitSky.aureole`.
     """
 
     fluxes: BroadbandFluxes
@@ -50,7 +50,7 @@ class ClearLight:
         """Compute it for a state, the fluxes at levels [m]."""
         over = replace(air, surface_albedo=ground_albedo)
         fluxes = broadband_fluxes(air, levels, SUN_ELEVATIONS, ground_albedo)
-        return cls(fluxes, aureole_shares(over, packaged_points().shortwave, AUREOLE_ELEVATIONS))
+        return cls(fluxes, sunlit_sky(over, packaged_points().shortwave, AUREOLE_ELEVATIONS).aureole)
 
 
 def band_model_sky(air: AtmosphericState, highest: float, ground_albedo: float, sun_distance: float) -> Sky:

@@ -178,14 +178,14 @@ def natural_coefficients(
     Notes
     -----
     Cold air runs off the edges of a level plate, but not off ground, which has none: on ground that faces up the stable
-    law is that of a wall, driven by the part of gravity along the slope. Ground does not hang; plates' law is taken.
+    coefficient grows with the angle from none to that of a wall (linearly, chosen: as readers of the response to shade
+    interpolate between level and upright faces). Ground does not hang; plates' law is taken.
 
     References
     ----------
     Walton (1983), Thermal Analysis Research Program reference manual, NBSIR 83-2655: 9.482 |dT|^(1/3) /
     (7.238 - |cos|) unstable and 1.810 |dT|^(1/3) / (1.382 + |cos|) stable, for standard pressure; by
-    Rayleigh's number a coefficient that does not depend on length goes with density to the power 2/3, and with gravity
-    to the power 1/3. Gravity along an inclined plate: Incropera and DeWitt (2002), section 9.6.2.
+    Rayleigh's number a coefficient that does not depend on length goes with density to the power 2/3.
     """
     cos_slope = np.asarray(cos_slope, float)
     scale = (np.asarray(pressure, float) / STANDARD_PRESSURE) ** (2 / 3)
@@ -193,6 +193,6 @@ def natural_coefficients(
     stable = scale * 1.810 / (1.382 + np.abs(cos_slope))
     up = cos_slope >= 0
     if stratified(surface):
-        along = np.maximum(1.0 - cos_slope**2, 0.0) ** (1 / 6)
-        stable = np.where(up, scale * (1.810 / 1.382) * along, stable)
+        steep = 1.0 - np.arcsin(np.clip(cos_slope, 0.0, 1.0)) / (np.pi / 2)
+        stable = np.where(up, scale * (1.810 / 1.382) * steep, stable)
     return np.where(up, unstable, stable), np.where(up, stable, unstable)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.reading import in_steps
 from skyshine.mat.surface.solver import STEPS
 from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath, sun_hours
+from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import CheckFailed
@@ -112,13 +114,22 @@ def solved_enclosure(
         enclosure = replace(enclosure, **changes)
         # Level ground on an open plain sees nothing that depends on its temperature.
         if largest <= TOLERANCE or enclosure.open:
-            return enclosure
-    if solved and largest > _LARGEST_CHANGE:
+            break
+    if solved and not enclosure.open and largest > _LARGEST_CHANGE:
         raise CheckFailed(
             f"temperatures of ground and walls still change by {largest:.2g} K after {_PASSES} passes; give the walls a"
             " temperature_c, or a larger sky_view"
         )
-    return enclosure
+    if "ground" not in solved:
+        return enclosure
+    material, around = solved["ground"][0], replace(sky, enclosure=enclosure)
+
+    @cache
+    def ground_under(surroundings: Surroundings) -> Floats:
+        scene = Scene(sun, weather, around, altitude, SLOPES[:1], AZIMUTHS[:1], surroundings)
+        return _temperature(material, scene, steps)
+
+    return replace(enclosure, ground_under=ground_under)
 
 
 def _given(given: GivenEmitter, altitude: Floats) -> Emitter:

@@ -6,7 +6,8 @@ of a forest, not a model of its houses.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +16,7 @@ from scipy.constants import Stefan_Boltzmann
 from skyshine.mat.surface.altitudes import between_altitudes
 from skyshine.mat.surface.horizon import ASPECTS, LEVEL, Horizon, ViewFactors
 from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath
+from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
@@ -67,6 +69,9 @@ class Enclosure:
         Open share of the sky above the horizon, 0 to 1; walls hide the rest, but no direct light.
     altitude : (L,) ndarray
         Of the temperatures [m], increasing.
+    ground_under : callable or None
+        Temperature (L, 1, SUN_STEPS) [K] of the ground in the shade and beside the walls of `Surroundings`; None where
+        it does not follow its heat balance.
 
     Raises
     ------
@@ -79,6 +84,7 @@ class Enclosure:
     horizon: Horizon = LEVEL
     sky_view: float = 1.0
     altitude: Floats | tuple[float, ...] = (0.0,)
+    ground_under: Callable[[Surroundings], Floats] | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.sky_view <= 1:
@@ -90,6 +96,12 @@ class Enclosure:
     def open(self) -> bool:
         """Whether no walls stand around."""
         return self.horizon.level and self.sky_view == 1
+
+    def under(self, surroundings: Surroundings | None) -> Enclosure:
+        """The same with ground that has the shade of the surfaces before which it lies."""
+        if surroundings is None or self.ground_under is None:
+            return self
+        return replace(self, ground=replace(self.ground, temperature=self.ground_under(surroundings)))
 
     def views(self, slope: Floats, azimuth: Floats) -> ViewFactors:
         """View factors of planes (P,) [degree]."""

@@ -264,9 +264,15 @@ class Scene:
         return self.weather.at(altitude, self.sky.pressure_at(np.append(altitude, self.weather.altitude)))
 
     @cached_property
+    def _enclosure(self) -> Enclosure | None:
+        """The enclosure of the sky; ground before tilted surfaces has their shade."""
+        enclosure = self.sky.enclosure
+        return enclosure.under(self.surroundings) if enclosure is not None and np.any(self.slope) else enclosure
+
+    @cached_property
     def _views(self) -> ViewFactors | None:
         """View factors of the planes in the enclosure."""
-        enclosure = self.sky.enclosure
+        enclosure = self._enclosure
         return None if enclosure is None else enclosure.views(self.slope, self.azimuth)
 
     @cached_property
@@ -297,9 +303,9 @@ class Scene:
             self.sky.ground_albedo,
             self._aureole[:, None, :],
         )
-        if views is None or self.sky.enclosure is None:
+        if views is None or self._enclosure is None:
             return received
-        return *self.sky.enclosure.light_of_sky(
+        return *self._enclosure.light_of_sky(
             views, slope, self.sun, *received[:2], (1 - self._aureole) * diffuse
         ), received[2]
 
@@ -313,13 +319,18 @@ class Scene:
     def _around(self) -> Enclosure:
         """The enclosure; on an open plain the ground alone."""
         plain = Emitter(1.0, self.sky.ground_albedo)
-        return self.sky.enclosure or Enclosure(plain, Emitter(1.0, 0.0))
+        return self._enclosure or Enclosure(plain, Emitter(1.0, 0.0))
 
     @cached_property
     def _sunlight_around(self) -> Floats:
         """Reflected by ground and walls, (A, 9, SUN_STEPS)."""
         direct, diffuse, _ = self._on_planes(SLOPES, AZIMUTHS, self._around.between)
-        return self._around.sunlight(direct + diffuse)
+        received = direct + diffuse
+        if self.surroundings is not None and self._enclosure is not None:
+            even = self._around.between.sky[0] * ((1 - self._aureole) * self._sunlight[1])
+            shaded = self.surroundings.shaded(sun_hours(), 24.0 / SUN_STEPS)
+            received[:, 0] = sum(self.surroundings.sunlight(direct[:, 0], diffuse[:, 0], even, shaded))
+        return self._around.sunlight(received)
 
     @cached_property
     def _longwave_around(self) -> Floats:

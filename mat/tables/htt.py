@@ -15,7 +15,7 @@ from skyshine.mat.surface.surroundings import WALL_EMISSIVITY, Exposure, Surroun
 from skyshine.mat.tables import film_response as wet
 from skyshine.mat.tables import response
 from skyshine.mat.tables import shade as light
-from skyshine.mat.tables.axes import CLOCK_UNIT, EXACT, LINEAR, PERIODIC, table_axis
+from skyshine.mat.tables.axes import CLOCK_UNIT, EXACT, LINEAR, PERIODIC, AxisRule, table_axis
 from skyshine.mat.tables.files import HTT
 from skyshine.mat.tables.named_materials import with_names
 from skyshine.mat.tables.table import Table
@@ -354,7 +354,7 @@ class TemperatureTable(Table):
         around = Surroundings(tuple((float(a), float(b)) for a, b in shade), sky_view, facing, facing_emissivity)
         place = self._place(slope, altitude=altitude, azimuth=azimuth)
         places = [np.asarray(place[name], float) for name in _PLACE]
-        return light.absorbed_change(self.root, around, self.material_codes(material), *places)
+        return light.absorbed_change(self.root, around, self.material_codes(material), *places, ground=self._ground)
 
     def exposed_change(
         self,
@@ -376,7 +376,27 @@ class TemperatureTable(Table):
         """
         place = self._place(slope, altitude=altitude, azimuth=azimuth)
         places = [np.asarray(place[name], float) for name in _PLACE]
-        return light.absorbed_change(self.root, exposure, self.material_codes(material), *places)
+        return light.absorbed_change(self.root, exposure, self.material_codes(material), *places, ground=self._ground)
+
+    @property
+    def _ground(self) -> light.Ground | None:
+        """The ground around tilted surfaces, where the file names it and holds level faces of it."""
+        name = self.attributes.get("ground_material")
+        if name not in self.materials or np.min(np.asarray(self.root.axes["slope"].values)) > 0:
+            return None
+        inside, hours = self.clamped(), response.forcing_hours()
+        clock = AxisRule.of("time", self.root.axes["time"])
+        within = response.held_times(clock)
+
+        def temperature(altitude: npt.NDArray[np.float64], heat: npt.NDArray[np.float64] | None) -> Any:
+            place = {"altitude": altitude[:, None], "time": np.where(within, hours, clock.nodes[0])}
+            change = None if heat is None else heat[:, None]
+            kelvin = inside.temperature(material=str(name), **place, absorbed_change=change)
+            return np.where(within, kelvin, 0.0)
+
+        number = list(self.materials).index(str(name))
+        emissivity, albedo = (float(self.attributes[f"ground_{key}"]) for key in ("emissivity", "albedo"))
+        return light.Ground(number, emissivity, albedo, temperature)
 
     def _place(self, slope: npt.ArrayLike | None, **given: npt.ArrayLike | None) -> dict[str, npt.ArrayLike]:
         """Values by axis: those given; else slope 0, the lowest altitude, of level faces any azimuth, the only hour."""

@@ -379,7 +379,7 @@ def temperature_change(
     flat = [values.ravel() for values in np.broadcast_arrays(*fields)]
     places, inverse = np.unique(np.stack(flat[:-1], axis=1), axis=0, return_inverse=True)
     codes = np.asarray(root.axes["material"].values)
-    times = _held_times(AxisRule.of("time", root.axes["time"]))
+    times = held_times(AxisRule.of("time", root.axes["time"]))
     result = np.empty(flat[-1].size)
     for start in range(0, len(places), _BLOCK):
         code, altitude, azimuth, slope, number = places[start : start + _BLOCK].T
@@ -400,7 +400,7 @@ def temperature_change(
     return result.reshape(np.broadcast_shapes(*(values.shape for values in fields)))
 
 
-def _held_times(rule: AxisRule) -> Booleans:
+def held_times(rule: AxisRule) -> Booleans:
     """Which steps of the day a time axis holds, (FORCING_STEPS,)."""
     if rule.interpolation == PERIODIC:
         return np.ones(FORCING_STEPS, bool)

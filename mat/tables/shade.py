@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.surface.forcing import plane_irradiance
 from skyshine.mat.surface.surroundings import Exposure, Surroundings
@@ -120,6 +122,7 @@ def absorbed_change(
     altitude: Floats,
     azimuth: Floats,
     slope: Floats,
+    ground: Ground | None = None,
 ) -> Floats:
     """Change of absorbed heat at places of a ``.htt`` database.
 
@@ -131,6 +134,8 @@ def absorbed_change(
         Of all places, or of each in the order of the broadcast shape.
     material, altitude, azimuth, slope : ndarray
         Codes, [km], [degree], to be broadcast.
+    ground : Ground, optional
+        Which has the same shade; by default it stays as it is in the open.
 
     Returns
     -------
@@ -152,4 +157,50 @@ def absorbed_change(
     change = OpenAir.of(root).absorbed_change(
         around, up.ravel(), over.ravel(), tilt.ravel(), absorptance.astype(float), emissivity.astype(float)
     )
+    if ground is not None and np.any(tilt > 0):
+        change += _from_ground(root, around, ground, up.ravel(), tilt.ravel(), absorptance, emissivity)
     return change.reshape(*at.shape, FORCING_STEPS)
+
+
+@dataclass(frozen=True)
+class Ground:
+    """Ground of a ``.htt`` database that has the shade of the tilted surfaces before which it lies.
+
+    Attributes
+    ----------
+    number : int
+        Of its material in the database.
+    emissivity, albedo : float
+    temperature : callable
+        Temperatures (Z, FORCING_STEPS) [K] of level ground at altitudes (Z,) [km], under an absorbed heat (Z,
+        FORCING_STEPS) [W m^-2] or none.
+    """
+
+    number: int
+    emissivity: float
+    albedo: float
+    temperature: Callable[[Floats, Floats | None], Floats]
+
+
+def _from_ground(
+    root: Group,
+    around: Exposure,
+    ground: Ground,
+    altitude: Floats,
+    slope: Floats,
+    absorptance: Floats,
+    emissivity: Floats,
+) -> Floats:
+    """Change of absorbed heat (P, FORCING_STEPS) by ground that is colder and reflects less light in the shade."""
+    count = max(len(around.shaded), len(around.sky_view))
+    heights, which = (altitude, np.arange(altitude.size)) if count > 1 else np.unique(altitude, return_inverse=True)
+    level, one = np.zeros(heights.size), np.ones(heights.size)
+    air = OpenAir.of(root)
+    light = air.absorbed_change(around, heights, level, level, one, level)
+    own = (np.full(heights.size, root.variables[name].data[ground.number], float) for name in (ABSORPTANCE, EMISSIVITY))
+    heat = air.absorbed_change(around, heights, level, level, *own)
+    colder = ground.temperature(heights, heat) ** 4 - ground.temperature(heights, None) ** 4
+    view = 0.5 * (1 - np.cos(np.radians(slope)))[:, None]
+    longwave, reflected = ground.emissivity * Stefan_Boltzmann * colder, ground.albedo * light
+    change: Floats = view * (emissivity[:, None] * longwave[which] + absorptance[:, None] * reflected[which])
+    return change

@@ -30,6 +30,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from light_parts import scattered_again
 
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
@@ -266,10 +267,9 @@ def test_scattered_sunlight(spectra, state):
             ends = np.append(segments.index, segments.index[-1] + 1)
             angles = [f(rays, *SOURCE)[p, ends] for f in (geometry.source_cosine, geometry.scattering_cosine)]
             ours[p, b], azimuthal[p, b] = (
-                (one.scattered_along(segments, depths, *angles)[0] @ weight)[0] for one in (mean, air)
+                (one.scattered_light.along(segments, depths, *angles)[0] @ weight)[0] for one in (mean, air)
             )
-            scaled = Depths(segments.column(mean.scaled_extinction))
-            once[p, b] = ours[p, b] - (mean.diffuse_light.spectral(segments, depths, scaled, *angles)[0] @ weight)[0]
+            once[p, b] = ours[p, b] - (scattered_again(mean).along(segments, depths, *angles)[0] @ weight)[0]
     theirs = np.array([bin_means(spectra[path][2], *SOLAR) for path in paths])
     share = once / ours
     # In the water bands next to nothing is scattered: what is below a hundredth of the brightest of its line of sight

@@ -175,7 +175,7 @@ class GraphMapper:
         surveyed : Survey
         model : GaussianModel; of the colours of the materials of the seeds.
         classes : (L, K) float64
-            As of `library_classes`: K are these materials, and `unknown` where a library knows others.
+            As of `and_unknown`: K are these materials, and `unknown` where a library knows others.
         seeds : (N,) arrays, four of them; as of `SeedTexels.drawn`.
         typicality : Typicality or Everywhere; of the boxes of the seeds.
         """

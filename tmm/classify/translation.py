@@ -39,7 +39,7 @@ def library_classes(
     """What share (L, K) of each class of a library model stands for each of the materials of seeds.
 
     A class stands for the material of its name; without one, for the materials of its group, alike: those that no class
-    is named by, where there are any; else for `unknown`, which is the last material where the seeds have none of it.
+    is named by, where there are any; else for none.
 
     groups : dict of str to str; group of each material by name.
     """
@@ -51,11 +51,17 @@ def library_classes(
         group = [k for k, other in enumerate(materials) if groups.get(other, other) == groups.get(name)]
         alike = [k for k in group if materials[k] not in classes] or group
         shares[i, alike] = 1 / max(len(alike), 1)
-    none = (shares.sum(axis=1) == 0).astype(float)
+    return shares
+
+
+def and_unknown(classes: npt.NDArray[np.float64], materials: Sequence[str]) -> npt.NDArray[np.float64]:
+    """These shares (L, K) with the classes that stand for none of the materials standing for `unknown`, which is the
+    last, (L, K + 1), where there are such classes and the seeds have none of it.
+    """
+    none = (classes.sum(axis=1) == 0).astype(float)
     if UNKNOWN in materials:
-        shares[:, materials.index(UNKNOWN)] = none
-        return shares
-    return np.column_stack([shares, none]) if none.any() else shares
+        return np.where(np.array(materials) == UNKNOWN, none[:, np.newaxis], classes)
+    return np.column_stack([classes, none]) if none.any() else classes
 
 
 def translated(

@@ -139,7 +139,8 @@ class Classifier(StrictModel):
     )
     prior: Literal["equal", "seeds"] | dict[MaterialName, Annotated[float, Field(gt=0)]] = Field(
         default="equal",
-        description="Prior of the materials: equal, as the seeds' texels, or a number for each material.",
+        description="Prior of the materials: equal, as the seeds' texels, or a number for each material. With seeds of "
+        "several places, not asked for, equal is the start of an estimate by how much of the texture each covers.",
     )
     confidence_threshold: Probability = Field(
         default=0.0, description="Texels of lower confidence become unknown (code 0)."

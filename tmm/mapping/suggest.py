@@ -14,7 +14,7 @@ from skyshine.tmm.classify.graph import Survey, grid_step, seed_shares, survey
 from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.classify.questions import choose, clearness, contest, doubt, middles, reach, strangeness
 from skyshine.tmm.classify.trained import TrainedModel
-from skyshine.tmm.classify.translation import class_groups, library_classes
+from skyshine.tmm.classify.translation import and_unknown, class_groups, library_classes
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.answers import Answer, read_answers
 from skyshine.tmm.inputs.load import load_texture, open_texture
@@ -191,8 +191,9 @@ def _known(
         return Known(model.names, surveyed.library, covered, nowhere, True)
     own = fit_seeds(seeds, texture.encoding, job.classifier.prior)
     groups = class_groups(model, own.names, library)
+    classes = library_classes(() if model is None else model.names, own.names, groups)
     # What the library knows and no answer names is to be asked about: it is no class of its own here.
-    classes = library_classes(() if model is None else model.names, own.names, groups)[:, : len(own.names)]
+    classes = and_unknown(classes, own.names)[:, : len(own.names)]
     drawn = seeds.drawn(own.names)
     shares = seed_shares(surveyed, own, classes, drawn)
     if len(classes) and (classes > 0).any(axis=0).all():

@@ -14,7 +14,7 @@ from skyshine.tmm.classify.graph import TYPICAL_RADIUS, GraphMapper, survey
 from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper
 from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.classify.trained import ModelMapper, TrainedModel
-from skyshine.tmm.classify.translation import class_groups, library_classes
+from skyshine.tmm.classify.translation import and_unknown, class_groups, library_classes
 from skyshine.tmm.classify.typicality import Boxes, Everywhere, Typicality
 from skyshine.tmm.database.levels import Level
 from skyshine.tmm.features.colour import DistinctColours
@@ -206,6 +206,7 @@ def seed_mappers(
     def by_graph(chosen: npt.NDArray[np.bool_] | None) -> Mapper:
         model = fit_seeds(seeds, texture.encoding, settings.prior, chosen)
         classes = library_classes(() if general is None else general.names, model.names, groups)
+        classes = and_unknown(classes, model.names)
         drawn = seeds.drawn(model.names, chosen)
         return GraphMapper(texture, colours, surveyed, model, classes, drawn, typicality(chosen))
 

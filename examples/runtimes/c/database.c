@@ -104,15 +104,6 @@ static void read_atmosphere(const struct source *from, struct database *database
     if (has_any(from, CHANNEL_BENDING)) read_more(from, database, CHANNEL_BENDING, clamped);
 }
 
-static void read_surface(const struct source *from, struct database *database, const char *const *clamped)
-{
-    const struct layout *const OPTIONAL[] = {SHADE, FILM, FILM_BEFORE, TRACKS};
-    read_more(from, database, SURFACE, clamped);
-    for (size_t k = 0; k < sizeof OPTIONAL / sizeof *OPTIONAL; ++k)
-        if (H5Lexists(from->file, OPTIONAL[k]->name, H5P_DEFAULT) > 0) read_more(from, database, OPTIONAL[k], clamped);
-    database->tracked = sky_holds(database, TRACKS->name);
-}
-
 static int is_utf8(const char *text)
 {
     for (const unsigned char *at = (const unsigned char *)text; *at;) {
@@ -146,6 +137,29 @@ static const char **read_names(const struct source *from, size_t count)
     H5Dvlen_reclaim(type, sky_id(H5Dget_space(array)), H5P_DEFAULT, stored);
     if (!readable) sky_fail("%s: 'material_name' holds what is not UTF-8 text", from->path);
     return names;
+}
+
+/* The ground before tilted faces, which has their shade. */
+static void read_shaded_ground(const struct source *from, struct database *database)
+{
+    const struct axis *axes = sky_array_of(database, "temperature")->axes;
+    if (!sky_read_text(from->file, "ground_material", database->ground_material) || axes[3].nodes[0] > 0) return;
+    const char **names = read_names(from, axes[0].count);
+    for (size_t i = 0; i < axes[0].count; ++i)
+        if (!strcmp(names[i], database->ground_material)) database->ground_code = axes[0].nodes[i];
+    if (database->ground_code == 0.0) return;
+    read_stated(from, "ground_emissivity", 1, 0.0, 1.0, &database->ground[0]);
+    read_stated(from, "ground_albedo", 1, 0.0, 1.0, &database->ground_albedo);
+}
+
+static void read_surface(const struct source *from, struct database *database, const char *const *clamped)
+{
+    const struct layout *const OPTIONAL[] = {SHADE, FILM, FILM_BEFORE, TRACKS};
+    read_more(from, database, SURFACE, clamped);
+    for (size_t k = 0; k < sizeof OPTIONAL / sizeof *OPTIONAL; ++k)
+        if (H5Lexists(from->file, OPTIONAL[k]->name, H5P_DEFAULT) > 0) read_more(from, database, OPTIONAL[k], clamped);
+    if (sky_holds(database, SHADE->name)) read_shaded_ground(from, database);
+    database->tracked = sky_holds(database, TRACKS->name);
 }
 
 static void read_band(const struct source *from, struct database *database, const char *const *clamped)

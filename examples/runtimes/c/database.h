@@ -54,6 +54,7 @@ struct database {
     int tilted;            /* it has harmonics of the light around faces */
     double ground[3];      /* emissivity, temperature and emitted radiance of the ground; NaN where it does not state them */
     char ground_material[NAME]; /* of the ground; empty where it names none */
+    double ground_code, ground_albedo; /* of an .htt that holds the ground before tilted faces; 0 where it does not */
     int tracked;           /* it has the tracks of Sun and Moon */
     int lunar;             /* its source is the Moon */
     struct channels channels;

@@ -283,18 +283,14 @@ static double shaded_share(const skyshine_surroundings *around, double hour)
     return fmin(covered / STEP, 1.0);
 }
 
-double sky_temperature_beside(const struct database *surface, const double *face, const skyshine_surroundings *around)
+/* Heat that a face absorbs more than in the open, from the sky that surroundings leave; and the sunlight that reaches it less, below 0. */
+static void of_the_sky(const struct database *surface, const double *face, const skyshine_surroundings *around, double *absorbed, double *light)
 {
-    need_response(surface);
     const double degree = acos(-1.0) / 180.0, open = around->sky_view, facing = around->facing;
     const double emissivity = isnan(around->facing_emissivity) ? SKY_WALL_EMISSIVITY : around->facing_emissivity;
-    int finite = isfinite(open) && !isinf(facing) && isfinite(emissivity);
-    for (size_t i = 0; i < around->shade_count; ++i) finite = finite && isfinite(around->shade[i][0]) && isfinite(around->shade[i][1]);
-    if (!finite) sky_fail("surroundings must be finite numbers");
     const double absorbs = sky_value_at(surface, "solar_absorptance", face), emits = sky_value_at(surface, "thermal_emissivity", face);
     const double altitude = air_altitude(surface, face[ALTITUDE]);
     const double cosine = cos(face[SLOPE] * degree), sine = sin(face[SLOPE] * degree), view = 0.5 * (1 + cosine);
-    double absorbed[STEPS];
     for (size_t k = 0; k < STEPS; ++k) {
         const double hour = (double)k * STEP, place[] = {altitude, hour};
         const double up = sky_value_at(surface, "solar_elevation", &hour) * degree;
@@ -308,8 +304,42 @@ double sky_temperature_beside(const struct database *surface, const double *face
         const double air = STEFAN_BOLTZMANN * pow(sky_value_at(surface, "air_temperature", place), 4);
         const double emitted = isnan(facing) || facing < 0 ? air : STEFAN_BOLTZMANN * pow(facing, 4);
         const double wall = emissivity * emitted + (1 - emissivity) * (sky + air) / 2;
-        const double shaded = shaded_share(around, hour);
-        absorbed[k] = emits * (1 - open) * view * (wall - sky) - absorbs * (shaded * beam + (1 - open) * spread);
+        light[k] = -(shaded_share(around, hour) * beam + (1 - open) * spread);
+        absorbed[k] = emits * (1 - open) * view * (wall - sky) + absorbs * light[k];
     }
+}
+
+/* Add what comes from ground that has the same surroundings: it is colder in the shade, and reflects less light. */
+static void add_ground(const struct database *surface, const double *face, const skyshine_surroundings *around, double *absorbed)
+{
+    const struct axis *axes = sky_array_of(surface, "temperature")->axes;
+    const double below = (1 - cos(face[SLOPE] * acos(-1.0) / 180.0)) / 2;
+    if (surface->ground_code == 0.0 || !(face[SLOPE] > 0)) return;
+    const double absorbs = sky_value_at(surface, "solar_absorptance", face), emits = sky_value_at(surface, "thermal_emissivity", face);
+    double level[] = {surface->ground_code, within(&axes[ALTITUDE], face[ALTITUDE]), axes[AZIMUTH].nodes[0], 0.0, 0.0};
+    double heat[STEPS], light[STEPS], moved[STEPS];
+    const double limit = sky_value_at(surface, "highest_temperature", level);
+    of_the_sky(surface, level, around, heat, light);
+    change(surface, level, heat, moved);
+    for (size_t k = 0; k < STEPS; ++k) {
+        absorbed[k] += below * absorbs * surface->ground_albedo * light[k];
+        level[TIME] = (double)k * STEP;
+        if (!is_held(&axes[TIME], level[TIME])) continue;
+        const double sunlit = sky_value_at(surface, "temperature", level), kelvin = fmin(sunlit + moved[k], fmax(limit, sunlit));
+        absorbed[k] += below * emits * surface->ground[0] * STEFAN_BOLTZMANN * (pow(kelvin, 4) - pow(sunlit, 4));
+    }
+}
+
+double sky_temperature_beside(const struct database *surface, const double *face, const skyshine_surroundings *around)
+{
+    need_response(surface);
+    const double open = around->sky_view, facing = around->facing;
+    const double emissivity = isnan(around->facing_emissivity) ? SKY_WALL_EMISSIVITY : around->facing_emissivity;
+    int finite = isfinite(open) && !isinf(facing) && isfinite(emissivity);
+    for (size_t i = 0; i < around->shade_count; ++i) finite = finite && isfinite(around->shade[i][0]) && isfinite(around->shade[i][1]);
+    if (!finite) sky_fail("surroundings must be finite numbers");
+    double absorbed[STEPS], light[STEPS];
+    of_the_sky(surface, face, around, absorbed, light);
+    add_ground(surface, face, around, absorbed);
     return sky_temperature_under(surface, face, absorbed, STEPS);
 }

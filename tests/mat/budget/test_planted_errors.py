@@ -14,6 +14,7 @@ from skyshine.mat.job.load import load_job
 from skyshine.materials.library import load_library
 
 # Rows in which several sources meet.
+OF_GROUND = {"aureole", "seen_faces", "tilted_sky", "reflected_wavelengths"}  # read through the table too
 TOGETHER = {"tables", "pixel", "all", "transmittance_extrapolation", "radiance_extrapolation", "face"}
 
 
@@ -78,7 +79,7 @@ def test_the_views_have_all_circumstances(honest):
 def test_a_response_of_nothing_shows_as_shade_and_surroundings(honest, planted):
     """Both are read from the kernel: without it a surface in the shade is some kelvin too warm."""
     wrong = planted(("s01.htt.h5", "response_kernel", np.zeros_like))
-    assert changed(wrong, honest) == {"shade", "surroundings"}
+    assert changed(wrong, honest) == {"shade", "surroundings", "aureole", "seen_faces"}
     # Times six hours apart give the response a start that is some kelvin off.
     assert rms(wrong.errors["shade"]) > 4 * rms(honest.errors["shade"])
     warm = kelvin(wrong, wrong.errors["shade"])[wrong.circumstances.in_shade & (wrong.views.source_elevation > 20)]
@@ -88,7 +89,7 @@ def test_a_response_of_nothing_shows_as_shade_and_surroundings(honest, planted):
 def test_sunlight_too_weak_shows_as_shade(honest, planted):
     """Light that walls take depends on it too, where the diffuse part is bounded by that of an even sky."""
     wrong = planted(("s01.htt.h5", "direct_normal_irradiance", lambda light: 0.5 * light))
-    assert changed(wrong, honest) <= {"shade", "surroundings"}
+    assert changed(wrong, honest) <= {"shade", "surroundings", "aureole", "seen_faces"}
     moved = {name: rms(wrong.errors[name] - honest.errors[name]) for name in ("shade", "surroundings")}
     assert moved["shade"] > 2 * rms(honest.errors["shade"]) and moved["surroundings"] < 0.1 * moved["shade"]
 
@@ -151,9 +152,55 @@ def test_a_sentence_names_the_largest_source(honest, planted):
     """Temperatures 20 K too warm. The response departs from linear where a surface begins so warm."""
     wrong = planted(("s01.htt.h5", "temperature", lambda kelvins: kelvins + 20))
     moved = {name: rms(wrong.errors[name] - honest.errors[name]) for name in changed(wrong, honest)}
-    assert set(moved) <= {"temperature_table", "shade", "surroundings"} and "temperature_table" in moved
+    assert set(moved) <= {"temperature_table", "shade", "surroundings", *OF_GROUND} and "temperature_table" in moved
     assert all(size < 0.3 * moved["temperature_table"] for name, size in moved.items() if name != "temperature_table")
     described = describe(wrong)
     assert "the largest source is temperature table (" in described["dominant"]
     assert described["regions"]["beside a wall"]["views"] == wrong.circumstances.walled.sum()
     assert described["errors"]["pixel"]["temperature"]["p99"]["value"] > 10
+
+
+def moved(wrong, honest, name):
+    return rms(wrong.errors[name] - honest.errors[name]) / rms(honest.errors[name])
+
+
+def test_an_aureole_that_stays_in_the_shade_shows_as_aureole(honest, planted):
+    """Without the share shaded faces keep all of the sky's light around the Sun: some kelvin times their shade."""
+    wrong = planted(("s01.htt.h5", "aureole_share", np.zeros_like))
+    assert changed(wrong, honest) <= {"aureole", "seen_faces", "shade", "surroundings"}
+    assert planted_share(wrong, honest) > 0.5
+    sunlit = ~honest.circumstances.shaded
+    assert sunlit.any() and np.all(wrong.errors["shade"][sunlit] == honest.errors["shade"][sunlit])
+
+
+def planted_share(wrong, honest):
+    """By how much shaded faces by day are warmer, over what the response to shade errs there."""
+    rows = honest.circumstances.in_shade & (honest.views.source_elevation > 10)
+    return rms(wrong.errors["shade"][rows] - honest.errors["shade"][rows]) / rms(honest.errors["shade"][rows])
+
+
+def test_ground_that_shade_does_not_cool_shows_as_seen_faces(honest, planted):
+    """Without a response the ground in the shade is as warm as in the open: of the row its reflected light is left."""
+    wrong = planted(("s01.htt.h5", "response_kernel", np.zeros_like))
+    tilted = honest.views.normal[:, 2] < 0.9
+    rows = tilted & honest.circumstances.in_shade & (honest.views.source_elevation > 10)
+    assert rows.any() and np.all(honest.errors["seen_faces"][rows] > 0)
+    assert np.all(np.abs(honest.errors["seen_faces"][honest.views.normal[:, 2] > 0.9999]) < 1e-6)
+    assert rms(wrong.errors["seen_faces"][rows]) < 0.5 * rms(honest.errors["seen_faces"][rows])
+
+
+def test_a_lobe_too_narrow_shows_as_lobe(honest, planted):
+    wrong = planted(("b01.band.h5", "shininess", lambda exponent: 16 * exponent))
+    assert moved(wrong, honest, "lobe") > 0.3
+
+
+def test_a_coarse_depth_buffer_and_coarse_pixels_show_under_their_names(honest, budget_of, job, monkeypatch):
+    from skyshine.mat.budget import unmodelled, unmodelled_errors
+
+    fine = unmodelled.depth_buffer_range
+    monkeypatch.setattr(unmodelled_errors, "depth_buffer_range", lambda *given: fine(*given, bits=12))
+    monkeypatch.setattr(unmodelled_errors, "PIXEL_RAD", 10 * unmodelled.PIXEL_RAD)
+    wrong = budget_of(job.parent / "built")
+    assert changed(wrong, honest) == {"depth_buffer", "aliasing"}
+    assert rms(wrong.errors["depth_buffer"]) > 100 * rms(honest.errors["depth_buffer"])
+    assert rms(wrong.errors["aliasing"]) > 1.5 * rms(honest.errors["aliasing"])

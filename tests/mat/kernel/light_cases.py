@@ -94,9 +94,7 @@ def lines_through(air, lines=LINES):
     elevation = np.radians(elevation)
     paths = list(lines_of_sight(air, length[:, None], altitude, elevation))
     sources = [
-        LineSources.at(
-            np.append(SOURCES, np.full(OFF_LINE.size, max(of_line, -0.3))), np.append(AZIMUTHS, OFF_LINE)
-        )
+        LineSources.at(np.append(SOURCES, np.full(OFF_LINE.size, max(of_line, -0.3))), np.append(AZIMUTHS, OFF_LINE))
         for of_line in elevation
     ]
     joined = JoinedPaths.of(paths)

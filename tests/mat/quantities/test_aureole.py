@@ -8,7 +8,8 @@ import pytest
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.spectra.fluxes import packaged_points, sunlight_shares
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.quantities.aureole import DIRECTIONS, aureole_shares, sunlit_sky
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.quantities.aureole import DIRECTIONS, SunlitSky, sunlit_sky
 from skyshine.mat.quantities.radiance_field import Directions
 from skyshine.mat.surface.forcing import plane_irradiance
 from skyshine.mat.surface.sun_path import SOLAR_CONSTANT
@@ -24,52 +25,46 @@ def rural(visibility):
 
 @cache
 def sky(visibility):
-    """Radiance (S, D, A), level diffuse irradiance and direct normal irradiance (S,) at all points."""
+    """Sky by direction, direct normal and level diffuse irradiance (S,) at all points."""
     points, state = packaged_points().shortwave, rural(visibility)
     ground = np.array([state.surface_altitude])
     direct, diffuse = (part[0] @ points.weight for part in sunlight_shares(state, points, ground, ELEVATIONS, 0.2))
-    return sunlit_sky(state, points, ELEVATIONS), diffuse, direct
-
-
-def upper():
-    up = DIRECTIONS.cosine > 0
-    level = (DIRECTIONS.solid_angle * DIRECTIONS.cosine[:, None])[up]
-    return DIRECTIONS.samples[up], np.broadcast_to(level, (level.size, DIRECTIONS.azimuths))
+    return SunlitSky.of(SpectralAir.of(state, points), points.weight, ELEVATIONS), direct, diffuse
 
 
 def test_the_sky_by_direction_holds_its_flux():
-    radiance, diffuse, _ = sky(23.0)
-    _, level = upper()
-    np.testing.assert_allclose(np.sum(level * radiance, axis=(1, 2)), diffuse, rtol=0.01)
+    whole, _, diffuse = sky(23.0)
+    np.testing.assert_allclose(whole.irradiance, diffuse, rtol=0.01)
 
 
-def obstacles(elevation):
-    """What hides directions (..., 3) before a Sun in the direction x: a building, a long wall, a tree."""
-    sun = np.array([np.cos(np.radians(elevation)), 0.0, np.sin(np.radians(elevation))])
-    return {
-        "building": lambda v: np.abs(np.arctan2(v[..., 1], v[..., 0])) < np.radians(52),
-        "narrow building": lambda v: np.abs(np.arctan2(v[..., 1], v[..., 0])) < np.radians(30),
-        "wall": lambda v: v[..., 2] < np.tan(np.radians(elevation + 15)) * v[..., 0],
-        "tree": lambda v: v @ sun > np.cos(np.radians(20)),
-    }
+# What hides directions before a Sun in the direction x: buildings, a long wall, a tree.
+OBSTACLES = {
+    "building": lambda v, sun: np.abs(np.arctan2(v[..., 1], v[..., 0])) < np.radians(52),
+    "narrow building": lambda v, sun: np.abs(np.arctan2(v[..., 1], v[..., 0])) < np.radians(30),
+    "wall": lambda v, sun: v[..., 2] < np.tan(np.arcsin(sun[2]) + np.radians(15)) * v[..., 0],
+    "tree": lambda v, sun: v @ sun > np.cos(np.radians(20)),
+}
+
+
+def test_a_sector_before_the_sun_holds_more_than_its_share_of_the_sky():
+    """.29 of an even sky, .5 to .7 of the diffuse light."""
+    share, even = sky(23.0)[0].within(OBSTACLES["building"])
+    assert even == pytest.approx(52 / 180, abs=0.01)
+    assert np.all((share > 0.5) & (share < 0.7))
 
 
 def test_what_obstacles_before_the_sun_leave_of_the_sky():
     """Diffuse light on level ground, W/m2 rms over obstacles, Suns and hazes, by the share, by none, and by Hay and
     Davies (their split as shade would take it)."""
-    samples, level = upper()
     errors = {"share": [], "none": [], "hay": []}
     for visibility in (8.0, 23.0, 80.0):
-        radiance, diffuse, direct = sky(visibility)
-        share = aureole_shares(rural(visibility), packaged_points().shortwave, ELEVATIONS)
-        for number, elevation in enumerate(ELEVATIONS):
-            for hides in obstacles(elevation).values():
-                covered = level * hides(samples).mean(axis=-1)
-                left = diffuse[number] - np.sum(covered * radiance[number])
-                even = 1 - covered.sum() / level.sum()
-                of = {"share": share[number], "none": 0.0, "hay": direct[number] / SOLAR_CONSTANT}
-                for name, aureole in of.items():
-                    errors[name].append((1 - aureole) * even * diffuse[number] - left)
+        whole, direct, diffuse = sky(visibility)
+        around = sunlit_sky(rural(visibility), packaged_points().shortwave, ELEVATIONS).aureole
+        for hides in OBSTACLES.values():
+            share, even = whole.within(hides)
+            of = {"share": around, "none": 0.0, "hay": direct / SOLAR_CONSTANT}
+            for name, aureole in of.items():
+                errors[name].append(((1 - aureole) * (1 - even) - (1 - share)) * diffuse)
     rms = {name: np.sqrt(np.mean(np.square(values))) for name, values in errors.items()}
     assert rms["share"] < 0.45 * min(rms["none"], rms["hay"]) and rms["share"] < 15
     assert abs(np.mean(errors["share"])) < 5 < np.mean(errors["none"])
@@ -80,13 +75,13 @@ def test_walls_receive_as_much_as_by_hay_and_davies():
     errors = {"share": [], "hay": []}
     up = DIRECTIONS.cosine > 0
     for visibility in (8.0, 23.0, 80.0):
-        radiance, diffuse, direct = sky(visibility)
-        share = aureole_shares(rural(visibility), packaged_points().shortwave, ELEVATIONS)
+        whole, direct, diffuse = sky(visibility)
+        share = sunlit_sky(rural(visibility), packaged_points().shortwave, ELEVATIONS).aureole
         for slope in (30.0, 60.0, 90.0):
             for turn in (0.0, 45.0, 90.0, 180.0):
                 s, a = np.radians(slope), np.radians(turn)
                 normal = np.array([np.sin(s) * np.cos(a), np.sin(s) * np.sin(a), np.cos(s)])
-                exact = np.einsum("da,sda->s", DIRECTIONS.irradiance_weights(normal)[up], radiance)
+                exact = np.einsum("da,sda->s", DIRECTIONS.irradiance_weights(normal)[up], whole.radiance)
                 for name, aureole in (("share", share), ("hay", direct / SOLAR_CONSTANT)):
                     _, ours, _ = plane_irradiance(slope, turn, ELEVATIONS, 0.0, 0.0, diffuse, 0.0, aureole)
                     errors[name].append(ours - exact)
@@ -96,16 +91,16 @@ def test_walls_receive_as_much_as_by_hay_and_davies():
 
 def test_few_points_and_directions_are_enough():
     state, points = rural(23.0), packaged_points().shortwave
-    few = aureole_shares(state, points, ELEVATIONS)
-    fine = aureole_shares(state, points, ELEVATIONS, Directions.of(16, 24))
+    few = sunlit_sky(state, points, ELEVATIONS).aureole
+    fine = SunlitSky.of(SpectralAir.of(state, points), points.weight, ELEVATIONS, Directions.of(16, 24)).aureole
     np.testing.assert_allclose(few, fine, atol=0.012)
     assert np.all((few > 0.1) & (few < 0.4))
 
 
 def test_fog_has_hardly_an_aureole_at_a_low_sun():
-    assert aureole_shares(rural(1.0), packaged_points().shortwave, np.array([5.0]))[0] < 0.03
+    assert sunlit_sky(rural(1.0), packaged_points().shortwave, np.array([5.0])).aureole[0] < 0.03
 
 
 @pytest.mark.parametrize("elevation", [90.0, 0.0])
 def test_ends_of_the_elevations_are_finite(elevation):
-    assert 0 <= aureole_shares(rural(23.0), packaged_points().shortwave, np.array([elevation]))[0] < 1
+    assert 0 <= sunlit_sky(rural(23.0), packaged_points().shortwave, np.array([elevation])).aureole[0] < 1

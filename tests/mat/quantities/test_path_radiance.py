@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 
 from skyshine.mat.atmosphere.band.points import BandPoints
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
+from skyshine.mat.atmosphere.particles.cloud import CloudLayer
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.line_of_sight import lines_of_sight
 from skyshine.mat.quantities.joined_paths import JoinedPaths
 from skyshine.mat.quantities.line_sources import LineSources
-from skyshine.mat.quantities.path_radiance import radiance_along
+from skyshine.mat.quantities.path_radiance import radiance_along, scattered_light, thermal_light
+from skyshine.mat.quantities.scattering_points import ScatteringPoints
 
 EDGES = np.array([900.0, 1000.0, 2400.0])
 KELVIN = 270.0
@@ -95,3 +98,33 @@ def test_scattered_light_is_in_proportion_to_the_source_and_never_negative(make)
     assert np.all(once >= dark) and np.all(np.diff(once[:, 0] - dark[:, 0]) >= 0) and once[-1, 0] > dark[-1, 0]
     np.testing.assert_allclose(thrice - dark, 3 * (once - dark), rtol=1e-4, atol=1e-9 * once.max())
     assert once[-1, 1] == dark[-1, 1]  # the second source is far below the horizon
+
+
+@pytest.mark.parametrize(
+    ("settings", "place"),
+    [
+        ({"aerosol": Aerosol("none")}, (700.0, 10.0)),
+        ({"aerosol": Aerosol("none")}, (700.0, 0.0)),
+        ({"aerosol": Aerosol("fog_radiation")}, (20.0, 30.0)),
+        ({"aerosol": Aerosol("rural", visibility_km=5.0)}, (0.0, 0.0)),
+        ({"clouds": [CloudLayer("water", 1e3, 2e3, 10.0, 8.0)]}, (1.5e3, 0.0)),
+        ({"clouds": [CloudLayer("water", 1e3, 2e3, 10.0, 8.0)]}, (1.5e3, -35.0)),
+        ({"clouds": [CloudLayer("water", 1e3, 2e3, 10.0, 8.0)]}, (2e3, 90.0)),
+    ],
+    ids=str,
+)
+def test_the_limit_for_short_ranges_is_that_of_short_ranges(synthetic_points, isothermal, settings, place):
+    """Thermal and scattered, at levels and between, of a source behind, near the line, and below the horizon."""
+    points = synthetic_points(EDGES, {"CO2": np.array([1e-28, 1e-26, 1e-25, 1e-24])})
+    band = BandPoints(points, np.array([0.3, 0.7, 0.2, 0.8]))
+    air = replace(SpectralAir.of(isothermal(KELVIN, **settings), points), spherical=False)
+    (path,) = lines_of_sight(air, np.array([[0.0, 1e-3, 1.0]]), np.array([place[0]]), np.radians([place[1]]))
+    sources = LineSources.at(np.radians([40.0, max(place[1], 3.0), -2.0]), np.radians([170.0, 2.0, 30.0]))
+    lines = JoinedPaths.of([path])
+    absorbed = -np.expm1(-path.depth) @ band.weight / band.weight.sum()
+    lit = ScatteringPoints.every(air, band, np.ones(4))
+    for part in (thermal_light(air, band, lines), scattered_light(air, band, lines, [sources], lit)):
+        light = part.ratio(air, band, lines, absorbed[None])[0]
+        assert np.all(np.isfinite(light)) and np.all(light[:, :2] > 0)
+        assert light[0] == pytest.approx(light[1], rel=1e-4, abs=1e-9 * light[0].max())
+        assert light[0] == pytest.approx(light[2], rel=2e-2, abs=1e-9 * light[0].max())

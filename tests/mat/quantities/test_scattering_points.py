@@ -37,7 +37,7 @@ def paths(air):
 def spectra(air, paths):
     return np.concatenate(
         [
-            air.air.scattered_along(
+            air.air.scattered_light.along(
                 path.segments, path.segment_depths, SOURCES.to_source(path.ends), SOURCES.deflection(path.ends)
             )[0]
             for path in paths

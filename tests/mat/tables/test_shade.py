@@ -14,7 +14,7 @@ from skyshine.mat.surface.solver import solve_columns
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.table import temperature_table
 from skyshine.mat.tables.files import HTT
-from skyshine.mat.tables.htt import htt_group, shade_fields
+from skyshine.mat.tables.htt import enclosure_attributes, htt_group, shade_fields
 from skyshine.mat.tables.response import ColumnResponse
 from skyshine.mat.tables.stated_error import accuracy_group
 from skyshine.materials.library import load_library
@@ -61,9 +61,16 @@ class Day:
             "slope_deg": np.array(SLOPES),
             "time_h": HOURS,
         }
+        around = {"ground_material": "asphalt_road", **enclosure_attributes(inputs[2].enclosure)}
         fields = shade_fields(response_table(ordered, self.scene), self.scene)
         group = htt_group(
-            table, [self.codes[name] for name in names], names, axes, accuracy_group([], {}, {}, {}), {}, shade=fields
+            table,
+            [self.codes[name] for name in names],
+            names,
+            axes,
+            accuracy_group([], {}, {}, {}),
+            around,
+            shade=fields,
         )
         write_file(path, group, Header(HTT.name, HTT.format_version, "data", "job"))
         self.table = open_file(path)

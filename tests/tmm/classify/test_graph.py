@@ -11,7 +11,7 @@ from skyshine.tmm.classify.graph import TYPICAL_RADIUS, GraphMapper, clicks, see
 from skyshine.tmm.classify.model_file import write_model
 from skyshine.tmm.classify.superpixels import STIFFNESS, Superpixels, find_superpixels
 from skyshine.tmm.classify.trained import Network, TrainedModel
-from skyshine.tmm.classify.translation import library_classes, translated
+from skyshine.tmm.classify.translation import and_unknown, library_classes, translated
 from skyshine.tmm.classify.typicality import Boxes, Typicality, fit_boxes
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates
 from skyshine.tmm.features.textured import features, light_planes, names
@@ -198,7 +198,9 @@ def test_what_a_library_knows_and_no_seed_names_is_unknown(halves):
     texture, model = halves
     surveyed = survey(texture, DistinctColours(texture), model)
     seeds = np.array([9, 30]), np.array([40, 10]), np.array([0, 1]), np.zeros(2, bool)
-    classes = library_classes(model.names, (GREEN, "grass_dry"), dict.fromkeys((GREEN, "grass_dry"), "vegetation"))
+    materials = (GREEN, "grass_dry")
+    classes = library_classes(model.names, materials, dict.fromkeys(materials, "vegetation"))
+    classes = and_unknown(classes, materials)
     assert classes.tolist() == [[1, 0, 0], [0, 0, 1]]
     greens = _colours(np.array([[70, 130, 60], [75, 135, 60]], np.uint8), (GREEN, "grass_dry"))
     mapper = _mapper(texture, surveyed, replace(model, colour=greens), classes, seeds)

@@ -3,19 +3,21 @@
 import numpy as np
 import pytest
 
-from skyshine.tmm.classify.translation import SLIPS, TRUST, library_classes, translated
+from skyshine.tmm.classify.translation import SLIPS, TRUST, and_unknown, library_classes, translated
 
 
 def test_classes_by_name_then_by_group():
     groups = {"oak": "tree", "elm": "tree", "fir": "tree", "mud": "soil", "ice": "water"}
     shares = library_classes(("oak", "fir", "ice"), ("oak", "elm", "mud"), groups)
-    # Fir is no seed: it stands for the tree that the library does not name. Ice is what no seed names.
-    assert shares.tolist() == [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]
+    # Fir is no seed: it stands for the tree that the library does not name. Ice stands for nothing.
+    assert shares.tolist() == [[1, 0, 0], [0, 1, 0], [0, 0, 0]]
+    assert and_unknown(shares, ("oak", "elm", "mud")).tolist() == [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]
     named = library_classes(("oak", "fir", "ice"), ("oak", "elm", "unknown"), groups)
-    assert named.tolist() == [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    assert and_unknown(named, ("oak", "elm", "unknown")).tolist() == [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
     # Where the library names all trees of the seeds, other trees stand for these: they are trees, and no mud.
     shares = library_classes(("oak", "fir", "elm", "ice"), ("oak", "elm", "mud"), groups)
-    assert shares.tolist() == [[1, 0, 0, 0], [0.5, 0.5, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]
+    assert shares.tolist() == [[1, 0, 0], [0.5, 0.5, 0], [0, 1, 0], [0, 0, 0]]
+    assert and_unknown(np.eye(2), ("oak", "elm")).tolist() == [[1, 0], [0, 1]]
 
 
 def test_before_the_first_click_names_decide():

@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from light_parts import scattered_once, without_peak
 from numpy.polynomial.legendre import legvander
+from numpy_light import peak_change, peak_depth
 
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
@@ -12,6 +14,7 @@ from skyshine.mat.atmosphere.transfer import forward_peak, geometry
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
+from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
 
 EDGES = np.array([15380.0, 15390.0])  # .65 um
 NEAR = np.radians([0.0, 1.0, 2.5, 8.0])
@@ -104,27 +107,27 @@ def test_smooth_peaks_have_no_core_and_diffraction_by_drops_does(air, fog):
 def test_thin_air_and_air_without_particles_change_nothing(air):
     for clear in (air(), air(clouds=[CloudLayer("water", 1e3, 2e3, 10.0, 1e-4)])):
         segments, depths, to_source, deflection = path(clear, 0.0, 0.5, 0.5, np.zeros(1))
-        assert not clear.forward_peak.near(segments, to_source, deflection).any()
-        assert np.all(clear.scattered_along(segments, depths, to_source, deflection)[0] > 0)
+        light = clear.scattered_light.along(segments, depths, to_source, deflection)
+        assert np.all(light > 0)
+        assert np.array_equal(light, without_peak(clear).along(segments, depths, to_source, deflection))
 
 
 def test_sources_far_from_the_line_are_left_as_they_are(fog):
-    segments, _, *angles = path(fog, 0.0, 0.5, 0.5, np.radians([0.0, 20.0, 60.0, 180.0]))
-    assert np.flatnonzero(fog.forward_peak.near(segments, *angles)).tolist() == [0, 1]
+    line = path(fog, 0.0, 0.5, 0.5, np.radians([0.0, 20.0, 60.0, 180.0]))
+    light, plain = (part.along(*line)[0, :, 0] for part in (fog.scattered_light, without_peak(fog)))
+    assert np.flatnonzero(light != plain).tolist() == [0, 1]
     table = fog.forward_peak.table
     assert np.all(np.isfinite(table)) and np.all(table[:, :, -1] == 0) and np.any(table[:, :, 0] < 0)
 
 
-def test_the_correction_begins_without_a_step_where_there_is_enough_of_the_peak(air, monkeypatch):
+def test_the_correction_begins_without_a_step_where_there_is_enough_of_the_peak(air):
     """Light of a cloud that gets thicker, over its depth, near a source at the zenith: below .25 %, then smoothly."""
     light = []
     for depth in (4e-3, 0.02, 0.03, 0.04, 0.06, 0.1):
         thin = air(clouds=[CloudLayer("water", 1e3, 2e3, 10.0, depth)])
-        segments, depths, *angles = path(thin, 0.0, 1.5, [1.5], [0.02])
-        whole = thin.scattered_along(segments, depths, *angles)[0][0, 0]
-        with monkeypatch.context() as without:
-            without.setattr(forward_peak.ForwardPeak, "near", lambda *_: np.zeros(0, int))
-            light.append(whole / thin.scattered_along(segments, depths, *angles)[0][0, 0])
+        line = path(thin, 0.0, 1.5, [1.5], [0.02])
+        whole, plain = (part.along(*line)[0, 0, 0] for part in (thin.scattered_light, without_peak(thin)))
+        light.append(whole / plain)
     assert light[0] == 1.0 and light[-1] < 0.99
     assert np.all(np.diff(light) <= 0) and np.all(np.diff(light) > -0.015)
 
@@ -135,12 +138,18 @@ def test_a_few_points_are_enough_for_the_peak_of_a_wide_band(isothermal, monkeyp
     for step in (forward_peak._STEP, 1.0005):
         monkeypatch.setattr(forward_peak, "_STEP", step)
         foggy = SpectralAir.of(isothermal(aerosol=Aerosol("fog_radiation")), points)
-        segments, _, *angles = path(foggy, 0.0, 0.6, 0.6, NEAR)
-        attenuation = np.ones((segments.index.size, NEAR.size, points.weight.size), np.float32)
-        lights.append(foggy.forward_peak.by_segment(segments, attenuation, *angles))
-        few.append(foggy.forward_peak._few.size)
+        line = path(foggy, 0.0, 0.6, 0.6, NEAR)
+        clear = np.zeros_like(foggy.optics.extinction)  # nothing is lost on the way
+        paths = SourcePaths.of(foggy.source_rays, clear)
+        changed, plain = (
+            scattered_once(foggy, paths=paths, scaled=clear, peak=peak).along(*line)[0]
+            for peak in (foggy.forward_peak, None)
+        )
+        lights.append(changed / plain.max(axis=0))
+        few.append(foggy.forward_peak.few.size)
+        assert np.abs(changed / plain - 1).max() > 0.05
     assert few[0] < 32 and few[1] > 80
-    assert np.abs(lights[0] - lights[1]).max() < 5e-3 * np.abs(lights[1]).max()
+    assert np.abs(lights[0] - lights[1]).max() < 5e-3
 
 
 @pytest.mark.parametrize("optical_depth", [1e-2, 1.0, 30.0, 1e4])
@@ -151,19 +160,19 @@ def test_light_is_finite_and_not_negative_in_any_depth(air, optical_depth, altit
         segments, depths, to_source, deflection = path(thick, altitude, elevation, source, NEAR)
         if not segments.index.size:
             continue
-        light = thick.scattered_along(segments, depths, to_source, deflection)[0]
-        along = thick.scattered_in_band(segments, depths, to_source, deflection, np.ones(2))
+        light = thick.scattered_light.along(segments, depths, to_source, deflection)[0]
+        along = thick.scattered_light.in_band(segments, depths, to_source, deflection, np.ones(2))
         assert np.all(np.isfinite(light)) and np.all(light >= 0)
         assert np.all(np.isfinite(along)) and np.all(np.diff(along, axis=0) >= 0)
 
 
 def test_the_band_and_its_points_agree_up_to_each_range(cloud):
     segments, depths, to_source, deflection = path(cloud, 0.0, 0.6, 0.6, NEAR)
-    along = cloud.scattered_in_band(segments, depths, to_source, deflection, np.ones(1))
+    along = cloud.scattered_light.in_band(segments, depths, to_source, deflection, np.ones(1))
     for count in (3, segments.index.size // 2, segments.index.size):
         near, ends = segments.first(count), slice(None, count + 1)
         part = Depths(near.column(cloud.optics.extinction))
-        light = cloud.scattered_along(near, part, to_source[ends], deflection[ends])[0][:, 0]
+        light = cloud.scattered_light.along(near, part, to_source[ends], deflection[ends])[0][:, 0]
         assert along[count] == pytest.approx(light, rel=3e-3, abs=1e-9)
 
 
@@ -172,30 +181,25 @@ def test_the_deeper_the_fog_the_more_of_its_peak_is_spread(air):
     changes = []
     for visibility in (5.0, 0.5, 0.1):
         foggy = air(aerosol=Aerosol("fog_radiation", visibility_km=visibility))
-        _, _, to_source, deflection = path(foggy, 0.0, 1.2, 1.2, NEAR)
-        depth = foggy.forward_peak._source_depth(np.zeros(1), to_source[:1])
-        peak = foggy.forward_peak
-        changes.append(peak._change(*peak._places(np.zeros(1, int), depth, deflection[:1]))[0, 0, 0])
+        line = path(foggy, 0.0, 1.2, 1.2, NEAR[:1])
+        light, plain = (scattered_once(foggy, peak=peak).along(*line)[0, 0, 0] for peak in (foggy.forward_peak, None))
+        changes.append(light / plain - 1)
     assert 0 > changes[0] > changes[1] > changes[2]
 
 
-def test_depth_of_the_peak_is_that_from_the_source_by_the_place_to_the_observer(fog, monkeypatch):
-    """Towards a source at the zenith both parts are the whole column, wherever the place."""
-    seen = []
-
-    places = forward_peak.ForwardPeak._places
-
-    def seen_places(peak, level, depth, cosine):
-        seen.append(depth)
-        return places(peak, level, depth, cosine)
-
-    monkeypatch.setattr(forward_peak.ForwardPeak, "_places", seen_places)
+def test_depth_of_the_peak_is_that_from_the_source_by_the_place_to_the_observer(fog):
+    """Towards a source at the zenith both parts are the whole column, wherever the place, and the change is that of
+    the table at this depth.
+    """
     segments, depths, *angles = path(fog, 0.0, np.pi / 2, [np.pi / 2], [0.0])
-    attenuation = np.ones((*depths.per_segment.shape[:1], 1, depths.per_segment.shape[1]), np.float32)
-    fog.forward_peak.by_segment(segments, attenuation, *angles)
     whole = segments.column(fog.optics.aerosol_scattering * fog.delta_fraction).sum(axis=0)
     assert whole.min() > 0.1
-    assert seen[0] == pytest.approx(np.broadcast_to(whole, seen[0].shape), rel=0.02)
+    seen = peak_depth(fog.forward_peak, segments, depths, angles[0])
+    assert seen == pytest.approx(np.broadcast_to(whole, seen.shape), rel=0.02)
+    near = np.ones((segments.index.size, 1), bool)
+    change = peak_change(fog.forward_peak, segments, depths, *angles, near)[0, 0, 0]
+    table = np.interp(whole[0], forward_peak._DEPTHS, fog.forward_peak.table[0, 0, 0])
+    assert change == pytest.approx(table * segments.column(fog.forward_peak.scattering)[0, 0], rel=0.02)
 
 
 def test_a_peak_as_wide_as_that_of_droplets_at_four_microns_is_followed_to_twenty_degrees(

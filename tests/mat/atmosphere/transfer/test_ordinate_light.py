@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from light_parts import scattered_again
 
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.transfer import geometry
@@ -41,7 +42,7 @@ def test_a_brighter_ground_brightens_the_sky_and_the_path(hazy):
         segments = Segments.of(rays, 0)
         depths = Depths(segments.column(air.optics.extinction))
         direct = direct_transmittance(air.source_paths, np.zeros(1), elevation)[0, 0, 0]
-        path = air.scattered_along(segments, depths, *angles(rays, segments, (elevation, np.zeros(1))))[0]
+        path = air.scattered_light.along(segments, depths, *angles(rays, segments, (elevation, np.zeros(1))))[0]
         light.append((sky, path[0, 0]))
     black, grey, white = np.array(light)
     assert np.all(grey > black * 1.01) and np.all(white > grey)
@@ -67,10 +68,10 @@ def test_a_band_is_the_sum_of_its_points(hazy):
     to_source, deflection = angles(rays, segments, (np.radians([50.0, 5.0, -4.0]), np.radians([0.0, 120.0, 60.0])))
     depths = Depths(segments.column(air.optics.extinction))
     weight = np.linspace(1.0, 2.0, 6)
-    spectral = air.scattered_along(segments, depths, to_source, deflection)[0] @ weight
-    band = air.scattered_in_band(segments, depths, to_source, deflection, weight)
+    spectral = air.scattered_light.along(segments, depths, to_source, deflection)[0] @ weight
+    band = air.scattered_light.in_band(segments, depths, to_source, deflection, weight)
     assert band[-1] == pytest.approx(spectral, rel=1e-5)
-    faint = air.scattered_in_band(segments, depths, to_source, deflection, weight * 1e-40)
+    faint = air.scattered_light.in_band(segments, depths, to_source, deflection, weight * 1e-40)
     assert faint == pytest.approx(band * 1e-40, rel=1e-4, abs=1e-44 * band.max())
     assert np.all(np.diff(band, axis=0) >= 0)
 
@@ -83,10 +84,10 @@ def test_light_of_many_sources_is_that_of_each_alone(hazy):
     elevation, azimuth = np.radians([40.0, 40.0, 40.0, 8.0, 8.0, -3.0, 70.0, 1.0]), np.radians(np.linspace(10, 170, 8))
     to_source, deflection = angles(rays, segments, (elevation, azimuth))
     depths = Depths(segments.column(air.optics.extinction))
-    scaled, light = Depths(segments.column(air.scaled_extinction)), air.diffuse_light
-    together = light.spectral(segments, depths, scaled, to_source, deflection)[0]
+    light = scattered_again(air)
+    together = light.along(segments, depths, to_source, deflection)[0]
     for k in range(8):
-        alone = light.spectral(segments, depths, scaled, to_source[:, k : k + 1], deflection[:, k : k + 1])[0]
+        alone = light.along(segments, depths, to_source[:, k : k + 1], deflection[:, k : k + 1])[0]
         assert together[k] == pytest.approx(alone[0], rel=1e-5)
     assert together[0, 0] > 1.05 * together[2, 0]
 
@@ -107,13 +108,14 @@ def test_light_scattered_straight_forward_is_that_at_the_far_ends(hazy, sources)
     left = depths.transmittance * (np.exp(-scaled.per_segment) - np.exp(-depths.per_segment))
     of_azimuth = left.T @ (1 + segments.altitude[1:, None] / 1000)
     wanted = of_azimuth[:, 0] * (1 + 0.5 * np.cos(azimuth[:, None]))
-    found = light.spectral(segments, depths, scaled, to_source, deflection)[0]
+    kernel = scattered_again(air, light)
+    found = kernel.along(segments, depths, to_source, deflection)[0]
     assert found == pytest.approx(wanted, rel=2e-3)
-    by_segment = light.by_segment(segments, depths, scaled, to_source[:, :1], deflection[:, :1])
+    by_segment = kernel.of_segments(segments, depths, to_source[:, :1], deflection[:, :1])
     assert by_segment.sum(axis=0) == pytest.approx(wanted[0], rel=2e-3)
     weight = np.linspace(1.0, 2.0, 6)
-    band = light.band(segments, depths, scaled, to_source, deflection, weight)
-    assert band.sum(axis=0) == pytest.approx(wanted @ weight, rel=2e-3)
+    band = kernel.in_band(segments, depths, to_source, deflection, weight)
+    assert band[-1] == pytest.approx(wanted @ weight, rel=2e-3)
 
 
 def test_without_particles_scaling_changes_nothing(hazy):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from light_parts import scattered_once
 
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.rain import RainLayer
@@ -12,11 +13,6 @@ from skyshine.mat.atmosphere.transfer import geometry
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.optics import rayleigh_phase
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments, emitted, mean_attenuation, source_weights
-from skyshine.mat.atmosphere.transfer.single_scattering import (
-    scattered_spectral,
-    scattering_of_segments,
-    segment_attenuation,
-)
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
@@ -129,8 +125,7 @@ def test_thin_single_scattering(synthetic_points, isothermal):
         to_source = geometry.source_cosine(rays, *source)[0]
         deflection = geometry.scattering_cosine(rays, *source)[0]
         ends = np.append(segments.index, segments.index[-1] + 1)
-        attenuation = segment_attenuation(segments, Depths(depth), air.source_paths, to_source[ends])
-        found = scattered_spectral(segments, air.optics, attenuation, deflection[ends])[:, 0]
+        found = scattered_once(air).along(segments, Depths(depth), to_source[ends], deflection[ends])[0, :, 0]
         e, (s, a) = np.radians(elevation), source
         angle = np.sin(e) * np.sin(s) + np.cos(e) * np.cos(s) * np.cos(a)
         expected = depth.sum() * rayleigh_phase(angle, air.optics.rayleigh_anisotropy) / (4 * np.pi)
@@ -157,8 +152,8 @@ def test_single_scattering_of_a_thick_homogeneous_atmosphere(synthetic_points, i
         depth = segments.column(extinction)
         ends = np.append(segments.index, segments.index[-1] + 1)
         to_source, deflection = (f(rays, *sun)[0, ends] for f in (geometry.source_cosine, geometry.scattering_cosine))
-        attenuation = segment_attenuation(segments, Depths(depth), source_paths, to_source)
-        found = scattered_spectral(segments, optics, attenuation, deflection)[0]
+        once = scattered_once(air, optics, source_paths, extinction)
+        found = once.along(segments, Depths(depth), to_source, deflection)[0, 0]
         phase = rayleigh_phase(np.cos(np.radians(elevation - 35.0)), optics.rayleigh_anisotropy)
         expected = albedo * phase / (4 * np.pi) * closed(total, np.sin(np.radians(abs(elevation))))
         assert found == pytest.approx(expected, rel=5e-3)  # the Earth is round, the closed form flat
@@ -241,6 +236,9 @@ def test_where_rain_ends_it_scatters_by_its_own_phase_function(synthetic_points)
         scattering = of_one.extinction[:, 0] * of_one.single_scattering_albedo[:, 0]
         by_level += component.extinction_550 / state.number_density * scattering * phase
     particles = replace(air.optics, rayleigh=np.zeros_like(air.optics.rayleigh))
-    light = scattering_of_segments(segments, particles, np.full((segments.index.size + 1, 1), cosine))
+    air_absorbs = np.zeros_like(air.optics.extinction)
+    once = scattered_once(air, particles, SourcePaths.of(air.source_rays, air_absorbs), air_absorbs)
+    angles = (np.full((segments.index.size + 1, 1), part) for part in (1.0, cosine))
+    light = 4 * np.pi * once.of_segments(segments, Depths(segments.column(air_absorbs)), *angles)
     expected = segments.lower * by_level[segments.layer] + segments.upper * by_level[segments.layer + 1]
-    assert light[:, 0, 0] == pytest.approx(expected, rel=5e-3)
+    assert light[:, 0] == pytest.approx(expected, rel=5e-3)

@@ -4,15 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from light_parts import scattered_once
 
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
+from skyshine.mat.atmosphere.particles.cloud import CloudLayer
 from skyshine.mat.atmosphere.transfer import geometry
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, ScaledLayers, solved_moments
 from skyshine.mat.atmosphere.transfer.ordinates import ordinates
 from skyshine.mat.atmosphere.transfer.scattering_orders import first_orders
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
-
 from skyshine.mat.atmosphere.transfer.sky import sky_irradiance
 from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS, elevation_weights, elevations_from
 from skyshine.mat.atmosphere.transfer.spherical_orders import LowSun
@@ -60,8 +61,7 @@ def test_light_scattered_once_is_that_of_the_exact_single_scattering(air_of):
                 sources = np.full(azimuth.size, np.radians(elevation)), azimuth
                 to_source = geometry.source_cosine(rays, *sources)[0, segments.ends]
                 deflection = geometry.scattering_cosine(rays, *sources)[0, segments.ends]
-                attenuation = segment_attenuation(segments, depths, air.source_paths, to_source)
-                exact = scattered_spectral(segments, air.optics, attenuation, deflection)[:, 0]
+                exact = scattered_once(air).along(segments, depths, to_source, deflection)[0, :, 0]
                 found = around[0][place, NODES + number, :, chosen, 0]
                 faint = 0.01 * float(exact.max())
                 assert found == pytest.approx(exact, rel=0.04, abs=faint), (place, number, elevation)
@@ -108,13 +108,24 @@ def test_twilight_fades_steadily_to_darkness(air_of, sky):
     assert np.all(gone > 0.45)  # half a degree takes less than half of the light: no jump at 5 degrees either
 
 
+def brightest_later(light):
+    """Light (places, elevations, points) below 2 degrees, and the brightest of all higher elevations, both but one."""
+    light = np.abs(light[:, : ELEVATIONS.index(2)]).max(axis=2)
+    brightest = np.maximum.accumulate(light[:, ::-1], axis=1)[:, ::-1]
+    return light[:, :-1], np.maximum(brightest[:, 1:], 1e-12)
+
+
 def test_no_air_is_brighter_under_a_lower_sun_however_opaque_it_is(air_of):
     # Plane layers are dark to the last digit at some levels of opaque air, not at all between them.
-    air = air_of(10.0 ** np.arange(-27.0, -17.0, 0.25))
-    light = np.abs(air.diffuse_light.source[:, : ELEVATIONS.index(2)]).max(axis=2)  # (places, elevations, points)
-    brightest = np.maximum.accumulate(light[:, ::-1], axis=1)[:, ::-1]
-    later = np.maximum(brightest[:, 1:], 1e-12)
-    assert np.all(light[:, :-1] <= 3.0 * later)
+    light, later = brightest_later(air_of(10.0 ** np.arange(-27.0, -17.0, 0.25)).diffuse_light.source)
+    assert np.all(light <= 3.0 * later)
+
+
+@pytest.mark.parametrize("depth", [2.0, 8.0, 1e4])
+def test_no_cloud_is_brighter_under_a_lower_sun(air_of, depth):
+    """A source hidden from a cloud's top was 1e6 to 1e15 times too bright under -2 degrees."""
+    light, later = brightest_later(air_of(clouds=[CloudLayer("water", 1e3, 2e3, 10.0, depth)]).diffuse_light.source)
+    assert np.all(light <= 3.0 * later)
 
 
 def test_plane_and_spherical_field_meet_at_five_degrees(air_of):

@@ -4,12 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from light_parts import thermal_of, thermal_source
 
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
-from skyshine.mat.atmosphere.particles.cloud import CloudLayer
 from skyshine.mat.atmosphere.transfer import geometry
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.atmosphere.transfer.line_weights import source_weights_along
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 
@@ -27,14 +26,14 @@ def by_direction(air):
     """The source function at the levels (N, X, P), and the cosines (X,) of its directions."""
     cosine = np.cos(np.linspace(0.01, np.pi - 0.01, 16))
     layers = range(air.state.altitude.size - 1)
-    levels = [[air.thermal.at(layer, 0.0, c) for c in cosine] for layer in layers]
-    return np.array([*levels, [air.thermal.at(layers[-1], 1.0, c) for c in cosine]]), cosine
+    levels = [[thermal_source(air, layer, 0.0, c) for c in cosine] for layer in layers]
+    return np.array([*levels, [thermal_source(air, layers[-1], 1.0, c) for c in cosine]]), cosine
 
 
 def test_without_particles_the_source_is_the_black_body(synthetic_points, isothermal):
     clear = SpectralAir.of(isothermal(280.0), synthetic_points(EDGES, {"CO2": SECTIONS}))
     assert clear.thermal.field is None
-    assert np.array_equal(clear.thermal.at(4, 0.0, 0.3), clear.optics.emission[4])
+    assert thermal_source(clear, 4, 0.0, 0.3) == pytest.approx(clear.optics.emission[4], rel=1e-8)
 
 
 def test_nothing_is_brighter_than_the_enclosure(air):
@@ -52,7 +51,7 @@ def test_deep_inside_opaque_air_the_source_is_the_black_body(air):
 
 def test_the_source_inside_a_layer_lies_between_those_at_its_levels(air):
     for layer, cosine in ((0, np.cos(0.7)), (3, -0.98), (5, 1.0)):
-        below, middle, above = (air.thermal.at(layer, share, cosine) for share in (0.0, 0.5, 1.0))
+        below, middle, above = (thermal_source(air, layer, share, cosine) for share in (0.0, 0.5, 1.0))
         assert middle == pytest.approx(0.5 * (below + above), rel=0.02)
         assert np.all(middle >= np.minimum(below, above) * (1 - 2e-3))
         assert np.all(middle <= np.maximum(below, above) * (1 + 2e-3))
@@ -63,7 +62,7 @@ def along(air, field, altitude, elevation):
     rays = geometry.trace(air.shells, np.array([altitude]), np.radians([elevation]))
     segments = Segments.of(rays, 0)
     depths, scaled = Depths(segments.column(air.optics.extinction)), Depths(segments.column(field.scaled))
-    return field.along(segments, depths, air.state.altitude), segments, depths, scaled
+    return thermal_of(air.thermal, field, segments, depths), segments, depths, scaled
 
 
 @pytest.mark.parametrize(("elevation", "of_side"), [(30.0, 1.0), (-30.0, 3.0)])
@@ -77,21 +76,6 @@ def test_light_scattered_straight_forward_is_that_at_the_far_ends(air, elevation
     wanted = depths.transmittance * left * (1 + segments.altitude[1:, None] / 1000) * of_side
     assert found == pytest.approx(wanted, rel=1e-6, abs=1e-12)
     assert np.max(wanted) > 1e-4
-
-
-def test_the_source_of_cut_layers_is_summed_as_that_of_sunlight(synthetic_points, isothermal):
-    cloud = CloudLayer("water", 1000.0, 2000.0, 10.0, 3.0)
-    air = SpectralAir.of(isothermal(280.0, clouds=[cloud]), synthetic_points(EDGES, {"CO2": SECTIONS}))
-    field = replace(air.thermal.field, straight=np.zeros_like(air.thermal.field.straight))
-    assert field.parts.is_cut
-    found, segments, depths, scaled = along(air, field, 1500.0, 20.0)
-    functions = field.ordinates.functions(segments.upward_cosine)
-    levels = air.state.altitude
-    weights = source_weights_along(segments, depths, scaled, levels, field.scaled, field.parts, functions)
-    wanted = np.zeros_like(found)
-    source = np.einsum("eb,ebp->ep", weights.factor, field.source[weights.place])
-    np.add.at(wanted, weights.segment, weights.weight * source)
-    assert found == pytest.approx(wanted, rel=1e-9, abs=1e-15)
 
 
 @pytest.mark.parametrize("elevation", [-90.0, -30.0, 20.0])

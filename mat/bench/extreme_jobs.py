@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from extreme_air import random_state
 
 from skyshine.mat.atmosphere.band.compile import compile_band
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.profiles import PROFILES
+from skyshine.mat.bench.extreme_air import random_state
 from skyshine.mat.builder.build import build
 from skyshine.mat.job.aerosols import LAYER_MODELS
 from skyshine.mat.job.load import LoadedJob, load_job

@@ -2,7 +2,6 @@
 
 import contextlib
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,23 +9,21 @@ import pytest
 import yaml
 from click.testing import CliRunner
 
+from skyshine.mat.bench import extreme_jobs, stability
+from skyshine.mat.bench.extreme_jobs import random_job
+from skyshine.mat.cli import main
+from skyshine.mat.commands.stability import _write_jobs
 from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.plan import Plan
 from skyshine.schemas.errors import InputError
 
-sys.path.insert(0, str(Path(__file__).parent))
-import extreme_cases
-import extreme_jobs
-from extreme_jobs import random_job
-from stability import _write_jobs, stability
-
-PARTS = [part for part in extreme_cases.PARTS if part != "job"]
+PARTS = [part for part in stability.PARTS if part != "job"]
 
 
 @pytest.mark.validation  # 7 and 60 s
 @pytest.mark.parametrize("parts", [PARTS, ["job"]], ids=["parts", "job"])
 def test_a_few_cases_hold(parts):
-    trials = extreme_cases.run(0.0, 17, {part: extreme_cases.PARTS[part] for part in parts})
+    trials = stability.run(0.0, 17, {part: stability.PARTS[part] for part in parts})
     assert set(trials) == set(parts)
     for trial in trials.values():
         assert trial.cases == 1 and trial.failures == [] and trial.worst["not finite"] == 0
@@ -35,7 +32,7 @@ def test_a_few_cases_hold(parts):
 
 
 def test_cases_are_the_same_again():
-    first, second = (extreme_cases.surface_case(np.random.default_rng([7, 3])) for _ in range(2))
+    first, second = (stability.surface_case(np.random.default_rng([7, 3])) for _ in range(2))
     assert first == second
 
 
@@ -46,13 +43,13 @@ def test_what_is_not_finite_or_out_of_bounds_fails():
     def broken(generator):
         raise ArithmeticError("no root")
 
-    trials = extreme_cases.run(0.0, 1, {"bad": bad, "broken": broken})
+    trials = stability.run(0.0, 1, {"bad": bad, "broken": broken})
     assert len(trials["bad"].failures) == 2 and trials["bad"].worst["residual"] == np.inf
     assert trials["broken"].failures == ["--seed 1 --case broken:0: ArithmeticError: no root"]
 
 
 def test_most_textures_are_mapped_and_the_rest_refused():
-    cases = [extreme_cases.texture_case(np.random.default_rng([9, k])) for k in range(16)]
+    cases = [stability.texture_case(np.random.default_rng([9, k])) for k in range(16)]
     assert sum("not finite" in case for case in cases) >= 8
     assert all(value <= allowed for case in cases for value, allowed in case.values())
 
@@ -67,8 +64,8 @@ def test_parts_share_the_time_whatever_their_cases_cost(monkeypatch):
 
         return case
 
-    monkeypatch.setattr(extreme_cases.time, "monotonic", lambda: clock[0])
-    trials = extreme_cases.run(1000.0, 1, {"dear": costing(50.0), "cheap": costing(1.0), "middling": costing(7.0)})
+    monkeypatch.setattr(stability.time, "monotonic", lambda: clock[0])
+    trials = stability.run(1000.0, 1, {"dear": costing(50.0), "cheap": costing(1.0), "middling": costing(7.0)})
     assert all(abs(trial.seconds - 1000 / 3) <= 50 for trial in trials.values())
     assert trials["cheap"].cases > 250 and trials["dear"].cases < 10
 
@@ -95,19 +92,21 @@ def test_a_job_that_breaks_a_law_is_a_failure(monkeypatch):
     monkeypatch.setattr(extreme_jobs, "problems", lambda path: ["temperature: 3 values are not finite"])
     monkeypatch.setattr(extreme_jobs, "build", lambda loaded, out, jobs: (Path(out) / "s01.htt.h5").touch())
     monkeypatch.setattr(extreme_jobs, "_checked", lambda job: (None, Plan((), (), ())))
-    monkeypatch.setitem(extreme_cases.PARTS, "job", extreme_jobs.job_case)
-    trial = extreme_cases.replay("job", 4, 1)
+    monkeypatch.setitem(stability.PARTS, "job", extreme_jobs.job_case)
+    trial = stability.replay("job", 4, 1)
     assert trial.failures == [
         "--seed 1 --case job:4: CheckFailed: drawn: s01.htt.h5: temperature: 3 values are not finite"
     ]
     with pytest.raises(InputError, match="found the part 'jobs'; did you mean 'job'"):
-        extreme_cases.replay("jobs", 1, 1)
+        stability.replay("jobs", 1, 1)
 
 
 def test_the_command_writes_the_jobs_that_it_drew_and_runs_a_case_again(tmp_path):
-    result = CliRunner().invoke(stability, ["--seed", "3", "--case", "lobes:2", "--drawn", str(tmp_path), "--json"])
+    result = CliRunner().invoke(
+        main, ["bench", "stability", "--seed", "3", "--case", "lobes:2", "--drawn", str(tmp_path), "--json"]
+    )
     assert result.exit_code == 0 and list(json.loads(result.output)) == ["lobes"] and not list(tmp_path.iterdir())
     _write_jobs(tmp_path, 3, [0, 7])
     drawn = yaml.safe_load((tmp_path / "job-3-7.yaml").read_text(encoding="utf-8"))
     assert drawn == random_job(np.random.default_rng([3, 7]))
-    assert CliRunner().invoke(stability, ["--case", "job"]).exit_code == 1
+    assert CliRunner().invoke(main, ["bench", "stability", "--case", "job"]).exit_code == 2

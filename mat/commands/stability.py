@@ -1,7 +1,4 @@
-"""Random extreme and stiff cases for a given time.
-
-python tests/stability/stability.py --seconds 300
-"""
+"""``mat bench stability``: random extreme cases for a given time."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -9,7 +6,7 @@ from pathlib import Path
 import click
 
 from skyshine.schemas.commands import echo_table, emit_json, json_option
-from skyshine.schemas.errors import InputError
+from skyshine.schemas.errors import CheckFailed, InputError
 from skyshine.schemas.quantity import quantity
 
 
@@ -35,10 +32,10 @@ def stability(seconds: float, seed: int, case: str | None, drawn: str | None, as
 
     \b
     Examples:
-      python tests/stability/stability.py --seconds 60 --seed 3
-      python tests/stability/stability.py --seed 3 --case job:12 --drawn jobs
+      mat bench stability --seconds 60 --seed 3
+      mat bench stability --seed 3 --case job:12 --drawn jobs
     """
-    import extreme_cases as suite
+    from skyshine.mat.bench import stability as suite
 
     if case is None:
         trials = suite.run(seconds, seed)
@@ -76,14 +73,15 @@ def stability(seconds: float, seed: int, case: str | None, drawn: str | None, as
             echo_table(("worst", "value"), [(measure, f"{value:.3g}") for measure, value in trial.worst.items()])
     failures = [failure for trial in trials.values() for failure in trial.failures]
     if failures:
-        raise click.ClickException(f"{len(failures)} cases failed, the first: {failures[0]}")
+        raise CheckFailed(f"{len(failures)} cases failed, the first: {failures[0]}")
 
 
 def _write_jobs(folder: Path, seed: int, numbers: Iterable[int]) -> None:
     """Write the jobs of these cases, each drawn again from its seed and number."""
     import numpy as np
     import yaml
-    from extreme_jobs import random_job
+
+    from skyshine.mat.bench.extreme_jobs import random_job
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -93,7 +91,3 @@ def _write_jobs(folder: Path, seed: int, numbers: Iterable[int]) -> None:
             (folder / f"job-{seed}-{number}.yaml").write_text(text, encoding="utf-8")
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror}; name another place", file=folder) from None
-
-
-if __name__ == "__main__":
-    stability()

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.line_scattering import LineScattering
 from skyshine.mat.atmosphere.band.sample import Sample
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.state.state import AtmosphericState
@@ -26,12 +25,13 @@ def lines(air):
 
 
 def test_segments_add_up_to_the_light_of_double_precision_at_each_range(air, lines):
-    scattering = LineScattering.of(air)
+    single_extinction = air.optics.extinction.astype(np.float32)
     for line in lines:
-        single = scattering.radiance(line, Depths(line.segments.column(scattering.optics.extinction)))
+        depths = Depths(line.segments.column(single_extinction))
+        single = air.scattered_light.of_segments(line.segments, depths, line.to_source, line.deflection)
         for end in line.node:
             near = line.segments.first(int(end))
             depths = Depths(near.column(air.optics.extinction))
             ends = slice(None, end + 1)
-            whole = air.scattered_along(near, depths, line.to_source[ends], line.deflection[ends])[0][0]
+            whole = air.scattered_light.along(near, depths, line.to_source[ends], line.deflection[ends])[0][0]
             np.testing.assert_allclose(single[:end].sum(axis=0), whole, rtol=2e-5)

@@ -14,11 +14,11 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
-from extreme_air import atmosphere_case, sky_case
-from extreme_jobs import compiled_case, job_case
-from extreme_reading import band_case, lobe_case, table_case
-from extreme_textures import classifier_case, texture_case
 
+from skyshine.mat.bench.extreme_air import atmosphere_case, sky_case
+from skyshine.mat.bench.extreme_jobs import compiled_case, job_case
+from skyshine.mat.bench.extreme_reading import band_case, lobe_case, table_case
+from skyshine.mat.bench.extreme_textures import classifier_case, texture_case
 from skyshine.mat.surface.relaxation import TOLERANCE
 from skyshine.mat.surface.solution import Solution
 from skyshine.mat.surface.solver import solve_columns

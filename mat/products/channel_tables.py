@@ -57,7 +57,7 @@ _THROUGH = 300  # of the sample's transmittances, with which light on surfaces i
 # Of the tolerance, which the choice of absorbers and that of directions may miss, root mean square. A low Sun along the
 # horizon errs by ten times as much as all lines do on average: 0.1 K asks for 18 to 26 directions.
 _SHARE, _SOURCE_SHARE = 0.1, 0.03
-_DIGITS_SHARE = 0.003  # of the tolerance, below which digits of path radiance are not stored
+_DIGITS_SHARE = 0.01  # of the tolerance, below which digits of path radiance are not stored
 # Tolerance, of the radiance seen, for which placing starts from all of `NodeCounts`: from fewer where it is coarser, as
 # linear interpolation errs with the square of the step, but for this share of them.
 _START, FEWEST = 0.01, 0.5

@@ -5,6 +5,7 @@ before a wall, reflection at grazing angles, and a runtime's own depth buffer an
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from skyshine.mat.radiometry.lobe import specular_lobe
 from skyshine.mat.scene.clear_sky import AUREOLE_ELEVATIONS
 from skyshine.mat.tables.response import DAY_H, FORCING_STEPS, forcing_hours
 from skyshine.mat.tables.shade import AUREOLE, DIFFUSE, SUN_ELEVATION
-from skyshine.schemas.arrays import Booleans, Floats
+from skyshine.schemas.arrays import Booleans, Floats, Integers
 
 DEPTH_BITS = 24  # of the depth buffers of today's graphics hardware; section 3.2 of the note has 23
 PIXEL_RAD = 0.5e-3  # angle of a pixel: 640 across 18 degrees
@@ -84,7 +85,8 @@ def microfacet_reflection(views: Views, normal: Floats, finish: Finish) -> Float
     lit = (cosine > 0) & (observer > 0) & (first > 0)
     specular = np.pi * spread * shadow * fresnel / (4 * np.maximum(observer, 1e-3))
     of_reflectance = np.divide(specular, finish.reflectance, out=np.zeros_like(specular), where=lit)
-    return cosine * (1 - finish.specular_fraction) + of_reflectance
+    result: Floats = cosine * (1 - finish.specular_fraction) + of_reflectance
+    return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,15 +137,15 @@ class ShadedDay:
 
 def buildings(sky: SunlitSky) -> tuple[Floats, Floats]:
     """Shares of the sky's light that buildings of `OBSTACLES_DEG` hide, and of an even sky, (2, S) each."""
-    shares = [
-        sky.within(lambda v, sun, width=width: np.abs(np.arctan2(v[..., 1], v[..., 0])) < np.radians(width))
-        for width in OBSTACLES_DEG
-    ]
-    light, even = zip(*shares, strict=True)
+
+    def hidden(width: float) -> tuple[Floats, Floats]:
+        return sky.within(lambda v, _: np.abs(np.arctan2(v[..., 1], v[..., 0])) < np.radians(width))
+
+    light, even = zip(*(hidden(width) for width in OBSTACLES_DEG), strict=True)
     return np.array(light), np.array(even)
 
 
-def aureole_heat(prepared: Prepared, day: ShadedDay, building: Floats) -> Floats:
+def aureole_heat(prepared: Prepared, day: ShadedDay, building: Integers) -> Floats:
     """Sunlight (n, M, steps) [W m^-2] that the one share of the aureole leaves on faces behind a building too much.
 
     Parameters
@@ -190,7 +192,7 @@ def light_of_ground(day: ShadedDay, readings: AtmosphereReadings) -> Floats | No
     name = surface.attributes.get("ground_material")
     if name not in surface.materials:
         return None
-    place = {"material": str(name), "altitude": float(surface.root.axes["altitude"].values[0])}
+    place: dict[str, Any] = {"material": str(name), "altitude": float(surface.root.axes["altitude"].values[0])}
     change = np.array([surface.absorbed_change(**place, shade=around.shade) for around in day.around.surroundings])
     time = views.time[:, None]
     kelvin = [surface.temperature(**place, time=time, absorbed_change=heat) for heat in (None, change[:, None])]

@@ -40,9 +40,9 @@ def _of_shade(measured: Measurement, generator: np.random.Generator) -> dict[str
     too_warm = -day.warmer_by(-aureole_heat(measured.prepared, day, building))
     light = aureole_light(measured.prepared, views, measured.few_light, around.in_shade)
     errors = {"aureole": _warmer(measured, too_warm) + measured.of_ambient(light)}
-    light = light_of_ground(day, measured.full)
-    if light is not None:
-        errors["seen_faces"] = measured.of_ambient(light)
+    of_ground = light_of_ground(day, measured.full)
+    if of_ground is not None:
+        errors["seen_faces"] = measured.of_ambient(of_ground)
     return errors
 
 

@@ -122,6 +122,7 @@ def absorbed_change(
     altitude: Floats,
     azimuth: Floats,
     slope: Floats,
+    *,
     ground: Ground | None = None,
 ) -> Floats:
     """Change of absorbed heat at places of a ``.htt`` database.

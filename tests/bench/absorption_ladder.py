@@ -24,7 +24,9 @@ from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.geometry import Shells, trace
 from skyshine.mat.atmosphere.transfer.optics import rayleigh_scattering, spectral_optics
-from skyshine.mat.atmosphere.transfer.segments import Depths, Segments, emitted
+from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
+from skyshine.mat.atmosphere.transfer.thermal_light import ThermalLight
+from skyshine.mat.atmosphere.transfer.thermal_source import ThermalSource
 from skyshine.mat.bench import lowtran
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.mat.spectroscopy.training import HELD_OUT_PROFILE
@@ -161,12 +163,11 @@ def line_quantities(
         m.
     """
     through, radiance = [], []
+    light = ThermalLight(ThermalSource(levels, emission, None), float)
     for part in segments:
         depths = Depths(part.column(extinction))
         through.append(np.exp(-depths.cumulative[-1]))
-        radiance.append(
-            emitted(depths, *part.source_ends(emission[part.layer], emission[part.layer + 1], levels)).sum(axis=0)
-        )
+        radiance.append(light.of_segments(part, depths).sum(axis=0))
     return np.array(through), np.array(radiance)
 
 

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from skyshine.mat.atmosphere.transfer.node_cubics import NodeCubics
 from skyshine.mat.atmosphere.transfer.segments import source_weights
-from skyshine.schemas.arrays import Floats, Integers, Reals
+from skyshine.schemas.arrays import Floats, Reals
 
 # Of the directions of each hemisphere at which radiance is tabulated where all may be asked for, they are even in
 # arctanh(sin(angle from the vertical)): about the angle itself near the vertical, the logarithm of the cosine near the
@@ -35,35 +35,6 @@ def angles_along(upward_cosine: npt.ArrayLike) -> tuple[float, ...]:
     if high - low < 1e-9:
         return (low,)
     return low, *grid[(grid > low + 1e-9) & (grid < high - 1e-9)].tolist(), high
-
-
-def direction_weights(upward_cosine: Floats, angles: Floats) -> tuple[Integers, Floats]:
-    """Weights of tabulated directions for others: of a cubic through the four nearest of the hemisphere, or of a
-    straight line through two; held beyond the last.
-
-    Parameters
-    ----------
-    upward_cosine : (K,) array
-    angles : (X,) array
-        From the vertical, rad, increasing.
-
-    Returns
-    -------
-    first : (K,) int array
-        First of the W neighbouring directions that have a weight.
-    weight : (K, W) array
-        Of those from it on.
-    """
-    cubics, above = direction_cubics(tuple(angles.tolist()))
-    rises = upward_cosine > 0
-    if above in (0, angles.size):  # all directions are asked of the one hemisphere there is
-        rises = np.full(upward_cosine.size, above > 0)
-    place = _even(upward_cosine)
-    lowest, highest = cubics.nodes[[0, above - 1]] if above else (0.0, 0.0)
-    up = np.minimum(np.maximum(place, lowest), highest)
-    lowest, highest = cubics.nodes[[above, -1]] if above < angles.size else (0.0, 0.0)
-    down = np.minimum(np.maximum(_TURN - place, lowest), highest)
-    return cubics.weights(np.where(rises, up, down))
 
 
 @lru_cache(maxsize=64)

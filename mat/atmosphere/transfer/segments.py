@@ -87,20 +87,6 @@ class Segments:
             *(of_ends(name) for name in ("altitude", "central_angle", "direction", "distance")),
         ), first
 
-    def some(self, ends: Integers) -> Segments:
-        """Those of whole lines, of joined segments, whose ends (E,) are given."""
-        segments = ends[:-1]
-        return Segments(
-            self.index[segments],
-            self.layer[segments],
-            self.lower[segments],
-            self.upper[segments],
-            self.altitude[ends],
-            self.central_angle[ends],
-            self.direction[ends],
-            self.distance[ends],
-        )
-
     @property
     def ends(self) -> Integers:
         """Place of the segment ends among the ray's, (K+1,)."""
@@ -141,55 +127,12 @@ class Segments:
         part: Reals = (upper / np.maximum(column, np.finfo(np.float32).tiny)).astype(column.dtype, copy=False)
         return part
 
-    def upper_share_of(self, per_molecule: Reals) -> Floats:
-        """Share of each segment's integral of a property (N, P) over all points that counts with the upper level of its
-        layer, (K,); that of the air where the property is 0.
-        """
-        total = per_molecule.sum(axis=1, dtype=float)
-        upper = self.upper * total[self.layer + 1]
-        column = self.lower * total[self.layer] + upper
-        share: Floats = np.divide(upper, column, out=self.upper_share, where=column > 0)
-        return share
-
-    def mean(self, values: Reals, upper_share: Floats) -> Reals:
-        """Mean over each segment of a property (N, ...) at the levels, (K, ...); weights (K,) of the upper level."""
-        share = upper_share.reshape(-1, *(1,) * (values.ndim - 1))
-        between: Reals = values[self.layer] * (1 - share) + values[self.layer + 1] * share
-        return between
-
     @property
     def upward_cosine(self) -> Floats:
         """Cosine of the angle from the vertical at which radiation travels towards the observer, (K,)."""
         zenith = self.direction - self.central_angle  # local, of the line of sight; radiation travels the other way
         cosine: Floats = -np.cos(0.5 * (zenith[1:] + zenith[:-1]))
         return cosine
-
-    def source_ends(
-        self, below: Reals, above: Reals, levels: Floats, upper_share: Reals | None = None
-    ) -> tuple[Reals, Reals]:
-        """A source function at the ends of each segment, linear between.
-
-        Parameters
-        ----------
-        below, above : (K, P) arrays
-            At the lower and at the upper level of each segment's layer, linear in altitude between them.
-        levels : (N,) array
-            m.
-        upper_share : (K, P) array, optional
-            Weight of the upper level in the mean of the source over the segment; by default its share of the air.
-
-        Returns
-        -------
-        near, far : (K, P) arrays
-            The line has the mean of the source over the segment and its difference between the segment's ends.
-        """
-        if upper_share is None:
-            upper_share = self.upper_share.astype(below.dtype)[:, None]
-        climb = 0.5 * np.diff(self.altitude) / np.diff(levels)[self.layer]
-        difference = above - below
-        middle = below + difference * upper_share
-        half = np.clip(difference * climb.astype(below.dtype)[:, None], -middle, middle)  # a source is never negative
-        return middle - half, middle + half
 
 
 def _ends(index: Integers) -> Integers:
@@ -238,11 +181,6 @@ class Depths:
         return result
 
     @cached_property
-    def line(self) -> Integers:
-        """Number of the line of each segment, (K,); between two lines that of the first."""
-        return np.repeat(np.arange(self.first.size), np.diff(self.first, append=len(self.per_segment) + 1))[:-1]
-
-    @cached_property
     def transmittance(self) -> Reals:
         """From the observer to the near end of each segment, (K, P)."""
         transmittance: Reals = np.exp(-self.cumulative[:-1])
@@ -276,27 +214,6 @@ def source_weights(optical_depth: Reals) -> tuple[Reals, Reals]:
     far -= 1
     far *= np.minimum(t * (1 / thin), 1)
     return absorbed - far, far
-
-
-def emitted(depths: Depths, near: Reals, far: Reals) -> Reals:
-    """Emission of each segment that reaches the observer.
-
-    Parameters
-    ----------
-    depths : Depths
-    near, far : (K, P) arrays
-        Source function at the segments' near and far ends.
-
-    Returns
-    -------
-    (K, P) array
-        Radiance.
-    """
-    weight_near, weight_far = depths.source_weights
-    radiance: Reals = weight_near * near
-    radiance += weight_far * far
-    radiance *= depths.transmittance
-    return radiance
 
 
 def mean_attenuation(first: Floats, last: Floats) -> Floats:

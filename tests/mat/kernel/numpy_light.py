@@ -9,7 +9,7 @@ from math import factorial
 
 import numpy as np
 
-from skyshine.mat.atmosphere.transfer.directions import direction_weights
+from skyshine.mat.atmosphere.transfer.directions import direction_cubics
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
 from skyshine.mat.atmosphere.transfer.layer_parts import through_three
 from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES, rayleigh_phase
@@ -18,8 +18,52 @@ from skyshine.mat.atmosphere.transfer.source_nodes import elevation_weights
 
 HIDDEN = 1e4  # optical depth to a source behind the Earth
 SHELL = 8e3  # m: scale height of the shell whose air mass divides the depths of the source table
+TURN = 100.0  # directions below the horizon follow those above: from here on less what they are even in
 LEVEL = 1e-9  # share of a layer's height below which a segment is level
 NONE, WHOLE = 5e-3, 1e-2  # depths of peak scattering: no change below the first, the whole change above the second
+
+
+# ---- Places and means
+
+
+def direction_weights(upward_cosine, angles):
+    """Weights of tabulated directions at `angles` (X,) rad from the vertical for others, of cosines (K,): of a cubic
+    through the four nearest of the hemisphere, or of a straight line through two; held beyond the last. The first (K,)
+    of the W neighbouring directions that have a weight, and the weights (K, W) of those from it on.
+    """
+    cubics, above = direction_cubics(tuple(angles.tolist()))
+    rises = upward_cosine > 0
+    if above in (0, angles.size):  # all directions are asked of the one hemisphere there is
+        rises = np.full(upward_cosine.size, above > 0)
+    place = np.arctanh(np.minimum(np.sqrt(np.maximum(1 - upward_cosine**2, 0.0)), 1 - 1e-12))
+    lowest, highest = cubics.nodes[[0, above - 1]] if above else (0.0, 0.0)
+    up = np.clip(place, lowest, highest)
+    lowest, highest = cubics.nodes[[above, -1]] if above < angles.size else (0.0, 0.0)
+    return cubics.weights(np.where(rises, up, np.clip(TURN - place, lowest, highest)))
+
+
+def source_ends(segments, below, above, levels):
+    """A source function (K, P) at both ends of each segment, from those at the lower and upper level of its layer: the
+    line between them has the mean of the source over the segment's air and its difference between the ends.
+    """
+    climb = 0.5 * np.diff(segments.altitude) / np.diff(levels)[segments.layer]
+    difference = above - below
+    middle = below + difference * segments.upper_share[:, None]
+    half = np.clip(difference * climb[:, None], -middle, middle)  # a source is never negative
+    return middle - half, middle + half
+
+
+def upper_share_of(segments, per_molecule):
+    """Share (K,) of each segment's integral of a property (N, P) over all points that counts with the upper level."""
+    total = per_molecule.sum(axis=1)
+    upper = segments.upper * total[segments.layer + 1]
+    column = segments.lower * total[segments.layer] + upper
+    return np.where(column > 0, upper / np.where(column > 0, column, 1.0), segments.upper_share)
+
+
+def line_of(depths):
+    """Number of the line of each segment, (K,); between two lines that of the first."""
+    return np.repeat(np.arange(depths.first.size), np.diff(depths.first, append=len(depths.per_segment) + 1))[:-1]
 
 
 # ---- Weights of a source function in the light of segments
@@ -114,7 +158,7 @@ def thermal(air, segments, depths):
     depths = Depths(depths.per_segment.astype(float), depths.first)
     if field is None:
         emission, layer = source.emission.astype(float), segments.layer
-        near, far = segments.source_ends(emission[layer], emission[layer + 1], source.levels)
+        near, far = source_ends(segments, emission[layer], emission[layer + 1], source.levels)
         of_near, of_far = source_weights(depths.per_segment)
         return (of_near * near + of_far * far) * depths.transmittance
     scaled = Depths(segments.column(field.scaled), depths.first)
@@ -177,7 +221,7 @@ def scattering(segments, optics, deflection, phase=None, line=None):
     particles = optics.aerosol_scattering.astype(float)
     if not np.any(particles):
         return light
-    share = segments.upper_share_of(particles)
+    share = upper_share_of(segments, particles)
     angle = np.arccos(middle)
     for k, s in np.ndindex(middle.shape):
         layer = segments.layer[k]
@@ -293,12 +337,12 @@ class Scattered:
         """That of a state; `phase` as of `scattering`."""
         paths = air.scaled_source_paths
         scaled = Depths(segments.column(air.scaled_extinction), depths.first)
-        light = scattering(segments, air.optics, deflection, phase, depths.line)
+        light = scattering(segments, air.optics, deflection, phase, line_of(depths))
         near = np.zeros((depths.first.size, to_source.shape[1]), bool)
         if np.any(air.optics.aerosol_scattering):
             near = peak_is_near(air.forward_peak, segments, depths, to_source, deflection)
         if near.any():
-            light += peak_change(air.forward_peak, segments, depths, to_source, deflection, near[depths.line])
+            light += peak_change(air.forward_peak, segments, depths, to_source, deflection, near[line_of(depths)])
         once = attenuation(segments, scaled, paths, to_source) * light / (4 * np.pi)
         return cls(once, again(air, segments, depths, to_source, deflection), near, depths)
 
@@ -311,7 +355,7 @@ class Scattered:
     def in_band(self, weight):
         """(K + 1, S) of a band of weights (P,)."""
         once, more = self.once @ weight, np.maximum(self.again @ weight, 0)
-        once = np.where(self.near[self.depths.line], np.maximum(once, 0), once)
+        once = np.where(self.near[line_of(self.depths)], np.maximum(once, 0), once)
         return self.depths.summed(once + more)
 
     def of_segments(self):

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from numpy_light import direction_weights
 
-from skyshine.mat.atmosphere.transfer.directions import DIRECTIONS, direction_weights
+from skyshine.mat.atmosphere.transfer.directions import DIRECTIONS
 
 
 def test_radiance_near_the_horizon_is_met_between_directions():

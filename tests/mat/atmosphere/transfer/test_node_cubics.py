@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from numpy_light import direction_weights
 from scipy.interpolate import BarycentricInterpolator
 
-from skyshine.mat.atmosphere.transfer.directions import direction_weights
 from skyshine.mat.atmosphere.transfer.node_cubics import NodeCubics
 
 KNOWN = np.array([0.0, 0.3, 1.0, 1.5, 2.7, 3.0])

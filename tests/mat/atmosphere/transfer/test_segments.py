@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from light_parts import scattered_once
+from numpy_light import source_ends
 
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.rain import RainLayer
@@ -12,7 +13,7 @@ from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer import geometry
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.optics import rayleigh_phase
-from skyshine.mat.atmosphere.transfer.segments import Depths, Segments, emitted, mean_attenuation, source_weights
+from skyshine.mat.atmosphere.transfer.segments import Depths, Segments, mean_attenuation, source_weights
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
@@ -63,9 +64,11 @@ def test_a_source_linear_in_altitude_has_its_values_at_the_ends_of_segments(
     _, segments, _ = path(air, altitude, elevation, distance)
     levels = air.state.altitude
     mean = (100.0 + 1e-3 * levels)[:, None]
-    near, far = segments.source_ends(mean[segments.layer], mean[segments.layer + 1], levels)
+    near, far = source_ends(segments, mean[segments.layer], mean[segments.layer + 1], levels)
     assert (far - near)[:, 0] == pytest.approx(1e-3 * np.diff(segments.altitude), abs=1e-12)
-    assert (far + near)[:, 0] / 2 == pytest.approx(segments.mean(mean, segments.upper_share)[:, 0], rel=1e-12)
+    assert (far + near)[:, 0] / 2 == pytest.approx(
+        segments.column(mean)[:, 0] / (segments.lower + segments.upper), rel=1e-12
+    )
 
 
 def test_transparent_air_emits_nothing(synthetic_points):
@@ -105,7 +108,8 @@ def test_emission_with_a_source_linear_in_optical_depth():
         edge = np.linspace(0, total, cuts + 1)
         depth = np.diff(edge)[:, None]
         source = (a + b * edge)[:, None]
-        found = emitted(Depths(depth), source[:-1], source[1:]).sum()
+        near, far = source_weights(depth)
+        found = ((near * source[:-1] + far * source[1:]) * Depths(depth).transmittance).sum()
         assert found == pytest.approx(a + b - (a + b + b * total) * np.exp(-total), rel=1e-12)
 
 

@@ -120,6 +120,15 @@ class Faces:
     shaded_sky: Floats | None = None
     shaded_temperature: Floats | None = None
 
+    def on_ground_of(self, air: AtmosphereTable, surface: TemperatureTable) -> Faces:
+        """The faces with the temperature at their times of the ground that an atmosphere file names, if it names one;
+        without it the light of the ground is that of the one temperature that the file states.
+        """
+        if "ground_material" not in air.attributes:
+            return self
+        hours, place = np.unique(self.time, return_inverse=True)
+        return replace(self, ground_temperature=air.ground_temperature(surface, time=hours)[place])
+
 
 @dataclass(frozen=True, eq=False)
 class PixelRadiance:

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from skyshine.schemas.arrays import Floats
 
 _LOG_STEP = 2.0**-11  # of the logarithm of mean extinction: a quarter of a thousandth of optical depth
+_LAST_DIGIT = -150  # exponent of the smallest number in single precision
 _KEPT_BITS = 13
 _DIRECT_LIGHT = "direct_light"
 _BEAM_BITS = 16  # of direct light, whose parts cancel each other
@@ -217,7 +218,8 @@ def _numbers(count: int, words: str) -> Axis:
 def _rounded(values: Floats, bits: int = _KEPT_BITS, *, step: float = 0.0) -> Floats:
     """Values with as many bits as their errors leave, and no digits below a step: the rest does not compress."""
     _, exponent = np.frexp(values)
-    smallest = np.frexp(step)[1] - 1 if step > 0 else -np.inf  # the power of two at or below the step
+    # The power of two at or below the step; values that single precision takes for 0 have no digits.
+    smallest = np.frexp(step)[1] - 1 if step > 0 else _LAST_DIGIT
     last = np.maximum(exponent - bits, smallest)
     rounded: Floats = np.round(values * 2.0**-last) * 2.0**last
     return rounded

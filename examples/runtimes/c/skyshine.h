@@ -33,7 +33,7 @@ extern "C" {
 
 #define SKYSHINE_VERSION "0.1.0"
 /* The newest formats that this version knows; it reads all minor versions of their major ones, of .band from 1.5 on. */
-#define SKYSHINE_FORMATS "htt 1.8, band 1.6, atmq 4.0, tmm 1.6"
+#define SKYSHINE_FORMATS "htt 1.9, band 1.6, atmq 4.0, tmm 1.6"
 
 enum { SKYSHINE_MESSAGE = 300, SKYSHINE_COMPONENTS = 3 };
 /* Open share of the sky above what a texture shows in the shade, where a scene says nothing else. */

@@ -20,3 +20,8 @@ def test_values_keep_their_bits_and_no_digits_below_the_step():
 def test_light_keeps_more_bits_than_a_ratio():
     coarse, fine = (np.abs(_rounded(VALUES, bits) / np.where(VALUES, VALUES, 1) - 1)[1:].max() for bits in (13, 16))
     assert 2.0**-15 < coarse <= 2.0**-13 and 2.0**-18 < fine <= 2.0**-16
+
+
+def test_values_below_single_precision_are_none():
+    # Light of the Sun through opaque air, in a band at 100 um.
+    assert np.array_equal(_rounded(np.array([5e-324, 1e-310, -1e-200])), np.zeros(3))

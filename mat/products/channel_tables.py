@@ -47,7 +47,7 @@ from skyshine.schemas.hdf5 import Group
 _SAMPLE_LINES = 150  # on which absorbers are fitted
 # On which directions of the source are chosen: lines of observers below and from above this height [km], where a source
 # below the horizon lights the air down to another angle at each height; ranges of each line.
-_SOURCE_LINES, _HIGH_KM, _SOURCE_RANGES = (54, 320), 15.0, 7
+_SOURCE_LINES, _HIGH_KM, _SOURCE_RANGES = (54, 150), 15.0, 7
 _LEVEL_SHARE = 0.25  # of those, nearly level
 _FACTOR_SHARE = 0.5  # of those, by which factors at other nodes are fitted
 _MOST_EFFORT = 3.0  # times as many lines, at most, where the tolerance is finer than `_START`
@@ -55,7 +55,7 @@ _MOST_EFFORT = 3.0  # times as many lines, at most, where the tolerance is finer
 _SKY_LINES, _FEWEST_SKY_LINES = 12, 4
 _THROUGH = 300  # of the sample's transmittances, with which light on surfaces is parted
 # Of the tolerance, which the choice of absorbers and that of directions may miss, root mean square. A low Sun along the
-# horizon errs by ten times as much as all lines do on average: 0.1 K asks for 18 to 26 directions.
+# horizon errs by ten times as much as all lines do on average: 0.3 K asks for 17 directions.
 _SHARE, _SOURCE_SHARE = 0.1, 0.03
 _DIGITS_SHARE = 0.01  # of the tolerance, below which digits of path radiance are not stored
 # Tolerance, of the radiance seen, for which placing starts from all of `NodeCounts`: from fewer where it is coarser, as

@@ -108,7 +108,7 @@ def library_pixel(
             one(hour),
             temperature=kelvin,
             **faces,
-        ),
+        ).on_ground_of(air, surface),
         view,
     ).radiance[0]
 

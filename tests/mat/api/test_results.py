@@ -173,8 +173,9 @@ def test_a_wrong_key_of_a_mapping_is_named_by_its_path():
         skyshine.mat.check({**JOB, "name": object()})
 
 
+@pytest.mark.validation  # 6 s: a budget
 def test_a_report_as_arrays(built, tmp_path):
-    measured = skyshine.mat.report(JOB, built=built.folder, scenes=3)
+    measured = skyshine.mat.report(JOB, built=built.folder, scenes=2)
     data = measured.to_xarray()
     assert list(data.measure.values) == ["rms", "p95", "p99", "maximum"] and data.sizes["budget"] == 1
     total = data.temperature.sel(error="all")

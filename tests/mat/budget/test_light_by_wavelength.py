@@ -61,9 +61,10 @@ def test_a_pixel_by_wavelength_errs_by_a_hundredth_of_its_radiance(job, prepared
     assert rms(read - truth.radiance) < 0.01 * rms(truth.radiance)
 
 
+@pytest.mark.validation  # 6 s: two budgets
 def test_wavelengths_at_the_wrong_place_show_under_their_own_name(job, prepared, tmp_path):
     def budget(folder):
-        return error_budget(prepared, folder, load_library(), source="sun", scenes=4, seed=11)
+        return error_budget(prepared, folder, load_library(), source="sun", scenes=3, seed=11)
 
     honest = budget(job.parent / "built")
     copy = shutil.copytree(job.parent / "built", tmp_path / "built")

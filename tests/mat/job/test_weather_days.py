@@ -153,9 +153,10 @@ def test_a_day_that_repeats_is_linear_over_its_own_midnight(tmp_path, load_weath
     assert air.air_temperature - 273.15 == pytest.approx(expected, abs=1e-9)
 
 
+@pytest.mark.validation  # 7 s: skies of two jobs of two days
 def test_layers_of_cloud_take_the_place_of_a_fraction_on_the_days_before_too(tmp_path, load_weather):
     epw_of_june(tmp_path)  # 5 tenths of cloud on all days
-    broken = load_weather("{file: june.epw, history_days: 2}")
+    broken = load_weather("{file: june.epw, history_days: 1}")
     text = (tmp_path / "job.yaml").read_text()
     clouds = "    clouds: [{type: stratus, height_km: [2.4, 2.8]}]\n"
     (tmp_path / "job.yaml").write_text(text.replace("    weather:", f"{clouds}    weather:"))

@@ -53,11 +53,12 @@ def test_a_sector_before_the_sun_holds_more_than_its_share_of_the_sky():
     assert np.all((share > 0.5) & (share < 0.7))
 
 
-def test_what_obstacles_before_the_sun_leave_of_the_sky():
+@pytest.mark.parametrize("hazes", [(23.0,), pytest.param((8.0, 23.0, 80.0), marks=pytest.mark.validation)])  # 7 s
+def test_what_obstacles_before_the_sun_leave_of_the_sky(hazes):
     """Diffuse light on level ground, W/m2 rms over obstacles, Suns and hazes, by the share, by none, and by Hay and
     Davies (their split as shade would take it)."""
     errors = {"share": [], "none": [], "hay": []}
-    for visibility in (8.0, 23.0, 80.0):
+    for visibility in hazes:
         whole, direct, diffuse = sky(visibility)
         around = sunlit_sky(rural(visibility), packaged_points().shortwave, ELEVATIONS).aureole
         for hides in OBSTACLES.values():

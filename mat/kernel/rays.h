@@ -119,7 +119,8 @@ typedef struct {
 INLINE int64_t pieces_of(const Layers *layers, int64_t layer, double nearer, double farther, int64_t *first) {
     const Parts *parts = &layers->parts;
     double low = layer + (nearer < farther ? nearer : farther), high = layer + (nearer < farther ? farther : nearer);
-    double start = (low < layer + 1 - LEVEL ? low : layer + 1 - LEVEL) + LEVEL;
+    /* Inside the layer, where a level segment lies on its upper end too: the next layer may have no parts. */
+    double start = (low < layer + 1 - LEVEL ? low : layer + 1 - LEVEL) + 0.5 * LEVEL;
     *first = last_below(parts->edge, parts->pairs + 1, start);
     int64_t end = *first;
     while (end <= parts->pairs && parts->edge[end] < high - LEVEL) end++;

@@ -99,7 +99,7 @@ def _pieces(optical, layer, nearer, farther, parts):
     """Places and weights at the near end of a segment of a cut layer, between shares of the layer from below."""
     edges, places, known = parts.pairs
     low, high = layer + min(nearer, farther), layer + max(nearer, farther)
-    first = int(np.searchsorted(edges, min(low, layer + 1 - LEVEL) + LEVEL, side="right")) - 1
+    first = int(np.searchsorted(edges, min(low, layer + 1 - LEVEL) + 0.5 * LEVEL, side="right")) - 1
     stop = max(int(np.searchsorted(edges, high - LEVEL, side="left")), first + 1)
     whole, result = farther - nearer, []
     for pair in range(first, stop):

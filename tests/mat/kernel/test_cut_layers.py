@@ -4,9 +4,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from light_parts import thermal_of
+from light_parts import thermal_of, thermal_source
 from scipy.integrate import quad
 
+from skyshine.mat.atmosphere.particles.cloud import CloudLayer
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.directions import DIRECTIONS
 from skyshine.mat.atmosphere.transfer.layer_parts import LayerParts
 from skyshine.mat.atmosphere.transfer.ordinates import ordinates
@@ -84,3 +87,14 @@ def test_light_scattered_straight_forward_is_what_all_extinction_leaves_less_of(
     wanted = [np.exp(-0.4) - np.exp(-1), np.exp(-1) * (np.exp(-0.8) - np.exp(-2))]
     assert total == pytest.approx(wanted, rel=error)
     assert not np.any(light_of(0.0, 1.0, extinction, extinction, segments, real))
+
+
+def test_a_level_path_on_the_upper_end_of_a_layer_is_inside_it(synthetic_points):
+    cloud = CloudLayer("water", 1e3, 2e3, 10.0, 8.0)
+    state = AtmosphericState.from_profile("midlatitude_summer", clouds=[cloud])
+    air = SpectralAir.of(state, synthetic_points(np.array([900.0, 905.0]), {"CO2": [0.0, 1e-24]}))
+    count = air.thermal.field.parts.count
+    assert count[25] > count[26] == 1  # the cloud's top: the next layer has no parts
+    for layer in np.flatnonzero(count > 1):
+        at_end, below = (thermal_source(air, layer, share, 0.5) for share in (1.0, 1 - 1e-6))
+        assert at_end == pytest.approx(below, rel=1e-4)

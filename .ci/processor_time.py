@@ -1,4 +1,4 @@
-"""pytest plugin: a test that takes long of a processor is listed, and one that takes twice as long fails the run.
+"""pytest plugin: a test that takes long of a processor is listed, and one that takes 2.5 times as long fails the run.
 
 Processor seconds of the test's process and of the processes that it ended count, for wall seconds grow with what else
 the machine does. What fixtures of several tests take does not count for the one that needs them first.
@@ -10,7 +10,7 @@ from collections.abc import Generator
 import pytest
 
 LONGEST = 3.0  # s; a slower test is marked `validation`, unless a smaller job shows the same
-FAILS = 2 * LONGEST  # cores that share caches and clock with other work take up to twice as long
+FAILS = 2.5 * LONGEST  # cores that share caches and clock with other work take more than twice as long
 _PROPERTY = "processor_seconds"
 
 _slow: dict[str, float] = {}

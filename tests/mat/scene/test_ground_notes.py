@@ -28,6 +28,7 @@ def notes(given):
     return [line for line in skyshine.mat.check(given).surfaces if line.startswith("ground:")]
 
 
+@pytest.mark.validation  # 6 s
 def test_check_says_by_how_much_a_ground_changes_walls():
     walls = ["concrete_wall", "brick_red"]
     (line,) = notes(job() | {"materials": walls})

@@ -36,10 +36,11 @@ INLINE VectorF select_f(BitsF where, VectorF yes, VectorF no) {
 INLINE VectorD select_d(BitsD where, VectorD yes, VectorD no) {
     return (VectorD)(((BitsD)yes & where) | ((BitsD)no & ~where));
 }
-INLINE VectorF larger_f(VectorF a, VectorF b) { return select_f(a > b, a, b); }
-INLINE VectorD larger_d(VectorD a, VectorD b) { return select_d(a > b, a, b); }
-INLINE VectorF smaller_f(VectorF a, VectorF b) { return select_f(a < b, a, b); }
-INLINE VectorD smaller_d(VectorD a, VectorD b) { return select_d(a < b, a, b); }
+/* Of the first argument and a bound: what is not a number stays so. */
+INLINE VectorF larger_f(VectorF a, VectorF b) { return select_f(a < b, b, a); }
+INLINE VectorD larger_d(VectorD a, VectorD b) { return select_d(a < b, b, a); }
+INLINE VectorF smaller_f(VectorF a, VectorF b) { return select_f(a > b, b, a); }
+INLINE VectorD smaller_d(VectorD a, VectorD b) { return select_d(a > b, b, a); }
 
 INLINE VectorD root_d(VectorD x) {
     VectorD root;
@@ -71,7 +72,7 @@ INLINE VectorF exp_f(VectorF x) {
     sum = sum * r + 1.0f;
     sum = sum * r + 1.0f;
     VectorF scale = (VectorF)((power + 127) << 23);
-    return (VectorF)((BitsF)(sum * scale) & (x > all_f(-87.3f)));
+    return select_f(x < all_f(-87.3f), all_f(0), sum * scale);
 }
 
 INLINE VectorD exp_d(VectorD x) {
@@ -95,7 +96,7 @@ INLINE VectorD exp_d(VectorD x) {
     sum = sum * r + 1.0;
     sum = sum * r + 1.0;
     VectorD scale = (VectorD)((power + 1023) << 52);
-    return (VectorD)((BitsD)(sum * scale) & (x > all_d(-708.0)));
+    return select_d(x < all_d(-708.0), all_d(0), sum * scale);
 }
 
 /* Weights of a source linear in optical depth t, of its near and far end; their sum is 1 - exp(-t). Below `_SMALL` they

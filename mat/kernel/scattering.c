@@ -449,7 +449,7 @@ INLINE void again(const Task *task, int of_band) {
                     for (int64_t m = 0; m < azimuthal; m++) value += of_node[m] * cosine[s * azimuthal + m];
                     radiance += value * share[4 * s + i];
                 }
-                task->again[k * sources + s] = radiance > 0 ? radiance : 0;
+                task->again[k * sources + s] = radiance < 0 ? 0 : radiance;
             }
             continue;
         }
@@ -556,6 +556,6 @@ SKYSHINE_EXPORT void SKYSHINE_NAME(scattered_light)(
     for (int64_t row = 0; row < rows; row++)
         for (int64_t p = 0; p < points; p++) {
             float more = task.again[row * stride + p];
-            result[row * points + p] = (double)task.once[row * stride + p] + (more > 0 ? more : 0);
+            result[row * points + p] = (double)task.once[row * stride + p] + (more < 0 ? 0 : more);
         }
 }

@@ -75,12 +75,6 @@ class SpectralOptics:
     emission: Floats
     extinction: Floats
 
-    @property
-    def single(self) -> SpectralOptics:
-        """The same with extinction and scattering in single precision."""
-        names = ("extinction", "rayleigh", "aerosol_scattering")
-        return replace(self, **{name: getattr(self, name).astype(np.float32) for name in names})
-
     def at(self, points: slice | Integers) -> SpectralOptics:
         """The optical properties at some of the points."""
         names = (

@@ -12,9 +12,11 @@ from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.directions import DIRECTIONS
 from skyshine.mat.atmosphere.transfer.layer_parts import LayerParts
+from skyshine.mat.atmosphere.transfer.line_of_sight import lines_of_sight
 from skyshine.mat.atmosphere.transfer.ordinates import ordinates
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.thermal_source import ThermalField, ThermalSource
+from skyshine.mat.quantities.joined_paths import JoinedPaths
 
 LEVELS = np.array([0.0, 100.0, 300.0])
 PARTS = LayerParts(np.array([1, 4]))
@@ -98,3 +100,20 @@ def test_a_level_path_on_the_upper_end_of_a_layer_is_inside_it(synthetic_points)
     for layer in np.flatnonzero(count > 1):
         at_end, below = (thermal_source(air, layer, share, 0.5) for share in (1.0, 1 - 1e-6))
         assert at_end == pytest.approx(below, rel=1e-4)
+
+
+def test_what_is_no_number_stays_none_along_its_line_and_at_its_point(synthetic_points):
+    state = AtmosphericState.from_profile("midlatitude_summer")
+    air = SpectralAir.of(state, synthetic_points(np.array([2500.0, 2505.0]), {"CO2": [0.0, 1e-26, 1e-24]}))
+    lines = JoinedPaths.of(
+        list(lines_of_sight(air, np.full((2, 1), 1e4), np.array([1e3, 2e3]), np.array([0.1, -0.05])))
+    )
+    depth = lines.depths.per_segment.copy()
+    depth[3, 1] = np.nan
+    broken, shape = Depths(depth, lines.depths.first), (len(depth) + 1, 1)
+    angles = np.full(shape, 0.5), np.full(shape, 0.3)
+    light = air.scattered_light.along(lines.segments, broken, *angles)
+    assert np.isnan(light[:, 0]).tolist() == [[False, True, False], [False] * 3]
+    assert np.isnan(air.scattered_light.in_band(lines.segments, broken, *angles, np.ones(3))).any()
+    thermal = air.thermal_radiance(lines.segments, broken)
+    assert np.isnan(thermal[:, 1]).any() and np.all(np.isfinite(thermal[:, [0, 2]]))

@@ -9,7 +9,7 @@ from typing import Any
 
 from skyshine.mat.render.day_picture import animate, draw_day, shown_step
 from skyshine.mat.render.files import frame_files
-from skyshine.mat.render.frames import Frame, Renderer
+from skyshine.mat.render.frames import Picture, Renderer
 from skyshine.mat.render.scene_file import LoadedScene, load_scene
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -55,7 +55,7 @@ class Scene:
         """Local clock hours of the frames."""
         return self._scene.hours
 
-    def frames(self, *, progress: Progress = silent) -> Iterator[Frame]:
+    def frames(self, *, progress: Progress = silent) -> Iterator[Picture]:
         """Frames for each hour and band: radiance, apparent and surface temperature, range.
 
         Raises

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.job.fields import clock_text
-from skyshine.mat.render.frames import Frame
+from skyshine.mat.render.frames import Picture
 from skyshine.mat.render.scene_file import Sensor
 from skyshine.mat.runtime.pixel import pixel_value
 from skyshine.schemas.arrays import Floats
@@ -20,7 +20,7 @@ VALUES_PER_KELVIN = 100  # of the 16-bit PNG: 10 mK a step, 0 to 655.35 K
 HIGHEST = (1 << 16) - 1
 
 
-def frame_files(folder: Path, scene: str, frame: Frame, sensor: Sensor | None) -> list[Path]:
+def frame_files(folder: Path, scene: str, frame: Picture, sensor: Sensor | None) -> list[Path]:
     """Write the files of a frame; the names hold scene, band and time.
 
     Returns

@@ -13,8 +13,9 @@ from skyshine.mat.job.fields import clock_text
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight, direction
 from skyshine.mat.render.alike import alike
 from skyshine.mat.render.camera import ViewRays, check_above_ground, is_still, view_rays
-from skyshine.mat.render.databases import BandTables, SceneTables, held_hours
+from skyshine.mat.render.databases import BandTables, Refuse, SceneTables, held_hours
 from skyshine.mat.render.exposure import SeenExposure, exposure_of, hidden
+from skyshine.mat.render.frame_file import LoadedFrame
 from skyshine.mat.render.rays import RayCaster, ray_caster
 from skyshine.mat.render.scene_file import LoadedScene
 from skyshine.mat.render.seen import SeenSurface
@@ -39,8 +40,8 @@ _BLOCK = 1 << 13  # pixels read together, which bounds what light by wavelength 
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
-    """One picture.
+class Picture:
+    """One frame in one band.
 
     Attributes
     ----------
@@ -91,7 +92,8 @@ class SeenScene:
     ----------
     rays : ViewRays
     seen : SeenSurface
-    exposure : SeenExposure
+    exposure : SeenExposure or None
+        None: without a mesh that casts shadows.
     lit_share, sky_view : (n,) array
         Of what is seen: the share that shade of the whole day leaves to direct light, and the open share of the sky.
     temperatures : SeenTemperatures
@@ -100,66 +102,40 @@ class SeenScene:
 
     rays: ViewRays
     seen: SeenSurface
-    exposure: SeenExposure
+    exposure: SeenExposure | None
     lit_share: Floats
     sky_view: Floats
     temperatures: SeenTemperatures
 
 
-class Renderer:
-    """A scene with its surface, its databases and its textures open.
+class PictureMaker:
+    """Radiance of what is seen, from the tables.
 
     Attributes
     ----------
-    scene : LoadedScene
     tables : SceneTables
-    surface : SurfaceMesh
     """
 
-    def __init__(self, scene: LoadedScene, progress: Progress = silent) -> None:
-        """Open all that the scene names.
+    def __init__(
+        self, tables: SceneTables, caster: RayCaster, codes: Integers, source: str, samples: int, refuse: Refuse
+    ) -> None:
+        """What all pictures read.
 
-        Raises
-        ------
-        InputError
-            A file is missing or does not fit the others, or the camera stands below the surface.
+        Parameters
+        ----------
+        tables : SceneTables
+        caster : RayCaster
+            Of what hides the source.
+        codes : (K,) int array
+            Of the materials by their number in `SeenSurface`.
+        source : {'sun', 'moon'}
+        samples : int
+            Rays along each side of a pixel.
+        refuse : callable
+            Makes the error for a key and a message.
         """
-        self.scene, self._progress = scene, progress
-        self.surface: SurfaceMesh = surface_of_scene(scene)
-        self._caster: RayCaster = ray_caster(self.surface)
-        check_above_ground(scene, self.surface, self._caster)
-        self.tables = SceneTables.of_scene(scene)
-        check_hours(scene, self.tables.surface)
-        self._materials = SurfaceMaterials(scene, self.surface)
-        try:
-            # In sunlight and, once more, in the shade of the photograph.
-            self._codes: Integers = np.tile(self.tables.codes(self._materials.places, scene.error), 2)
-        except BaseException:
-            self.close()
-            raise
-
-    def frames(self) -> Iterator[Frame]:
-        """All frames: for each hour, its bands."""
-        hours = self.scene.hours
-        still = self._see(0, np.array(hours)) if is_still(self.scene) else None
-        with self._progress(len(hours) * len(self.tables.bands), "radiance") as advance:
-            for number, hour in enumerate(hours):
-                place = still or self._see(number, np.array([hour]))
-                for tables in self.tables.bands:
-                    yield self._frame(place, number if still else 0, hour, tables)
-                    advance(1)
-
-    def _see(self, number: int, hours: Floats) -> SeenScene:
-        rays = view_rays(self.scene, self.surface, number)
-        seen = SeenSurface.of(rays, self.surface, self._materials, self._caster)
-        elevation, azimuth = self._sun_of_day
-        exposure = exposure_of(seen, self.surface, self._caster, elevation, azimuth, self._progress)
-        codes, table = self._codes, self.tables.surface
-        shaded_sky = self._materials.shaded_sky
-        mixture = seen.materials
-        lit_share, sky_view = exposure.of_mixtures(mixture.share, shaded_sky[mixture.number])
-        temperatures = SeenTemperatures.of(table, seen, exposure, codes, shaded_sky, hours, self._progress)
-        return SeenScene(rays, seen, exposure, lit_share, sky_view, temperatures)
+        self.tables, self._caster, self._codes = tables, caster, codes
+        self._source, self._samples, self._refuse = source, samples, refuse
 
     @cached_property
     def _sun_of_day(self) -> tuple[Floats, Floats]:
@@ -167,11 +143,11 @@ class Renderer:
         track = self.tables.surface.source_track("sun", time=forcing_hours())
         return track.elevation, track.azimuth
 
-    def _frame(self, place: SeenScene, number: int, hour: float, tables: BandTables) -> Frame:
+    def _frame(self, place: SeenScene, number: int, hour: float, tables: BandTables) -> Picture:
         count, seen = place.rays.size[0] * place.rays.size[1], place.seen
-        source = self.tables.surface.source_track(self.scene.model.source, time=hour)
-        check_reach(self.scene, tables.air, place)
-        check_source(self.scene, tables.air, hour, float(source.elevation))
+        source = self.tables.surface.source_track(self._source, time=hour)
+        check_reach(self._refuse, tables.air, place)
+        check_source(self._refuse, self._source, tables.air, hour, float(source.elevation))
         lit = place.lit_share * ~hidden(seen, self._caster, direction(source.elevation, source.azimuth))
         kelvin = place.temperatures.at(number)
         radiance, mean, distance = np.empty(count), np.full(count, np.nan), np.full(count, np.inf)
@@ -191,11 +167,11 @@ class Renderer:
         kelvin = np.where(np.isfinite(parts[1]).any(axis=-1), np.nansum(parts[1], axis=-1) / met, np.nan)
         seen_radiance = parts[0].mean(axis=-1)
         apparent = equivalent_temperature(tables.band, seen_radiance)
-        return Frame(hour, tables.name, (first, last), seen_radiance, apparent, kelvin, parts[2].min(axis=-1))
+        return Picture(hour, tables.name, (first, last), seen_radiance, apparent, kelvin, parts[2].min(axis=-1))
 
     def _parts(self, place: SeenScene, values: Floats) -> Floats:
         """Values of the rays of each pixel, (rows, columns, rays of a pixel)."""
-        side = self.scene.model.camera.samples
+        side = self._samples
         columns, rows = (count // side for count in place.rays.size)
         squares = values.reshape(rows, side, columns, side)
         return squares.transpose(0, 2, 1, 3).reshape(rows, columns, side * side)
@@ -259,6 +235,64 @@ class Renderer:
             wall_temperature=wall,
         )
 
+
+class Renderer(PictureMaker):
+    """A scene with its surface, its databases and its textures open.
+
+    Attributes
+    ----------
+    scene : LoadedScene
+    tables : SceneTables
+    surface : SurfaceMesh
+    """
+
+    def __init__(self, scene: LoadedScene, progress: Progress = silent) -> None:
+        """Open all that the scene names.
+
+        Raises
+        ------
+        InputError
+            A file is missing or does not fit the others, or the camera stands below the surface.
+        """
+        self.scene, self._progress = scene, progress
+        self.surface: SurfaceMesh = surface_of_scene(scene)
+        caster = ray_caster(self.surface)
+        check_above_ground(scene, self.surface, caster)
+        tables = SceneTables.of_scene(scene)
+        check_hours(scene, tables.surface)
+        self._materials = SurfaceMaterials(scene, self.surface)
+        try:
+            # In sunlight and, once more, in the shade of the photograph.
+            codes = np.tile(tables.codes(self._materials.places, scene.error), 2)
+        except BaseException:
+            self.close()
+            raise
+        model = scene.model
+        super().__init__(tables, caster, codes, model.source, model.camera.samples, scene.error)
+
+    def frames(self) -> Iterator[Picture]:
+        """All frames: for each hour, its bands."""
+        hours = self.scene.hours
+        still = self._see(0, np.array(hours)) if is_still(self.scene) else None
+        with self._progress(len(hours) * len(self.tables.bands), "radiance") as advance:
+            for number, hour in enumerate(hours):
+                place = still or self._see(number, np.array([hour]))
+                for tables in self.tables.bands:
+                    yield self._frame(place, number if still else 0, hour, tables)
+                    advance(1)
+
+    def _see(self, number: int, hours: Floats) -> SeenScene:
+        rays = view_rays(self.scene, self.surface, number)
+        seen = SeenSurface.of(rays, self.surface, self._materials, self._caster)
+        elevation, azimuth = self._sun_of_day
+        exposure = exposure_of(seen, self.surface, self._caster, elevation, azimuth, self._progress)
+        codes, table = self._codes, self.tables.surface
+        shaded_sky = self._materials.shaded_sky
+        mixture = seen.materials
+        lit_share, sky_view = exposure.of_mixtures(mixture.share, shaded_sky[mixture.number])
+        temperatures = SeenTemperatures.of(table, seen, exposure, codes, shaded_sky, hours, self._progress)
+        return SeenScene(rays, seen, exposure, lit_share, sky_view, temperatures)
+
     def close(self) -> None:
         self._materials.close()
 
@@ -269,7 +303,7 @@ class Renderer:
         self.close()
 
 
-def check_hours(scene: LoadedScene, surface: TemperatureTable) -> None:
+def check_hours(scene: LoadedScene | LoadedFrame, surface: TemperatureTable) -> None:
     """Refuse hours at which a table holds no temperatures.
 
     Raises
@@ -286,7 +320,7 @@ def check_hours(scene: LoadedScene, surface: TemperatureTable) -> None:
         )
 
 
-def check_reach(scene: LoadedScene, air: AtmosphereTable, place: SeenScene) -> None:
+def check_reach(refuse: Refuse, air: AtmosphereTable, place: SeenScene) -> None:
     """Refuse lines of sight that a table does not hold.
 
     Raises
@@ -303,14 +337,14 @@ def check_reach(scene: LoadedScene, air: AtmosphereTable, place: SeenScene) -> N
         low, high = reach[axis]
         outside: Booleans = (values < low - 1e-9) | (values > high + 1e-9)
         if outside.any():
-            raise scene.error(
+            raise refuse(
                 ("camera",),
                 f"found {values[outside][0]:.6g} {units}; {air.path.name} holds {low:g} to {high:g}; move the camera,"
                 " or widen atmosphere_grid of the job and build again",
             )
 
 
-def check_source(scene: LoadedScene, air: AtmosphereTable, hour: float, elevation: float) -> None:
+def check_source(refuse: Refuse, source: str, air: AtmosphereTable, hour: float, elevation: float) -> None:
     """Refuse an hour at which the source stands higher than a table holds; below, the rule of the night is for it.
 
     Raises
@@ -324,9 +358,9 @@ def check_source(scene: LoadedScene, air: AtmosphereTable, hour: float, elevatio
         if rule.name == SOURCE_ELEVATION
     )
     if elevation > highest:
-        raise scene.error(
+        raise refuse(
             ("hours",),
-            f"found the {scene.model.source} at {elevation:.3g} degree at {clock_text(hour)}; {air.path.name} holds up"
+            f"found the {source} at {elevation:.3g} degree at {clock_text(hour)}; {air.path.name} holds up"
             f" to {highest:g}; change the hours, or widen atmosphere_grid.source_elevation_deg of the job and build"
             " again",
         )

@@ -79,16 +79,21 @@ MeshMaterial = Annotated[
 ]
 
 
-class Mesh(StrictModel):
+class MeshFile(StrictModel):
     """Triangles of a glTF or OBJ file."""
 
     file: SceneFilePath = Field(description="A .glb, .gltf or .obj file.")
-    materials: dict[str, MeshMaterial] = Field(
-        min_length=1, description="Material of the databases, or a texture, for each material of the file by its name."
-    )
     up: Literal["y", "z"] = Field("y", description="Axis of the file that points up; glTF says y, OBJ says nothing.")
     x_azimuth_deg: Azimuth = Field(90.0, description="Where the x axis of the file points, from north eastward.")
     metres_per_unit: float = Field(1.0, gt=0, le=1e6, description="Of the file's coordinates; glTF says 1.")
+
+
+class Mesh(MeshFile):
+    """Triangles with materials."""
+
+    materials: dict[str, MeshMaterial] = Field(
+        min_length=1, description="Material of the databases, or a texture, for each material of the file by its name."
+    )
 
 
 class SurfaceModel(StrictModel):
@@ -218,6 +223,11 @@ class HourRange(StrictModel):
             raise ValueError(f"allowed: last after first, and at most {MAX_FRAMES} hours; change first, last or step")
         return self
 
+    def hours(self) -> list[float]:
+        """All of them."""
+        count = int(np.floor((self.last - self.first) / self.step + 1e-9)) + 1
+        return [self.first + self.step * number for number in range(count)]
+
 
 Hours = Annotated[
     Annotated[list[Hour], Field(min_length=1, max_length=MAX_FRAMES), pydantic.Tag("list")]
@@ -299,9 +309,7 @@ class LoadedScene:
             return [station.hour for station in perspective.track]
         if isinstance(hours, list):
             return hours
-        chosen = hours or HourRange(first=0.0, last=21.0, step=3.0)
-        count = int(np.floor((chosen.last - chosen.first) / chosen.step + 1e-9)) + 1
-        return [chosen.first + chosen.step * number for number in range(count)]
+        return (hours or HourRange(first=0.0, last=21.0, step=3.0)).hours()
 
     def error(self, location: tuple[str | int, ...], message: str) -> InputError:
         """An error at a key of the scene."""

@@ -7,7 +7,7 @@ from PIL import Image
 
 from skyshine.mat.render.day_picture import animate, draw_day
 from skyshine.mat.render.files import frame_files, kelvin_values
-from skyshine.mat.render.frames import Frame
+from skyshine.mat.render.frames import Picture
 from skyshine.mat.render.scene_file import Sensor
 from skyshine.schemas.errors import InputError
 
@@ -16,7 +16,7 @@ from skyshine.schemas.errors import InputError
 def frame():
     draw = np.random.default_rng(3)
     radiance = draw.uniform(0.0, 60.0, (5, 7))
-    return Frame(
+    return Picture(
         13.5, "b02", (8.0, 12.0), radiance, draw.uniform(250, 330, (5, 7)), np.full((5, 7), np.nan), np.ones((5, 7))
     )
 

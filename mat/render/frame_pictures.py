@@ -1,0 +1,348 @@
+"""Pictures of the frames of another renderer: what its buffers show, as a scene shows what rays meet."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from skyshine.mat.quantities.lines_of_sight import slope_and_azimuth
+from skyshine.mat.render.buffer_geometry import (
+    Pose,
+    distances,
+    normals_from_points,
+    quaternion_matrix,
+    view_of,
+    world,
+)
+from skyshine.mat.render.buffers import MaterialTable, check_size, depth_of, normals_of, stored, sunlit_of
+from skyshine.mat.render.camera import ViewRays
+from skyshine.mat.render.databases import SceneTables
+from skyshine.mat.render.exposure import exposure_of
+from skyshine.mat.render.frame_file import LoadedFrame
+from skyshine.mat.render.frames import Picture, PictureMaker, SeenScene, check_hours, check_reach, check_source
+from skyshine.mat.render.gltf_surface import shadow_casters
+from skyshine.mat.render.rays import FewTriangles, RayCaster, ray_caster, start_height
+from skyshine.mat.render.seen import SeenSurface
+from skyshine.mat.render.surface import Mixtures
+from skyshine.mat.render.surface_mesh import SurfaceMesh
+from skyshine.mat.render.temperatures import SeenTemperatures
+from skyshine.mat.tables.axes import EXACT, AxisRule
+from skyshine.mat.tables.htt import TemperatureTable
+from skyshine.mat.tables.interpolation import interpolate
+from skyshine.schemas.arrays import Booleans, Floats, Integers
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.progress import Progress, silent
+
+# km beyond the altitudes of a table up to which its nearest is read: 0.13 K by the lapse of 6.5 K/km of the standard
+# atmosphere, and more than a depth in 16 bits errs by.
+ALTITUDE_REACH = 0.02
+_PLACE = ("altitude", "azimuth", "slope")
+
+
+class FrameRenderer(PictureMaker):
+    """A frame file with its databases open.
+
+    Attributes
+    ----------
+    frame : LoadedFrame
+    size : tuple
+        Columns and rows of the first frame.
+    """
+
+    def __init__(self, frame: LoadedFrame, progress: Progress = silent) -> None:
+        """Open all that the file names.
+
+        Raises
+        ------
+        InputError
+            A file is missing or does not fit the others.
+        """
+        self.frame, self._progress = frame, progress
+        tables = SceneTables.of_scene(frame)
+        check_hours(frame, tables.surface)
+        self._materials = MaterialTable(frame)
+        places = self._materials.places
+        by_name = dict(zip(places, tables.codes(places, frame.error), strict=True))
+        codes = np.array([by_name[name] for name in self._materials.names], int)
+        mesh = frame.model.mesh
+        self._mesh: SurfaceMesh | None = None if mesh is None else shadow_casters(mesh, frame.model.altitude_km)
+        caster: RayCaster = _nothing() if self._mesh is None else ray_caster(self._mesh)
+        super().__init__(tables, caster, codes, frame.model.source, 1, frame.error)
+        self._temperatures = lru_cache(maxsize=32)(lambda hour: HourTemperatures.of(frame, tables.surface, codes, hour))
+        self._rays = lru_cache(maxsize=1)(lambda pose, size: view_of(frame.model, pose, size))
+        self._poses = poses_of(frame)
+        self._pixels_seen, self._unknown, self._downward = 0, Counter[str](), 0
+
+    def pictures(self) -> Iterator[tuple[str, Picture]]:
+        """All pictures: of each frame, for each of its hours, its bands; with what tells the frame apart."""
+        with self._progress(len(self.frame.hours) * len(self.tables.bands), "radiance") as advance:
+            for mark, hours, seen in self._all():
+                for number, hour in enumerate(hours):
+                    for tables in self.tables.bands:
+                        yield mark, self._frame(seen, number, hour, tables)
+                        advance(1)
+
+    def check(self) -> None:
+        """Read all that `pictures` reads, and compute no radiance.
+
+        Raises
+        ------
+        InputError
+            Those of `pictures`.
+        """
+        for _, hours, seen in self._all():
+            for tables in self.tables.bands:
+                check_reach(self._refuse, tables.air, seen)
+                for hour in hours:
+                    source = self.tables.surface.source_track(self._source, time=hour)
+                    check_source(self._refuse, self._source, tables.air, hour, float(source.elevation))
+
+    @property
+    def notes(self) -> list[str]:
+        """What was taken of the pixels that have been read so far, where their buffers or the tables say nothing."""
+        notes = []
+        if self._unknown:
+            pixels = sum(self._unknown.values())
+            notes.append(
+                f"{pixels / self._pixels_seen:.2%} of the pixels have ids without a material"
+                f" ({', '.join(sorted(self._unknown))}); drawn as {self.frame.model.default_material}"
+            )
+        if self._downward:
+            steepest = self.tables.surface.root.axes["slope"].values[-1]
+            notes.append(
+                f"{self._downward / self._pixels_seen:.2%} of the pixels look further down than a slope of"
+                f" {steepest:g} degree; their temperature is that of this slope"
+            )
+        return notes
+
+    def _all(self) -> Iterator[tuple[str, list[float], SeenScene]]:
+        marks, hours = self.frame.marks, self.frame.hours
+        for number, mark in enumerate(marks):
+            of_frame = hours if len(marks) == 1 else [hours[number]]
+            yield mark, of_frame, self._seen(mark, self._poses[number % len(self._poses)], of_frame)
+
+    def _seen(self, mark: str, pose: Pose, hours: list[float]) -> SeenScene:
+        frame = self.frame
+        depth = depth_of(frame, stored(frame, "depth", mark))
+        shape = depth.shape
+        materials = self._materials.pixels(mark, np.isfinite(depth))
+        met = np.isfinite(depth) & (materials.share.sum(axis=-1) > 0)
+        rays, length = self._rays(pose, (shape[1], shape[0]))
+        distance = distances(frame.model, depth.ravel(), length)
+        seen = self._surface(mark, pose, rays, distance, met)
+        rows = seen.pixel
+        seen = replace(
+            seen,
+            materials=Mixtures(
+                self._materials.names,
+                materials.number.reshape(depth.size, -1)[rows],
+                materials.share.reshape(depth.size, -1)[rows],
+            ),
+        )
+        self._pixels_seen += depth.size
+        self._unknown.update(materials.unknown)
+        if frame.model.buffers.sunlit is None:
+            return self._traced(rays, seen, hours)
+        buffer = stored(frame, "sunlit", mark)
+        check_size(frame, "sunlit", buffer, shape)
+        lit = sunlit_of(buffer).ravel()[rows]
+        sky_view = 1.0 - (1.0 - lit) * (1.0 - frame.model.buffers.sunlit.open_sky)
+        return SeenScene(rays, seen, None, lit, sky_view, self._by_hour(seen, lit, hours))
+
+    def _surface(self, mark: str, pose: Pose, rays: ViewRays, distance: Floats, met: Booleans) -> SeenSurface:
+        """What the pixels see, without materials."""
+        frame, pixel = self.frame, np.flatnonzero(met)
+        point = rays.origin[pixel] + rays.direction[pixel] * distance[pixel, None]
+        normal = self._normals(mark, pose, point, met)
+        away = np.sum(normal * rays.direction[pixel], axis=-1) > 0
+        normal = np.where(away[:, None], -normal, normal)
+        slope, azimuth = slope_and_azimuth(normal)
+        start = point if self._mesh is None else point + normal * start_height(self._mesh)
+        none = Mixtures((), np.zeros((len(pixel), 1), int), np.ones((len(pixel), 1)))
+        altitude = frame.model.altitude_km + point[:, 2] * 1e-3
+        return SeenSurface(pixel, point, normal, start, distance[pixel] * 1e-3, slope, azimuth, altitude, none)
+
+    def _normals(self, mark: str, pose: Pose, point: Floats, met: Booleans) -> Floats:
+        """Unit normals (n, 3) of the pixels that meet a surface, to east, north and up."""
+        model = self.frame.model
+        if model.buffers.normals is None:
+            points = np.zeros((*met.shape, 3))
+            points[met] = point
+            return normals_from_points(points, met)[met]
+        buffer = stored(self.frame, "normals", mark)
+        check_size(self.frame, "normals", buffer, met.shape)
+        normal = normals_of(buffer, met)[met]
+        return world(model, normal) if model.buffers.normals.space == "world" else normal @ pose.turn.T
+
+    def _traced(self, rays: ViewRays, seen: SeenSurface, hours: list[float]) -> SeenScene:
+        """In the light, or in the shade of the mesh."""
+        lit, view = np.ones(len(seen)), np.ones(len(seen))
+        if self._mesh is None:
+            return SeenScene(rays, seen, None, lit, view, self._by_hour(seen, lit, hours))
+        elevation, azimuth = self._sun_of_day
+        exposure = exposure_of(seen, self._mesh, self._caster, elevation, azimuth, self._progress)
+        open_sky = np.full(len(self._codes), np.nan)
+        temperatures = SeenTemperatures.of(
+            self.tables.surface,
+            self._within(seen),
+            exposure,
+            self._codes,
+            open_sky,
+            np.array(hours),
+            self._progress,
+        )
+        kelvin = self._own(seen, temperatures.used, temperatures.kelvin[temperatures.column])
+        column = np.arange(len(kelvin))
+        return SeenScene(
+            rays, seen, exposure, lit, exposure.sky_view, SeenTemperatures(temperatures.used, column, kelvin)
+        )
+
+    def _by_hour(self, seen: SeenSurface, lit: Floats, hours: list[float]) -> SeenTemperatures:
+        """Temperatures without shadows of a mesh."""
+        used, within = seen.materials.share > 0, self._within(seen)
+        row, part = np.nonzero(used)
+        number = seen.materials.number[row, part]
+        kelvin = np.stack(
+            [
+                self._temperatures(hour).at(number, within.altitude[row], seen.azimuth[row], within.slope[row], lit[row])
+                for hour in hours
+            ],
+            axis=-1,
+        )
+        return SeenTemperatures(used, np.arange(len(row)), self._own(seen, used, kelvin))
+
+    def _own(self, seen: SeenSurface, used: Booleans, kelvin: Floats) -> Floats:
+        """Temperatures (u, H) of the used materials, with those of their own."""
+        own = self._materials.temperature[seen.materials.number[used]]
+        return np.where(np.isfinite(own)[:, None], own[:, None], kelvin)
+
+    def _within(self, seen: SeenSurface) -> SeenSurface:
+        """The surface with slopes and altitudes that the table of temperatures holds.
+
+        Raises
+        ------
+        InputError
+            An altitude is farther from them than `ALTITUDE_REACH`.
+        """
+        table = self.tables.surface
+        (low, high), steepest = (table.root.axes["altitude"].values[[0, -1]].astype(float)), float(
+            table.root.axes["slope"].values[-1]
+        )
+        if len(seen) and (seen.altitude.min() < low - ALTITUDE_REACH or seen.altitude.max() > high + ALTITUDE_REACH):
+            raise self.frame.error(
+                ("altitude_km",),
+                f"found surfaces at {seen.altitude.min():.4g} to {seen.altitude.max():.4g} km; {table.path.name} holds"
+                f" {low:g} to {high:g}; change it or the pose, or widen surface_grid.altitude_km of the job and build"
+                " again",
+            )
+        self._downward += int(np.sum(seen.slope > steepest + 1e-6))
+        return replace(seen, altitude=np.clip(seen.altitude, low, high), slope=np.minimum(seen.slope, steepest))
+
+
+@dataclass(frozen=True, eq=False)
+class HourTemperatures:
+    """Temperatures of materials at one hour, in the light and in the shade of a mask, at the nodes of their places.
+
+    Between the nodes they are linear, as those of the table are.
+
+    Attributes
+    ----------
+    rules : tuple of AxisRule
+        Of the entry, altitude, azimuth and slope.
+    sunlit : (K, A, Z, S) array
+        [K]
+    shaded : (K, A, Z, S) array or None
+        None: all is in the light.
+    """
+
+    rules: tuple[AxisRule, ...]
+    sunlit: Floats
+    shaded: Floats | None
+
+    @classmethod
+    def of(cls, frame: LoadedFrame, surface: TemperatureTable, codes: Integers, hour: float) -> HourTemperatures:
+        """Read a table of temperatures.
+
+        Raises
+        ------
+        InputError
+            There is a mask of shade, and the table holds no response to it.
+        """
+        rules = tuple(AxisRule.of(name, surface.root.axes[name]) for name in _PLACE)
+        where = dict(zip(("material", *_PLACE), np.ix_(codes, *(rule.nodes for rule in rules)), strict=True))
+        sunlit, shaded, mask = surface.temperature(**where, time=hour), None, frame.model.buffers.sunlit
+        if mask is not None:
+            first = 0.0 if mask.lasts_h == 24 else (hour - mask.lasts_h) % 24
+            spell = (first, 24.0 if mask.lasts_h == 24 else hour)
+            change = surface.absorbed_change(**where, shade=[spell], sky_view=mask.open_sky)
+            shaded = surface.temperature(**where, time=hour, absorbed_change=change)
+        entry = AxisRule("entry", np.arange(len(codes)), EXACT)
+        return cls((entry, *rules), sunlit, shaded)
+
+    def at(self, number: Integers, altitude: Floats, azimuth: Floats, slope: Floats, lit: Floats) -> Floats:
+        """Temperatures (n,) [K] of entries at places, of which a share is in the light."""
+        where = dict(zip(("entry", *_PLACE), (number, altitude, azimuth, slope), strict=True))
+        kelvin = interpolate(self.sunlit, self.rules, where)
+        rows = np.flatnonzero(lit < 1)
+        if self.shaded is None or not rows.size:
+            return kelvin
+        dark = interpolate(self.shaded, self.rules, {name: values[rows] for name, values in where.items()})
+        kelvin[rows] = lit[rows] * kelvin[rows] + (1.0 - lit[rows]) * dark
+        return kelvin
+
+
+def poses_of(frame: LoadedFrame) -> list[Pose]:
+    """Poses of the frames: one of all, or one for each.
+
+    Raises
+    ------
+    InputError
+        A matrix is no pose, or their number is not that of the frames.
+    """
+    camera, model = frame.model.camera, frame.model
+    if camera.look_at is not None:
+        assert camera.position is not None
+        return [Pose.looking(model, camera.position, camera.look_at)]
+    if camera.poses is not None:
+        place: tuple[str, ...] = ("camera", "poses")
+        matrices = _matrices(frame)
+    elif camera.pose is not None:
+        place, matrices = ("camera", "pose"), np.array([camera.pose], float)
+    else:
+        place = ("camera", "quaternion")
+        if not np.linalg.norm(camera.quaternion or 0.0) > 0:
+            raise frame.error(place, "found a quaternion of length 0; allowed: w, x, y, z of a rotation")
+        matrices = quaternion_matrix(camera.position or 0.0, camera.quaternion or 0.0)[None]
+    poses = []
+    for matrix in matrices:
+        try:
+            poses.append(Pose.of_matrix(model, matrix))
+        except ValueError as error:
+            raise frame.error(place, str(error)) from None
+    return poses
+
+
+def _matrices(frame: LoadedFrame) -> Floats:
+    """Matrices (m, 4, 4) of the files of poses."""
+    place, marks = ("camera", "poses"), frame.marks
+    files = dict.fromkeys(frame.path(place, mark) for mark in marks)
+    arrays = []
+    for file in files:
+        try:
+            read = np.load(file, allow_pickle=False) if file.suffix == ".npy" else np.loadtxt(file, delimiter=None)
+            arrays.append(np.asarray(read, float).reshape(-1, 4, 4))
+        except (OSError, ValueError, EOFError) as error:
+            raise InputError(f"holds no matrices of 4 x 4 numbers ({error}); save them so", file=file) from None
+    matrices = np.concatenate(arrays)
+    if len(matrices) not in (1, len(marks)) or len(matrices) == 0:
+        raise frame.error(place, f"found {len(matrices)} matrices and {len(marks)} frames; allowed: one, or one a frame")
+    return matrices
+
+
+def _nothing() -> FewTriangles:
+    """A caster of no triangles, which hides nothing."""
+    return FewTriangles(SurfaceMesh(np.zeros((0, 3, 3)), np.zeros(0, int), (), np.zeros((0, 3, 2)), 0.0))

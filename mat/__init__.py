@@ -5,7 +5,7 @@
 `open_catalog` finds one by date, band or source; `spectrum`, `temperature` and `band` compute one thing without a job's
 tables; `report` measures how wrong built tables are; `fit_material` finds a material's parameters from a measured
 record; `Scene` draws pictures from built tables, and `contrast` compares two materials through the day; `example` names
-a packaged job. Results are small objects; those of numbers have `to_xarray`.
+a packaged job; `needs` limits a job to what a scene reads. Results are small objects; those of numbers have `to_xarray`.
 
 Examples
 --------
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from skyshine.mat.api.contrast import contrast
     from skyshine.mat.api.examples import example
     from skyshine.mat.api.fit_material import fit_material
+    from skyshine.mat.api.needs import needs
     from skyshine.mat.api.report import report
     from skyshine.mat.api.scene import Scene
     from skyshine.mat.api.spectrum import spectrum
@@ -52,6 +53,7 @@ _HOMES = {
     "contrast": ("api.contrast", "contrast"),
     "example": ("api.examples", "example"),
     "fit_material": ("api.fit_material", "fit_material"),
+    "needs": ("api.needs", "needs"),
     "open": ("tables.loader", "open_table"),
     "open_catalog": ("tables.catalog", "open_catalog"),
     "report": ("api.report", "report"),
@@ -71,6 +73,7 @@ __all__ = [
     "contrast",
     "example",
     "fit_material",
+    "needs",
     "open",
     "open_catalog",
     "report",

@@ -60,7 +60,9 @@ class CommandGroup(click.Group):
     Exit status: 0 done, 1 a check did not hold, 2 the input is wrong (one line on standard error), 130 interrupted.
     """
 
-    def __init__(self, name: str, *, package: str, commands: dict[str, str], moved: dict[str, str] | None = None, **settings: Any):
+    def __init__(
+        self, name: str, *, package: str, commands: dict[str, str], moved: dict[str, str] | None = None, **settings: Any
+    ):
         super().__init__(name=name, **settings)
         self.package, self.lines, self.moved = package, commands, moved or {}
         self.context_settings.setdefault("help_option_names", ["-h", "--help"])

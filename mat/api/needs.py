@@ -19,6 +19,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.progress import Progress, silent
 from skyshine.schemas.whole_files import part_file
 
+
 @dataclass(frozen=True, eq=False, repr=False)
 class JobNeeds:
     """The needs of a scene for a job.

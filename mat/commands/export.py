@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterator
 from pathlib import Path
 
 import click
@@ -71,7 +70,9 @@ def _form_of(args: list[str]) -> tuple[str | None, list[str]]:
     epilog="Example: mat export built --to gpu --frame 14 --altitude 4 --out textures",
 )
 def command() -> None:
-    """Write databases, atmospheres or materials in another format; 'mat export --to FORMAT --help' shows its options."""
+    """Write databases, atmospheres or materials in another format.
+
+    'mat export --to FORMAT --help' shows the options of one."""
 
 
 out_option = click.option(
@@ -91,12 +92,13 @@ out_option = click.option(
 @out_option
 def gpu(files: tuple[Path, ...], frame: float | None, altitude: float | None, out: Path) -> None:
     """Write FILES, or every database of a folder, as half-float textures, u16 codes and the shader of a pixel."""
-    from skyshine.mat.gpu.export import Frame, export_gpu
+    from skyshine.mat.api.export import export
+    from skyshine.mat.gpu.export import Frame
 
     if (frame is None) != (altitude is None):
         raise InputError("a frame needs its hour and the observer's altitude; give both --frame and --altitude")
     moment = None if frame is None or altitude is None else Frame(frame, altitude)
-    export_gpu(list(files), out, moment, click.echo)
+    export(files, "gpu", out, frame=moment, report=click.echo)
 
 
 @command.command("axes", epilog="Example: mat export built --to axes --tolerance '0.3 K' --out tables")
@@ -117,20 +119,10 @@ def gpu(files: tuple[Path, ...], frame: float | None, altitude: float | None, ou
 )
 @out_option
 def axes(files: tuple[Path, ...], tolerance: str, most_nodes: int, out: Path) -> None:
-    """Write atmospheric FILES, or those of a folder, with tables on five axes, whose nodes are placed by a tolerance."""
-    from skyshine.mat.exchange.axes import export_axes
-    from skyshine.mat.job.accuracy import pixel_kelvin
-    from skyshine.mat.job.fields import tolerance_parts
+    """Write atmospheric FILES, or those of a folder, with tables on five axes whose nodes a tolerance places."""
+    from skyshine.mat.api.export import export
 
-    try:
-        kelvin = tolerance_parts(pixel_kelvin(tolerance))[0]
-    except ValueError as error:
-        raise InputError(f"--tolerance: {error}") from None
-    for database in _databases(files, "*atmq.h5"):
-        written = export_axes(database, out, kelvin, most_nodes)
-        shape = " x ".join(map(str, written.shape))
-        short = "" if written.p99 <= kelvin else f"; --tolerance {kelvin:g} K is not reached with {most_nodes:,} nodes"
-        click.echo(f"{written.path}: {shape} nodes, {written.p99:.2g} K in 99 % of the reads{short}")
+    export(files, "axes", out, tolerance=tolerance, most_nodes=most_nodes, report=click.echo)
 
 
 @command.command("raw", epilog="Example: mat export built --to raw --out flat")
@@ -138,16 +130,6 @@ def axes(files: tuple[Path, ...], tolerance: str, most_nodes: int, out: Path) ->
 @out_option
 def raw(files: tuple[Path, ...], out: Path) -> None:
     """Write FILES, or every database of a folder, as little-endian float32 beside a JSON header."""
-    from skyshine.mat.tables.raw import export_raw
+    from skyshine.mat.api.export import export
 
-    for database in _databases(files, "*.h5"):
-        click.echo(export_raw(database, out))
-
-
-def _databases(files: tuple[Path, ...], pattern: str) -> Iterator[Path]:
-    """The files, and those of folders by a pattern of their names."""
-    for path in files:
-        databases = sorted(path.glob(pattern)) if path.is_dir() else [path]
-        if not databases:
-            raise InputError(f"holds no database ({pattern}); build one with 'mat build'", file=path)
-        yield from databases
+    export(files, "raw", out, report=click.echo)

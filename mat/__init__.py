@@ -5,7 +5,9 @@
 `open_catalog` finds one by date, band or source; `spectrum`, `temperature` and `band` compute one thing without a job's
 tables; `report` measures how wrong built tables are; `fit_material` finds a material's parameters from a measured
 record; `Scene` draws pictures from built tables, and `contrast` compares two materials through the day; `example` names
-a packaged job. Results are small objects; those of numbers have `to_xarray`.
+a packaged job; `query` interpolates one table, with its stated error; `export` writes other formats, `lut` a look-up
+table for ISOFIT; `needs` limits a job to what a scene reads. Results are small objects; those of numbers have
+`to_xarray`.
 
 Examples
 --------
@@ -28,11 +30,16 @@ if TYPE_CHECKING:
     from skyshine.mat.api.check import check
     from skyshine.mat.api.contrast import contrast
     from skyshine.mat.api.examples import example
+    from skyshine.mat.api.export import export
     from skyshine.mat.api.fit_material import fit_material
+    from skyshine.mat.api.needs import needs
+    from skyshine.mat.api.query import query
     from skyshine.mat.api.report import report
     from skyshine.mat.api.scene import Scene
     from skyshine.mat.api.spectrum import spectrum
     from skyshine.mat.api.temperature import temperature
+    from skyshine.mat.exchange.isofit import Lut
+    from skyshine.mat.exchange.isofit import write_lut as lut
     from skyshine.mat.tables.atmosphere_table import AtmosphereTable
     from skyshine.mat.tables.atmq import GridTable
     from skyshine.mat.tables.band import BandTable
@@ -44,6 +51,7 @@ _HOMES = {
     "AtmosphereTable": ("tables.atmosphere_table", "AtmosphereTable"),
     "BandTable": ("tables.band", "BandTable"),
     "GridTable": ("tables.atmq", "GridTable"),
+    "Lut": ("exchange.isofit", "Lut"),
     "Scene": ("api.scene", "Scene"),
     "TemperatureTable": ("tables.htt", "TemperatureTable"),
     "band": ("api.band", "band"),
@@ -51,9 +59,13 @@ _HOMES = {
     "check": ("api.check", "check"),
     "contrast": ("api.contrast", "contrast"),
     "example": ("api.examples", "example"),
+    "export": ("api.export", "export"),
     "fit_material": ("api.fit_material", "fit_material"),
+    "lut": ("exchange.isofit", "write_lut"),
+    "needs": ("api.needs", "needs"),
     "open": ("tables.loader", "open_table"),
     "open_catalog": ("tables.catalog", "open_catalog"),
+    "query": ("api.query", "query"),
     "report": ("api.report", "report"),
     "spectrum": ("api.spectrum", "spectrum"),
     "temperature": ("api.temperature", "temperature"),
@@ -63,6 +75,7 @@ __all__ = [
     "AtmosphereTable",
     "BandTable",
     "GridTable",
+    "Lut",
     "Scene",
     "TemperatureTable",
     "band",
@@ -70,9 +83,13 @@ __all__ = [
     "check",
     "contrast",
     "example",
+    "export",
     "fit_material",
+    "lut",
+    "needs",
     "open",
     "open_catalog",
+    "query",
     "report",
     "spectrum",
     "temperature",

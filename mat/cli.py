@@ -6,7 +6,7 @@ from skyshine.schemas.commands import CommandGroup
 
 COMMANDS = {
     "init": "Write a starter job that runs as it is.",
-    "check": "Check a job and print what will be built and what is left out.",
+    "check": "Check a job; print what will be built, left out, and what a scene needs.",
     "build": "Build the databases of a job.",
     "info": "Show what a database holds.",
     "verify": "Check layout, values, physical laws and digest of databases.",
@@ -14,17 +14,13 @@ COMMANDS = {
     "plot": "Draw a database.",
     "render": "Draw a scene from built databases, by hour and band.",
     "contrast": "One material against another through the day, with crossovers.",
-    "export": "Write databases for engines without HDF5.",
-    "gazebo": "Write heat signatures for the thermal camera of Gazebo.",
+    "export": "Write databases for other programs: GPU textures, flat arrays, Gazebo.",
     "view": "Write a page that shows built databases in the infrared.",
     "spectrum": "Transmittance and radiance of one line of sight.",
     "temperature": "One surface through the day: temperature and every flux.",
-    "lut": "Write a look-up table for ISOFIT.",
-    "specular": "Shininess and normalisation of a specular lobe.",
     "materials": "List, show or plot the materials.",
     "presets": "List or show the ready atmospheric states.",
     "lines": "The band model: build it from line lists, show what it holds.",
-    "needs": "Cast the rays of a scene and print what it reads, as the needs of its job.",
     "report": "The error budget of built databases, source by source.",
     "bench": "Error against run time, measured.",
     "doctor": "What this installation has and lacks.",
@@ -34,6 +30,13 @@ main = CommandGroup(
     "mat",
     package="skyshine.mat.commands",
     commands=COMMANDS,
+    moved={
+        "gazebo": "export FOLDER --to gazebo",
+        "lut": "export --to lut",
+        "needs": "check JOB --scene SCENE",
+        "openmaterial": "export --to openmaterial",
+        "specular": "materials specular",
+    },
     help="Builds the atmospheric and temperature databases of an infrared scene from one YAML job.\n\n"
     "Example: mat init demo && mat build demo/job.yaml",
 )

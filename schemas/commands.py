@@ -52,21 +52,27 @@ class CommandGroup(click.Group):
         Package that holds one module a command, each with a click command named ``command``.
     commands : dict of str to str
         Command names with the line that ``--help`` shows for each.
+    moved : dict of str to str, optional
+        Names that users of other tools or earlier versions may type, with the command that does it now.
 
     Notes
     -----
     Exit status: 0 done, 1 a check did not hold, 2 the input is wrong (one line on standard error), 130 interrupted.
     """
 
-    def __init__(self, name: str, *, package: str, commands: dict[str, str], **settings: Any):
+    def __init__(
+        self, name: str, *, package: str, commands: dict[str, str], moved: dict[str, str] | None = None, **settings: Any
+    ):
         super().__init__(name=name, **settings)
-        self.package, self.lines = package, commands
+        self.package, self.lines, self.moved = package, commands, moved or {}
         self.context_settings.setdefault("help_option_names", ["-h", "--help"])
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.lines)
 
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        if name in self.moved:
+            ctx.fail(f"No such command '{name}'; type: {self.name} {self.moved[name]}")
         if name not in self.lines:
             close = difflib.get_close_matches(name, self.lines, n=1, cutoff=0.5)
             if close:

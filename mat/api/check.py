@@ -125,7 +125,17 @@ def check(job: str | os.PathLike[str] | Mapping[str, Any]) -> JobCheck:
     >>> "s01.htt.h5" in plan.files
     True
     """
-    loaded = load_job(job)
+    return checked(load_job(job))
+
+
+def checked(loaded: LoadedJob) -> JobCheck:
+    """The plan of a job that is read already, as `check`.
+
+    Raises
+    ------
+    InputError
+        The first thing in the job that does not fit.
+    """
     plan = make_plan(loaded, load_library())
     check_size(loaded, plan)
     check_scene(loaded)

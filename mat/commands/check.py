@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from itertools import groupby
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from skyshine.schemas.commands import allow_outside_option, emit_json, json_option
+from skyshine.schemas.commands import allow_outside_option, emit_json, json_option, progress
+from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
@@ -18,12 +20,38 @@ if TYPE_CHECKING:
 MANY_STATES = 12  # beyond these their files are not listed one by one
 
 
-@click.command(epilog="Example: mat check demo/job.yaml")
-@click.argument("job", type=click.Path())
+@click.command(epilog="Example: mat check demo/job.yaml --scene demo/scene.yaml --out demo/less.yaml")
+@click.argument("job", type=click.Path(path_type=Path))
+@click.option(
+    "--scene",
+    type=click.Path(path_type=Path),
+    help="Print what the frames of this scene read as the key 'needs' of JOB, and what a build of that alone costs.",
+)
+@click.option(
+    "--out",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="With --scene: write a copy of JOB with these needs, in the folder of JOB.",
+)
+@click.option(
+    "--least-share",
+    type=click.FloatRange(0, 0.5),
+    default=1e-3,
+    show_default=True,
+    help="With --scene: share of the pixels; the most similar material replaces one with less.",
+)
 @allow_outside_option
 @json_option
-def command(job: str, as_json: bool) -> None:
-    """Check JOB; print what will be built, what is left out and why, which source is up when, and the size."""
+def command(job: Path, scene: Path | None, out: Path | None, least_share: float, as_json: bool) -> None:
+    """Check JOB; print what will be built, what is left out and why, which source is up when, and the size.
+
+    With --scene, cast the rays of its cameras and print the ranges, elevations, altitudes, slopes, azimuths, materials,
+    hours, bands and source elevations that its frames read: a job with these needs builds nothing else.
+    """
+    if scene is not None:
+        _check_needs(scene, job, out, least_share, as_json)
+        return
+    if out is not None:
+        raise InputError("found --out without --scene; name the scene whose needs the copy of the job is to have")
     from skyshine.mat.api.check import check
 
     result = check(job)
@@ -31,6 +59,39 @@ def command(job: str, as_json: bool) -> None:
         emit_json(_as_json(result))
     else:
         _print(result)
+
+
+def _check_needs(scene: Path, job: Path, out: Path | None, least_share: float, as_json: bool) -> None:
+    from skyshine.mat.api.needs import needs
+
+    result = needs(scene, job, least_share=least_share, progress=progress)
+    if out is not None:
+        result.write(out)
+    if as_json:
+        limits = result.needs.limits
+        emit_json(
+            {
+                "needs": {limit.key: limit.value for limit in limits},
+                "reasons": {limit.key: limit.reason for limit in limits},
+                "replaced_materials": result.needs.replaced,
+                "replaced_share": result.needs.replaced_share,
+                "notes": list(result.needs.notes),
+                "whole": _cost(result.whole),
+                "with_needs": _cost(result.reduced),
+            }
+        )
+        return
+    click.echo(result.text, nl=False)
+    click.echo(f"# with these needs: {result.saving}")
+    if out is not None:
+        click.echo(f"# {out}")
+
+
+def _cost(plan: JobCheck) -> dict[str, Any]:
+    return {
+        "size_before_compression": quantity(plan.bytes, "byte"),
+        "estimated_time": {stage: quantity(seconds, "s") for stage, seconds in plan.seconds.items()},
+    }
 
 
 _UNKNOWN = (
@@ -62,8 +123,7 @@ def _as_json(result: JobCheck) -> dict[str, Any]:
         "surfaces": result.surfaces,
         "left_out": [vars(item) for item in result.left_out],
         "source_up": {source: [list(span) for span in spans] for source, spans in result.source_up.items()},
-        "size_before_compression": quantity(result.bytes, "byte"),
-        "estimated_time": {stage: quantity(seconds, "s") for stage, seconds in result.seconds.items()},
+        **_cost(result),
     }
 
 

@@ -1,111 +1,135 @@
-"""``mat export``: databases in other forms."""
+"""``mat export``: databases, atmospheres and materials in the formats of others."""
 
-from collections.abc import Iterator
+from __future__ import annotations
+
+import importlib
 from pathlib import Path
 
 import click
 
-from skyshine.schemas.errors import InputError
+from skyshine.schemas.errors import InputError, nearest
+
+FORMS = {
+    "raw": "Little-endian float32 in one file beside a JSON header, for engines without HDF5.",
+    "axes": "Atmospheric files with tables on five axes, whose nodes are placed by a tolerance.",
+    "gpu": "Half-float textures, u16 codes and the shader that evaluates a pixel from them.",
+    "gazebo": "Heat signatures for the thermal camera of Gazebo.",
+    "lut": "A look-up table for ISOFIT over water vapour, aerosol and geometry.",
+    "openmaterial": "Materials as files of ASAM OpenMATERIAL 3D.",
+}
+_HOMES = {"gazebo": "gazebo", "lut": "lut", "openmaterial": "openmaterial"}  # modules of their own
 
 
-@click.command(epilog="Example: mat export --gpu built --frame 14 --altitude 4 --out textures")
-@click.argument("files", nargs=-1, required=True, type=click.Path())
-@click.option(
-    "--raw", is_flag=True, help="Little-endian float32 in one file beside a JSON header, for engines without HDF5."
+class _Forms(click.Group):
+    """A group whose commands are named by ``--to``."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        form, rest = _form_of(args)
+        if form is None and any(word in ctx.help_option_names for word in rest):
+            return super().parse_args(ctx, ["--help"])
+        if form is None:
+            raise InputError(f"no format is named; allowed: --to {', --to '.join(FORMS)}")
+        if form not in FORMS:
+            raise InputError(f"found --to '{form}'; {nearest(form, FORMS)}")
+        return super().parse_args(ctx, [form, *rest])
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        name, command, rest = super().resolve_command(ctx, args)
+        return f"--to {name}", command, rest
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(FORMS)
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        if name not in _HOMES:
+            return super().get_command(ctx, name)
+        command: click.Command = importlib.import_module(f"skyshine.mat.commands.{_HOMES[name]}").command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Formats"):
+            formatter.write_dl(list(FORMS.items()))
+
+
+def _form_of(args: list[str]) -> tuple[str | None, list[str]]:
+    """The word after ``--to``, and the other words."""
+    for at, word in enumerate(args):
+        if word == "--to" and at + 1 < len(args):
+            return args[at + 1], args[:at] + args[at + 2 :]
+        if word.startswith("--to="):
+            return word.removeprefix("--to="), args[:at] + args[at + 1 :]
+    return None, args
+
+
+@click.group(
+    "export",
+    cls=_Forms,
+    subcommand_metavar="--to FORMAT ...",
+    epilog="Example: mat export built --to gpu --frame 14 --altitude 4 --out textures",
 )
-@click.option(
-    "--gpu", is_flag=True, help="Half-float textures, u16 codes and the shader that evaluates a pixel from them."
+def command() -> None:
+    """Write databases, atmospheres or materials in another format.
+
+    'mat export --to FORMAT --help' shows the options of one."""
+
+
+out_option = click.option(
+    "--out", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder to write into."
 )
+
+
+@command.command("gpu", epilog="Example: mat export built --to gpu --frame 14 --altitude 4 --out textures")
+@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option(
-    "--axes", is_flag=True, help="Atmospheric files with tables on five axes, whose nodes are placed by --tolerance."
+    "--frame",
+    type=float,
+    metavar="HOUR",
+    help="One frame alone, at this local clock time in h; an atmosphere is then at most 64 kB.",
 )
+@click.option("--altitude", type=float, metavar="KM", help="With --frame: altitude of the observer above sea level.")
+@out_option
+def gpu(files: tuple[Path, ...], frame: float | None, altitude: float | None, out: Path) -> None:
+    """Write FILES, or every database of a folder, as half-float textures, u16 codes and the shader of a pixel."""
+    from skyshine.mat.api.export import export
+    from skyshine.mat.gpu.export import Frame
+
+    if (frame is None) != (altitude is None):
+        raise InputError("a frame needs its hour and the observer's altitude; give both --frame and --altitude")
+    moment = None if frame is None or altitude is None else Frame(frame, altitude)
+    export(files, "gpu", out, frame=moment, report=click.echo)
+
+
+@command.command("axes", epilog="Example: mat export built --to axes --tolerance '0.3 K' --out tables")
+@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option(
     "--tolerance",
     default="0.5 K",
     show_default=True,
     metavar="K",
-    help="With --axes: error of interpolation that 99 % of the reads are to keep.",
+    help="Error of interpolation that 99 % of the reads are to keep.",
 )
 @click.option(
     "--most-nodes",
     type=click.IntRange(32, 200_000_000),
     default=20_000_000,
     show_default=True,
-    help="With --axes: nodes that the largest table may have.",
+    help="Nodes that the largest table may have.",
 )
-@click.option(
-    "--frame",
-    type=float,
-    default=None,
-    metavar="HOUR",
-    help="With --gpu: one frame alone, at this local clock time in h; an atmosphere is then at most 64 kB.",
-)
-@click.option(
-    "--altitude", type=float, default=None, metavar="KM", help="With --frame: altitude of the observer above sea level."
-)
-@click.option("--out", required=True, type=click.Path(file_okay=False), help="Folder to write into.")
-def command(
-    files: tuple[str, ...],
-    raw: bool,
-    gpu: bool,
-    axes: bool,
-    tolerance: str,
-    most_nodes: int,
-    frame: float | None,
-    altitude: float | None,
-    out: str,
-) -> None:
-    """Write FILES, or every database of a folder, in another form."""
-    if raw + gpu + axes != 1:
-        found = "no form is named" if not raw + gpu + axes else "found several forms"
-        raise InputError(f"{found}; allowed: one of --raw, --gpu, --axes")
-    if not gpu and (frame is not None or altitude is not None):
-        raise InputError("--frame and --altitude go with --gpu; name it, or leave them out")
-    if (frame is None) != (altitude is None):
-        raise InputError("a frame needs its hour and the observer's altitude; give both --frame and --altitude")
-    if gpu:
-        _export_gpu([Path(name) for name in files], Path(out), frame, altitude)
-    elif axes:
-        _export_axes(files, Path(out), tolerance, most_nodes)
-    else:
-        _export_raw(files, out)
+@out_option
+def axes(files: tuple[Path, ...], tolerance: str, most_nodes: int, out: Path) -> None:
+    """Write atmospheric FILES, or those of a folder, with tables on five axes whose nodes a tolerance places."""
+    from skyshine.mat.api.export import export
+
+    export(files, "axes", out, tolerance=tolerance, most_nodes=most_nodes, report=click.echo)
 
 
-def _export_gpu(files: list[Path], out: Path, hour: float | None, altitude: float | None) -> None:
-    from skyshine.mat.gpu.export import Frame, export_gpu
+@command.command("raw", epilog="Example: mat export built --to raw --out flat")
+@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
+@out_option
+def raw(files: tuple[Path, ...], out: Path) -> None:
+    """Write FILES, or every database of a folder, as little-endian float32 beside a JSON header."""
+    from skyshine.mat.api.export import export
 
-    frame = None if hour is None or altitude is None else Frame(hour, altitude)
-    export_gpu(files, out, frame, click.echo)
-
-
-def _export_axes(files: tuple[str, ...], out: Path, tolerance: str, most_nodes: int) -> None:
-    from skyshine.mat.exchange.axes import export_axes
-    from skyshine.mat.job.accuracy import pixel_kelvin
-    from skyshine.mat.job.fields import tolerance_parts
-
-    try:
-        kelvin = tolerance_parts(pixel_kelvin(tolerance))[0]
-    except ValueError as error:
-        raise InputError(f"--tolerance: {error}") from None
-    for database in _databases(files, "*atmq.h5"):
-        written = export_axes(database, out, kelvin, most_nodes)
-        shape = " x ".join(map(str, written.shape))
-        short = "" if written.p99 <= kelvin else f"; --tolerance {kelvin:g} K is not reached with {most_nodes:,} nodes"
-        click.echo(f"{written.path}: {shape} nodes, {written.p99:.2g} K in 99 % of the reads{short}")
-
-
-def _export_raw(files: tuple[str, ...], out: str) -> None:
-    from skyshine.mat.tables.raw import export_raw
-
-    for database in _databases(files, "*.h5"):
-        click.echo(export_raw(database, out))
-
-
-def _databases(files: tuple[str, ...], pattern: str) -> Iterator[Path]:
-    """The files, and those of folders by a pattern of their names."""
-    for name in files:
-        path = Path(name)
-        databases = sorted(path.glob(pattern)) if path.is_dir() else [path]
-        if not databases:
-            raise InputError(f"holds no database ({pattern}); build one with 'mat build'", file=path)
-        yield from databases
+    export(files, "raw", out, report=click.echo)

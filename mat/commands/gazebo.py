@@ -1,4 +1,4 @@
-"""``mat gazebo``: heat signatures for the thermal camera of Gazebo."""
+"""``mat export --to gazebo``: heat signatures for the thermal camera of Gazebo."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 
-@click.command(epilog="Example: mat gazebo demo/built --hour 14 --band 8-12 --range 1.5 --elevation -90 --out media")
+@click.command(epilog="Example: mat export demo/built --to gazebo --hour 14 --band 8-12 --range 1.5 --out media")
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--hour", type=click.FloatRange(0, 24), required=True, help="Local clock time, h.")
 @click.option("--band", metavar="NAME", help="Needed where the folder has several.")

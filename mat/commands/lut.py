@@ -1,4 +1,4 @@
-"""``mat lut``: look-up tables for ISOFIT."""
+"""``mat export --to lut``: look-up tables for ISOFIT."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from skyshine.schemas.commands import progress
 from skyshine.schemas.errors import InputError
 
 
-@click.command(epilog="Example: mat lut --wavelengths 400:2500:10 --water .5,1.5,3 --optical-depth .05,.2 --out lut.nc")
+@click.command(epilog="Example: mat export --to lut --wavelengths 400:2500:10 --water 0.5,1.5,3 --out lut.nc")
 @click.option(
     "--wavelengths",
     required=True,

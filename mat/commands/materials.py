@@ -12,8 +12,8 @@ from skyshine.mat.commands.fit_material import fit
 from skyshine.mat.commands.handbooks import handbooks
 from skyshine.mat.commands.material_card import draw_card, draw_spectra
 from skyshine.mat.commands.new_material import new
-from skyshine.mat.commands.openmaterial import openmaterial
 from skyshine.mat.commands.sources import sources
+from skyshine.mat.commands.specular import specular
 from skyshine.schemas.chart_style import chart_style, name_lines, new_figure, save_figure
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.quantity import quantity
@@ -46,7 +46,7 @@ def command() -> None:
     """
 
 
-for part in (fit, handbooks, new, openmaterial, sources):
+for part in (fit, handbooks, new, sources, specular):
     command.add_command(part)
 
 

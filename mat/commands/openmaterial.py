@@ -1,4 +1,4 @@
-"""``mat materials openmaterial``: materials as files of ASAM OpenMATERIAL 3D."""
+"""``mat export --to openmaterial``: materials as files of ASAM OpenMATERIAL 3D."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from pathlib import Path
 import click
 
 
-@click.command("openmaterial", epilog="Example: mat materials openmaterial concrete asphalt_road --out exchange")
+@click.command(epilog="Example: mat export concrete asphalt_road --to openmaterial --out exchange")
 @click.argument("names", nargs=-1)
 @click.option("--out", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder to write into.")
-def openmaterial(names: tuple[str, ...], out: Path) -> None:
+def command(names: tuple[str, ...], out: Path) -> None:
     """Write the materials NAMES, by default all, as files of ASAM OpenMATERIAL 3D.
 
     NAME.xomp has emissivity, density, heat layers and the specular lobe, NAME_brdf.xompt the diffuse reflectance by

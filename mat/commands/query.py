@@ -20,12 +20,11 @@ from skyshine.schemas.quantity import quantity
 @json_option
 def command(file: str, name: str, where: tuple[str, ...], clamp: bool, as_json: bool) -> None:
     """Interpolate QUANTITY of FILE at a value for each axis, and print the error that the file states."""
-    import skyshine.mat
+    from skyshine.mat.api.query import query
 
-    table = skyshine.mat.open(file)
     place = dict(_pair(text) for text in where)
-    value = float((table.clamped() if clamp else table).value(name, **place))
-    units, error = table.units(name), table.error(name)
+    result = query(file, name, clamp=clamp, **place)
+    value, units, error = float(result.value), result.units, result.error
     if as_json:
         stated = {measure: quantity(amount, _units(measure, units)) for measure, amount in error.items()}
         emit_json({"quantity": name, **quantity(value, units), "at": place, "stated_error": stated})

@@ -1,24 +1,26 @@
-"""`mat specular`: shininess and N_s of a specular lobe."""
+"""``mat materials specular``: shininess and N_s of a specular lobe."""
 
 from __future__ import annotations
 
 import click
-import numpy as np
 
-from skyshine.mat.radiometry.lobe import SOURCE_ANGLES, normalisation, shininess
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.quantity import quantity
 
 
-@click.command(epilog="Example: mat specular --fwhm 30")
+@click.command("specular", epilog="Example: mat materials specular --fwhm 30")
 @click.option("--fwhm", type=float, required=True, help="Full width of the lobe at half maximum, degree (0.1 to 180).")
 @json_option
-def command(fwhm: float, as_json: bool) -> None:
+def specular(fwhm: float, as_json: bool) -> None:
     """Shininess and normalisation N_s of a specular lobe.
 
     N_s is the mean over source angles of 0 to 75 degrees from the normal; the spread is that of the single angles
     about it.
     """
+    import numpy as np
+
+    from skyshine.mat.radiometry.lobe import SOURCE_ANGLES, normalisation, shininess
+
     by_angle = normalisation(fwhm)
     mean = by_angle.mean()
     spread = 100.0 * (np.array([by_angle.min(), by_angle.max()]) / mean - 1.0)

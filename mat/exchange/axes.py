@@ -63,7 +63,7 @@ def export_axes(path: Path, folder: Path, kelvin: float, most_nodes: int) -> Exp
     target = folder / path.name
     if target.exists() and target.samefile(path):
         raise InputError("would be written over itself; name another folder with --out", file=path)
-    air = open_as(AtmosphereTable, path, "name one with --axes")
+    air = open_as(AtmosphereTable, path, "name one of these")
     placed = placed_grid(air, scene_scale(air), kelvin, most_nodes=most_nodes, seed=SEED)
     measures = [measure(name, placed.own[name], error) for name, error in placed.errors.items()]
     notes = {

@@ -80,6 +80,12 @@ class Lut:
         Of the sensor above sea level [km].
     atmosphere, aerosol : str
         A standard profile and an aerosol model.
+
+    Examples
+    --------
+    >>> grid = Lut(wavelength=(550, 560), fwhm=(10, 10), water=(1, 2), optical_depth=(0.1,))
+    >>> grid.size
+    2
     """
 
     wavelength: tuple[float, ...]
@@ -132,6 +138,12 @@ def write_lut(lut: Lut, path: Path, advance: Callable[[int], object] = lambda _:
     ------
     InputError
         A name is unknown, a wavelength is not covered, the air cannot hold the water, or the file cannot be written.
+
+    Examples
+    --------
+    >>> import skyshine.mat
+    >>> grid = skyshine.mat.Lut(wavelength=(550, 560), fwhm=(10, 10), water=(1, 2), optical_depth=(0.1,))
+    >>> skyshine.mat.lut(grid, Path("lut.nc"))  # doctest: +SKIP
     """
     table = AbsorptionTable.open()
     reach = _REACH * np.array(lut.fwhm)

@@ -1,4 +1,4 @@
-// A plan of materials in the infrared, from textures of `mat export --gpu`, by the shader of that export.
+// A plan of materials in the infrared, from textures of `mat export --to gpu`, by the shader of that export.
 "use strict";
 
 (() => {

@@ -13,7 +13,7 @@ _TOP_KEY = re.compile(r"^[^\s#]")
 
 def needs_text(scene_name: str, needs: SceneNeeds) -> str:
     """The key `needs` of a job, a reason beside each of its keys."""
-    lines = [f"needs:  # of the scene {scene_name}, by mat needs"]
+    lines = [f"needs:  # of the scene {scene_name}, by mat check --scene"]
     for limit in needs.limits:
         lines += [f"  # {limit.reason}", f"  {limit.key}: {_value(limit.value)}"]
     lines += [f"  # {note}" for note in needs.notes]

@@ -109,7 +109,8 @@ class SurfaceModel(StrictModel):
     )
 
     replaced_materials: dict[str, str] = Field(
-        {}, description="Materials that the databases lack, with those that stand for them; mat needs names them."
+        {},
+        description="Materials that the databases lack, with those that replace them; mat check --scene names them.",
     )
     shaded_materials: dict[str, Annotated[float, Field(ge=0, le=1)]] = Field(
         {},

@@ -85,7 +85,7 @@ def open_table(path: StrPath, *, grid: bool = False) -> Table:
         if grid and GRID not in root.groups:
             raise InputError(
                 "holds no tables on five axes; write range_km, altitude_km, elevation_deg, source_elevation_deg and"
-                " source_azimuth_deg under atmosphere_grid of the job and build it again, or use mat export --axes",
+                " source_azimuth_deg under atmosphere_grid of the job and build it again, or use mat export --to axes",
                 file=path,
             )
         if grid:

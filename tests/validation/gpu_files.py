@@ -1,4 +1,4 @@
-"""Reading what `mat export --gpu` writes, as an engine does."""
+"""Reading what `mat export --to gpu` writes, as an engine does."""
 
 import json
 

@@ -71,10 +71,10 @@ def test_a_build_for_a_scene_costs_less_and_draws_the_same_within_its_bound(tmp_
     if "plan" in scene["surface"]:
         scene["surface"]["plan"]["texture"] = job["textures"][0]["database"]
     (folder / "scene.yaml").write_text(yaml.safe_dump(scene))
-    arguments = ("needs", folder / "scene.yaml", "--job", folder / "job.yaml")
+    arguments = ("check", folder / "job.yaml", "--scene", folder / "scene.yaml")
     done = CliRunner().invoke(main, [*map(str, arguments), "--json"], standalone_mode=False, catch_exceptions=False)
     replaced = json.loads(done.output)["replaced_materials"]
-    run(*arguments, "--output", folder / "less.yaml")
+    run(*arguments, "--out", folder / "less.yaml")
     run("build", folder / "less.yaml", "--out", folder / "less", "--jobs", 1)
     whole, less = (cost(folder / name) for name in ("whole", "less"))
     shares = less[0] / whole[0], less[1] / whole[1]

@@ -1,4 +1,4 @@
-/* Reads one frame of `mat export --gpu`: the radiance of pixels from its textures, without HDF5 and without a library.
+/* Reads one frame of `mat export --to gpu`: the radiance of pixels from its textures, without HDF5 and without a library.
  * Build: cc -std=c11 -O2 -o gpu gpu.c -lm     Usage: ./gpu AIR.gpu.json BAND.gpu.json < PIXELS
  * A line of PIXELS is a pixel: code of its material, temperature (K), range (km), then the unit vectors normal, to the
  * source and to the observer (east, north, up). A line of the result is its radiance, its path radiance

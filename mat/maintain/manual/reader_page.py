@@ -57,8 +57,8 @@ def _meshes() -> list[str]:
     return [
         "## Meshes",
         "",
-        f"Files that end in {_codes(READERS)}; of `mat render`, `mat needs` and, glTF alone, `tmm export --mesh`. Of",
-        "glTF 2.0 the scene that is shown by default, or all root nodes where there is none; nodes by matrix or by",
+        f"Files that end in {_codes(READERS)}; of `mat render`, `mat check --scene` and, glTF alone,",
+        "`tmm export --mesh`. Of glTF 2.0 the scene that is shown by default, or all root nodes where there is none; nodes by matrix or by",
         f"translation, rotation and scale; {', '.join(MODES.values())}; accessors of {_codes(COMPONENTS.values())},",
         "strided, sparse, normalised; morph targets by their weights; buffers in the file, in data URIs or in files",
         "beside it, whose names are percent-encoded. Points and lines have no area. Skins are refused.",

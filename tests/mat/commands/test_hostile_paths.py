@@ -58,7 +58,7 @@ def test_a_database_that_is_a_pipe_or_a_device(command, name, special, at_once, 
         pytest.skip("reads HDF5 alone")
     rest = {
         "query": ["temperature", "time=1"],
-        "export": ["--raw", "--out", tmp_path / "out"],
+        "export": ["--to", "raw", "--out", tmp_path / "out"],
         "plot": ["--out", tmp_path / "x.png"],
     }
     shown = run(command, special(tmp_path / name), *rest.get(command, []))
@@ -66,7 +66,7 @@ def test_a_database_that_is_a_pipe_or_a_device(command, name, special, at_once, 
 
 
 def test_the_data_of_a_flat_export_that_are_a_pipe_or_a_device(special, at_once, small_build, tmp_path):
-    CliRunner().invoke(main, ["export", str(small_build / "s01.htt.h5"), "--raw", "--out", str(tmp_path)])
+    CliRunner().invoke(main, ["export", str(small_build / "s01.htt.h5"), "--to", "raw", "--out", str(tmp_path)])
     (tmp_path / "s01.htt.raw.bin").unlink()
     special(tmp_path / "s01.htt.raw.bin")
     assert "pipe, socket or device" in run("query", tmp_path / "s01.htt.raw.json", "temperature", "time=1")
@@ -126,7 +126,7 @@ def test_a_material_of_a_file_that_is_a_pipe_or_a_device(special, at_once, small
         "--help",
         "info s01.htt.h5",
         "query s01.htt.h5 temperature material=asphalt_road time=1 altitude=0 azimuth=0 slope=0",
-        "export s01.htt.h5 --raw --out exported",
+        "export s01.htt.h5 --to raw --out exported",
         *(
             pytest.param(command, marks=pytest.mark.validation)  # a process each, which ends in the same function
             for command in (
@@ -139,7 +139,7 @@ def test_a_material_of_a_file_that_is_a_pipe_or_a_device(special, at_once, small
                 "presets",
                 "info s01.htt.h5 --json",
                 "verify s01.htt.h5",
-                "specular --fwhm 5",
+                "materials specular --fwhm 5",
                 "check job.yaml",
             )
         ),

@@ -44,7 +44,7 @@ def test_other_reads_keep_the_tolerance(written, channel_atmosphere):
 
 
 def test_a_size_that_holds_no_tolerance_is_said(channel_atmosphere, tmp_path):
-    arguments = ["export", "--axes", str(channel_atmosphere), "--out", str(tmp_path), "--tolerance", "0.05 K"]
+    arguments = ["export", "--to", "axes", str(channel_atmosphere), "--out", str(tmp_path), "--tolerance", "0.05 K"]
     result = CliRunner().invoke(main, [*arguments, "--most-nodes", "5000"])
     assert result.exit_code == 0 and "--tolerance 0.05 K is not reached with 5,000 nodes" in result.output
 
@@ -52,9 +52,8 @@ def test_a_size_that_holds_no_tolerance_is_said(channel_atmosphere, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--axes", "--raw"], "found several forms; allowed: one of --raw, --gpu, --axes"),
-        ([], "no form is named"),
-        (["--axes", "--tolerance", "1 %"], "--tolerance: found '1 %'; allowed: 0.05 K to 5 K"),
+        ([], "no format is named; allowed: --to raw, --to axes"),
+        (["--to", "axes", "--tolerance", "1 %"], "--tolerance: found '1 %'; allowed: 0.05 K to 5 K"),
     ],
 )
 def test_options_that_do_not_fit_are_one_line(channel_atmosphere, tmp_path, arguments, words):
@@ -65,5 +64,5 @@ def test_options_that_do_not_fit_are_one_line(channel_atmosphere, tmp_path, argu
 def test_a_file_is_not_written_over_itself_and_bands_have_no_axes(channel_atmosphere, small_build):
     with pytest.raises(InputError, match="would be written over itself"):
         export_axes(channel_atmosphere, channel_atmosphere.parent, 1.0, 1000)
-    with pytest.raises(InputError, match="holds 'band'; allowed: atmq, lunar_atmq; name one with --axes"):
+    with pytest.raises(InputError, match="holds 'band'; allowed: atmq, lunar_atmq; name one of these"):
         export_axes(small_build / "b01.band.h5", small_build.parent / "other", 1.0, 1000)

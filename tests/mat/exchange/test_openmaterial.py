@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from skyshine.mat.commands.materials import command
+from skyshine.mat.commands.openmaterial import command
 from skyshine.mat.exchange.openmaterial import write_openmaterial
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
@@ -89,7 +89,7 @@ def test_known_emissivities(tmp_path):
 
 
 def test_the_same_materials_give_the_same_bytes(folder, tmp_path):
-    CliRunner().invoke(command, ["openmaterial", *CHOSEN, "--out", str(tmp_path)], catch_exceptions=False)
+    CliRunner().invoke(command, [*CHOSEN, "--out", str(tmp_path)], catch_exceptions=False)
     assert {p.name: p.read_bytes() for p in folder.iterdir()} == {p.name: p.read_bytes() for p in tmp_path.iterdir()}
 
 

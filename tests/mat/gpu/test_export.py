@@ -222,12 +222,12 @@ def test_more_mixtures_than_numbers_are_rounded_and_the_header_says_by_how_much(
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--gpu", "--raw"], "found several forms"),
-        ([], "no form is named; allowed: one of --raw, --gpu, --axes"),
-        (["--raw", "--frame", "3", "--altitude", "1"], "--frame and --altitude go with --gpu"),
-        (["--gpu", "--frame", "3"], "give both --frame and --altitude"),
-        (["--gpu", "--frame", "3", "--altitude", "90"], "altitude: found 90"),
-        (["--gpu", "--frame", "99", "--altitude", "0.5"], "99"),
+        (["--to", "gpus"], "found --to 'gpus'; did you mean 'gpu'?"),
+        ([], "no format is named; allowed: --to raw"),
+        (["--to", "raw", "--frame", "3", "--altitude", "1"], "No such option"),
+        (["--to=gpu", "--frame", "3"], "give both --frame and --altitude"),
+        (["--to=gpu", "--frame", "3", "--altitude", "90"], "altitude: found 90"),
+        (["--to=gpu", "--frame", "99", "--altitude", "0.5"], "99"),
     ],
 )
 def test_wrong_options_are_refused_in_one_line(plan_build, tmp_path, options, message):
@@ -239,6 +239,6 @@ def test_wrong_options_are_refused_in_one_line(plan_build, tmp_path, options, me
 
 def test_an_atmosphere_without_its_band_is_refused(plan_build, tmp_path):
     (tmp_path / "s01b01.atmq.h5").write_bytes((plan_build / "s01b01.atmq.h5").read_bytes())
-    done = CliRunner().invoke(main, ["export", str(tmp_path / "s01b01.atmq.h5"), "--gpu", "--out", str(tmp_path)])
+    done = CliRunner().invoke(main, ["export", str(tmp_path / "s01b01.atmq.h5"), "--to", "gpu", "--out", str(tmp_path)])
     assert done.exit_code == 2
     assert "needs b01.band.h5, which is not beside it" in done.output

@@ -39,7 +39,7 @@ TABLE_1 = [
 
 @pytest.mark.parametrize("width, exponent, mean, lowest, highest", TABLE_1)
 def test_normalisation_is_that_of_table_1(width, exponent, mean, lowest, highest):
-    result = CliRunner().invoke(main, ["specular", "--fwhm", str(width), "--json"])
+    result = CliRunner().invoke(main, ["materials", "specular", "--fwhm", str(width), "--json"])
     assert result.exit_code == 0
     printed = json.loads(result.output)
     assert printed["shininess"]["value"] == pytest.approx(exponent, abs=0.0075)
@@ -107,7 +107,7 @@ def test_arrays_of_widths_give_what_single_widths_give():
 
 @pytest.mark.parametrize("width", ["0", "0.05", "180.5", "360", "-30", "nan", "inf"])
 def test_impossible_widths_are_refused(width):
-    result = CliRunner().invoke(main, ["specular", "--fwhm", width])
+    result = CliRunner().invoke(main, ["materials", "specular", "--fwhm", width])
     assert result.exit_code == 2
     assert "allowed: 0.1 to 180 degree" in result.output
 

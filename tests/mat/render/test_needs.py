@@ -210,7 +210,7 @@ def test_the_command_writes_a_job_that_differs_in_its_needs_alone(yard, tmp_path
     (tmp_path / "scene.yaml").write_text(
         yaml.safe_dump(scene.document.data).replace(f"{tmp_path}/", ""), encoding="utf-8"
     )
-    arguments = ["needs", str(tmp_path / "scene.yaml"), "--job", str(tmp_path / "job.yaml"), "--output"]
+    arguments = ["check", str(tmp_path / "job.yaml"), "--scene", str(tmp_path / "scene.yaml"), "--out"]
     done = CliRunner().invoke(main, [*arguments, str(tmp_path / "new.yaml")], standalone_mode=False)
     assert done.exit_code == 0, done.output
     text = (tmp_path / "new.yaml").read_text()

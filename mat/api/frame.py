@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -109,20 +110,21 @@ class Frame:
             A picture of at most 16 of them for each band, then the files of each.
         """
         folder = picture_folder(self._frame.folder, out)
-        count = len(self.hours)
-        every = -(-count // MOST)
+        every = -(-len(self.hours) // MOST)
         shown: dict[str, list[Floats]] = {}
-        titles, files = [], []
-        for number, (mark, picture) in enumerate(self.pictures(progress=progress)):
-            stem = f"{self.name}_{mark}" if mark else self.name
+        titles: dict[int, str] = {}
+        count, files = Counter[str](), []
+        for mark, picture in self.pictures(progress=progress):
             sensor = (self._frame.model.sensors or {}).get(picture.band)
-            files += frame_files(folder, stem, picture, sensor)
-            bands = shown.setdefault(f"{picture.wavelength[0]:g} to {picture.wavelength[1]:g} um", [])
-            if number // self._bands(picture, number) % every == 0:
+            files += frame_files(folder, f"{self.name}_{mark}" if mark else self.name, picture, sensor)
+            number = count[picture.band]
+            count[picture.band] += 1
+            if number % every == 0:
+                band = f"{picture.wavelength[0]:g} to {picture.wavelength[1]:g} um"
                 step = shown_step(*reversed(picture.radiance.shape))
-                bands.append(picture.apparent_temperature[::step, ::step])
-                titles.append(f"{mark} {clock_text(picture.hour)}".strip())
-        overview = draw_frames(shown, list(dict.fromkeys(titles)), folder / f"{self.name}_frames.png")
+                shown.setdefault(band, []).append(picture.apparent_temperature[::step, ::step])
+                titles[number] = f"{mark} {clock_text(picture.hour)}".strip()
+        overview = draw_frames(shown, list(titles.values()), folder / f"{self.name}_frames.png")
         return [overview, *files]
 
     def __repr__(self) -> str:

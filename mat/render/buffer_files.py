@@ -125,7 +125,8 @@ class _Image:
         opened = oiio.ImageInput.open(str(path), config)
         if opened is None:
             raise InputError(f"cannot be read: {oiio.geterror()}; allowed: EXR, PNG, TIFF, PFM, NPY", file=path)
-        self._input, self._specs = opened, []
+        self._input = opened
+        self._specs: list[Any] = []
         while self._input.seek_subimage(len(self._specs), 0):
             self._specs.append(self._input.spec())
         for spec in self._specs:

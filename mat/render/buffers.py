@@ -212,7 +212,9 @@ class MaterialTable:
         self._frame, self._layer = frame, model.buffers.ids
         self._numbers: dict[int, int] = {}
         self._by_name: dict[str, int] = {}
-        names, temperatures, self.places = [], [], {}
+        names: list[str] = []
+        temperatures: list[float] = []
+        self.places: dict[str, tuple[str | int, ...]] = {}
         for key, entry in model.materials.items():
             own = entry if isinstance(entry, OwnTemperature) else OwnTemperature(material=entry)
             number = self._SKY if own.material == SKY and own.temperature_k is None else len(names)
@@ -308,9 +310,7 @@ class MaterialTable:
             names[code] = next((name for name in given if name in self._by_name), next(iter(given), ""))
         return names
 
-    def _looked_up(
-        self, ids: Integers, used: Booleans, names: dict[int, str]
-    ) -> tuple[Integers, dict[int, int]]:
+    def _looked_up(self, ids: Integers, used: Booleans, names: dict[int, str]) -> tuple[Integers, dict[int, int]]:
         """Entries of ids, and the pixels of those that have none."""
         codes, kind = _distinct(np.where(used, ids, ids[used][0] if used.any() else 0))
         entries = np.array([self._entry(int(code), names) for code in codes], np.int64)

@@ -302,7 +302,8 @@ class LoadedFrame:
 
     def _patterns(self) -> dict[tuple[str, ...], str]:
         """Names of files by the key that gives them, depth first."""
-        buffers, patterns = self.model.buffers, {}
+        buffers = self.model.buffers
+        patterns: dict[tuple[str, ...], str] = {}
         for name in ("depth", "ids", "normals", "sunlit"):
             layer = getattr(buffers, name)
             if layer is not None:

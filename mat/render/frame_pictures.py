@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -208,7 +209,9 @@ class FrameRenderer(PictureMaker):
         number = seen.materials.number[row, part]
         kelvin = np.stack(
             [
-                self._temperatures(hour).at(number, within.altitude[row], seen.azimuth[row], within.slope[row], lit[row])
+                self._temperatures(hour).at(
+                    number, within.altitude[row], seen.azimuth[row], within.slope[row], lit[row]
+                )
                 for hour in hours
             ],
             axis=-1,
@@ -229,8 +232,9 @@ class FrameRenderer(PictureMaker):
             An altitude is farther from them than `ALTITUDE_REACH`.
         """
         table = self.tables.surface
-        (low, high), steepest = (table.root.axes["altitude"].values[[0, -1]].astype(float)), float(
-            table.root.axes["slope"].values[-1]
+        (low, high), steepest = (
+            (table.root.axes["altitude"].values[[0, -1]].astype(float)),
+            float(table.root.axes["slope"].values[-1]),
         )
         if len(seen) and (seen.altitude.min() < low - ALTITUDE_REACH or seen.altitude.max() > high + ALTITUDE_REACH):
             raise self.frame.error(
@@ -273,7 +277,7 @@ class HourTemperatures:
             There is a mask of shade, and the table holds no response to it.
         """
         rules = tuple(AxisRule.of(name, surface.root.axes[name]) for name in _PLACE)
-        where = dict(zip(("material", *_PLACE), np.ix_(codes, *(rule.nodes for rule in rules)), strict=True))
+        where: dict[str, Any] = dict(zip(("material", *_PLACE), np.ix_(codes, *(rule.nodes for rule in rules)), strict=True))
         sunlit, shaded, mask = surface.temperature(**where, time=hour), None, frame.model.buffers.sunlit
         if mask is not None:
             first = 0.0 if mask.lasts_h == 24 else (hour - mask.lasts_h) % 24
@@ -339,7 +343,9 @@ def _matrices(frame: LoadedFrame) -> Floats:
             raise InputError(f"holds no matrices of 4 x 4 numbers ({error}); save them so", file=file) from None
     matrices = np.concatenate(arrays)
     if len(matrices) not in (1, len(marks)) or len(matrices) == 0:
-        raise frame.error(place, f"found {len(matrices)} matrices and {len(marks)} frames; allowed: one, or one a frame")
+        raise frame.error(
+            place, f"found {len(matrices)} matrices and {len(marks)} frames; allowed: one, or one a frame"
+        )
     return matrices
 
 

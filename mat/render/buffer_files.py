@@ -15,7 +15,7 @@ from skyshine.schemas.errors import InputError, nearest
 
 _NUMBERS = "buif"  # kinds of numpy that are numbers
 _PICTURE_CHANNELS = 4  # of a file without layers: red, green, blue, alpha
-_RANKS = "rgba"  # channels of Cryptomatte: an id and its coverage, twice
+_ORDER = "rgbaxyz"  # of the channels of a layer, whatever that of the file
 _MANIFEST_BYTES = 1 << 24
 
 
@@ -106,11 +106,10 @@ def cryptomatte_id(name: str) -> int:
 
 @dataclass(frozen=True)
 class _Part:
-    """Channels `first` up to `last` of one part of a file."""
+    """Channels of one part of a file, by their numbers, in the order of a layer."""
 
     number: int
-    first: int
-    last: int
+    channels: tuple[int, ...]
 
 
 class _Image:
@@ -150,23 +149,18 @@ class _Image:
         """
         if layer is None:
             if len(self._specs) == 1 and self._specs[0].nchannels <= _PICTURE_CHANNELS:
-                return _Part(0, 0, self._specs[0].nchannels)
+                return _Part(0, tuple(range(self._specs[0].nchannels)))
             raise InputError(
                 f"holds {len(self._layers())} layers; name one of them with 'layer': {', '.join(self._layers())}",
                 file=self._path,
             )
         for number, spec in enumerate(self._specs):
             of_layer = [
-                place
-                for place, name in enumerate(spec.channelnames)
-                if name == layer or name.rpartition(".")[0] == layer
+                place for place, name in enumerate(spec.channelnames) if layer in (name, name.rpartition(".")[0])
             ]
             if of_layer:
-                if of_layer != list(range(of_layer[0], of_layer[-1] + 1)):
-                    raise InputError(
-                        f"holds the layer '{layer}' in pieces; save its channels together", file=self._path
-                    )
-                return _Part(number, of_layer[0], of_layer[-1] + 1)
+                ending = {place: spec.channelnames[place].rpartition(".")[2].lower() for place in of_layer}
+                return _Part(number, tuple(sorted(of_layer, key=lambda place: (_ORDER.find(ending[place]), place))))
         raise self.lacks(layer, "")
 
     def lacks(self, layer: str, what: str) -> InputError:
@@ -191,10 +185,13 @@ class _Image:
             )
         kind = str(spec.format)
         kind = "float" if kind == "half" else kind
-        values = self._input.read_image(part.number, 0, part.first, part.last, kind)
+        first, last = min(part.channels), max(part.channels) + 1
+        values = self._input.read_image(part.number, 0, first, last, kind)
         if values is None:
             raise InputError(f"is damaged: {self._input.geterror()}; render it again", file=self._path)
-        return np.asarray(values).reshape(spec.height, spec.width, part.last - part.first)
+        picture = np.asarray(values).reshape(spec.height, spec.width, last - first)
+        order = [channel - first for channel in part.channels]
+        return picture if order == list(range(last - first)) else picture[..., order]
 
     def ranks(self, layer: str) -> int:
         """Number of pictures of a layer of Cryptomatte, each of two ids."""

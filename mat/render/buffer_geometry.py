@@ -155,7 +155,7 @@ def view_of(frame: FrameModel, pose: Pose, size: tuple[int, int]) -> tuple[ViewR
         (np.arange(columns) + 0.5 - centre_x) / focal_x, (centre_y - np.arange(rows) - 0.5) / focal_y
     )
     along = (pose.ahead + across[..., None] * pose.right + upward[..., None] * pose.up).reshape(-1, 3)
-    length = np.linalg.norm(along, axis=-1)
+    length = lengths(along)
     rays = ViewRays(
         size,
         np.broadcast_to(pose.position, along.shape),
@@ -193,15 +193,26 @@ def normals_from_points(points: Floats, met: Booleans) -> Floats:
         Pixels with a point.
     """
     normal = np.cross(_step(points, met), _step(points.swapaxes(0, 1), met.T).swapaxes(0, 1))
-    length = np.linalg.norm(normal, axis=-1, keepdims=True)
-    return np.where(length > 0, normal / np.where(length > 0, length, 1.0), [0.0, 0.0, 1.0])
+    length = lengths(normal)
+    normal[length == 0] = [0.0, 0.0, 1.0]
+    normal /= np.where(length > 0, length, 1.0)[..., None]
+    return normal
+
+
+def lengths(vectors: Floats) -> Floats:
+    """Of vectors (..., 3); a tenth of the time of `numpy.linalg.norm`."""
+    length: Floats = np.sqrt(np.einsum("...x,...x->...", vectors, vectors))
+    return length
 
 
 def _step(points: Floats, met: Booleans) -> Floats:
     """From one point to the next along the second axis, by the nearer of both neighbours; 0 where neither is there."""
-    steps = np.where((met[:, 1:] & met[:, :-1])[..., None], points[:, 1:] - points[:, :-1], np.inf)
-    none = np.full((len(points), 1, 3), np.inf)
-    forward, backward = np.concatenate([steps, none], axis=1), np.concatenate([none, steps], axis=1)
-    nearer = np.sum(forward**2, axis=-1) <= np.sum(backward**2, axis=-1)
-    step: Floats = np.where(nearer[..., None], forward, backward)
-    return np.where(np.isfinite(step), step, 0.0)
+    rows, columns = met.shape
+    steps, squares = np.zeros((rows, columns + 1, 3)), np.full((rows, columns + 1), np.inf)
+    np.subtract(points[:, 1:], points[:, :-1], out=steps[:, 1:-1])
+    between = np.einsum("rcx,rcx->rc", steps[:, 1:-1], steps[:, 1:-1])
+    squares[:, 1:-1] = np.where(met[:, 1:] & met[:, :-1], between, np.inf)
+    forward, backward = squares[:, 1:], squares[:, :-1]
+    step: Floats = np.where((forward <= backward)[..., None], steps[:, 1:], steps[:, :-1])
+    step[np.isinf(forward) & np.isinf(backward)] = 0.0
+    return step

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.render.buffer_files import cryptomatte_id, read_cryptomatte, read_labels, read_layer
-from skyshine.mat.render.buffer_geometry import AXES, CARLA_FAR
+from skyshine.mat.render.buffer_geometry import AXES, CARLA_FAR, lengths
 from skyshine.mat.render.frame_file import SKY, IdLayer, LoadedFrame, OwnTemperature
 from skyshine.mat.render.surface import PARTS
 from skyshine.schemas.arrays import Booleans, Floats, Integers
@@ -140,7 +140,7 @@ def normals_of(buffer: Stored, met: Booleans) -> Floats:
     normal = values.astype(float)
     if buffer.is_integer:
         normal = normal * (2.0 / np.iinfo(values.dtype).max) - 1.0
-    length = np.linalg.norm(normal, axis=-1)
+    length = lengths(normal)
     buffer.refuse(
         met & ~(np.isfinite(length) & (length > _LEAST_NORMAL)),
         "a normal without a direction",

@@ -159,7 +159,7 @@ class FrameRenderer(PictureMaker):
         frame, pixel = self.frame, np.flatnonzero(met)
         point = rays.origin[pixel] + rays.direction[pixel] * distance[pixel, None]
         normal = self._normals(mark, pose, point, met)
-        away = np.sum(normal * rays.direction[pixel], axis=-1) > 0
+        away = np.einsum("nx,nx->n", normal, rays.direction[pixel]) > 0
         normal = np.where(away[:, None], -normal, normal)
         slope, azimuth = slope_and_azimuth(normal)
         start = point if self._mesh is None else point + normal * start_height(self._mesh)
@@ -277,7 +277,9 @@ class HourTemperatures:
             There is a mask of shade, and the table holds no response to it.
         """
         rules = tuple(AxisRule.of(name, surface.root.axes[name]) for name in _PLACE)
-        where: dict[str, Any] = dict(zip(("material", *_PLACE), np.ix_(codes, *(rule.nodes for rule in rules)), strict=True))
+        where: dict[str, Any] = dict(
+            zip(("material", *_PLACE), np.ix_(codes, *(rule.nodes for rule in rules)), strict=True)
+        )
         sunlit, shaded, mask = surface.temperature(**where, time=hour), None, frame.model.buffers.sunlit
         if mask is not None:
             first = 0.0 if mask.lasts_h == 24 else (hour - mask.lasts_h) % 24
@@ -337,9 +339,11 @@ def _matrices(frame: LoadedFrame) -> Floats:
     arrays = []
     for file in files:
         try:
-            read = np.load(file, allow_pickle=False) if file.suffix == ".npy" else np.loadtxt(file, delimiter=None)
+            read = (
+                np.load(file, allow_pickle=False) if file.suffix == ".npy" else file.read_text(encoding="utf-8").split()
+            )
             arrays.append(np.asarray(read, float).reshape(-1, 4, 4))
-        except (OSError, ValueError, EOFError) as error:
+        except (OSError, ValueError, EOFError, TypeError) as error:
             raise InputError(f"holds no matrices of 4 x 4 numbers ({error}); save them so", file=file) from None
     matrices = np.concatenate(arrays)
     if len(matrices) not in (1, len(marks)) or len(matrices) == 0:

@@ -1,7 +1,7 @@
 """Renders the yard with Blender's Cycles: depth, normals and Cryptomatte in one EXR, and the mesh as OBJ.
 
-Run ``python make_blender.py FOLDER`` with the package bpy, or ``blender --background --python make_blender.py -- FOLDER``.
-In a scene of one's own, the passes and the two settings of the output are all that is needed.
+Run ``python make_blender.py FOLDER`` with the package bpy, or
+``blender --background --python make_blender.py -- FOLDER``. A scene of your own needs `render` alone.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from yard import BOXES, CAMERA, FIELD_OF_VIEW, LOOK_AT, NAMES
 
 SIZE, SAMPLES = (320, 256), 8
-TANK = ("car", (-2.0, -6.5, 1.5), 1.5)  # a painted tank: material, centre, radius
+TANK = ("car", (9.0, -6.0, 1.3), 1.3)  # a painted tank: material, centre, radius
 
 
 def build() -> None:

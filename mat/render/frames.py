@@ -205,7 +205,9 @@ class PictureMaker:
 
     def _fill_air(self, place: SeenScene, radiance: Floats, air: AtmosphereTable, source: SourceTrack) -> None:
         """Write the radiance of pixels that meet nothing: of the air along the longest range of the table."""
-        missed = np.setdiff1d(np.arange(radiance.size), place.seen.pixel)
+        unmet = np.ones(radiance.size, bool)
+        unmet[place.seen.pixel] = False
+        missed = np.flatnonzero(unmet)
         farthest = air.rules("beta_star")[0].nodes[-1]
         for start in range(0, missed.size, _BLOCK):
             pixel = missed[start : start + _BLOCK]

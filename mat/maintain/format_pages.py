@@ -1,6 +1,6 @@
 """Writes the pages that describe the file formats, from the layout schemas that `mat verify` checks files by.
 
-Run ``python -m skyshine.mat.maintain.format_pages FOLDER [FILE.h5 ...]`` after changing a layout; FOLDER is ``schemas``
+Run ``python -m mat.maintain.format_pages FOLDER [FILE.h5 ...]`` after changing a layout; FOLDER is ``schemas``
 of the checkout. With files, what each field is (its ``long_name``) and how axes are read is first taken from them into
 the layouts.
 """

@@ -1,6 +1,6 @@
 """Writes the JSON Schemas of the YAML files, from the models that read them, so that editors complete them.
 
-Run ``python -m skyshine.mat.maintain.job_schema FOLDER`` after changing a model; FOLDER is ``schemas`` of the checkout.
+Run ``python -m mat.maintain.job_schema FOLDER`` after changing a model; FOLDER is ``schemas`` of the checkout.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Draws all pictures of the pages anew: the starter job is built and its scene rendered, a material gets its card, a
 month is built for its words.
 
-Run ``python -m skyshine.mat.maintain.pictures FOLDER``; FOLDER is ``examples/pictures`` of the checkout. It takes some
+Run ``python -m mat.maintain.pictures FOLDER``; FOLDER is ``examples/pictures`` of the checkout. It takes some
 minutes.
 """
 
@@ -13,8 +13,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from skyshine.mat.maintain import build_words
-from skyshine.mat.maintain.textures import three_ways
+from mat.maintain import build_words
+from mat.maintain.textures import three_ways
 
 CARD = "asphalt_road"
 SHOWN = (

@@ -1,10 +1,10 @@
 """Make a source tree without MT_CKD data, from which `pip wheel` builds a package under Apache-2.0 alone.
 
-    python -m skyshine.mat.maintain.without_mt_ckd CHECKOUT OUT --absorption FILE --broadband FILE
+    python -m mat.maintain.without_mt_ckd CHECKOUT OUT --absorption FILE --broadband FILE
 
 FILE and FILE are a band model and its broadband points with the continua of LOWTRAN7, as `mat lines build --continua
-lowtran7` and `mat lines broadband` write them. The tree holds what a wheel is built from; its default water vapour
-continuum is `lowtran7`.
+lowtran7` and `python -m mat.maintain.lines broadband` write them. A wheel is built from the tree; its default water
+vapour continuum is `lowtran7`.
 """
 
 from __future__ import annotations
@@ -32,10 +32,9 @@ EDITS = (
     ("pyproject.toml", r'(?m)^version = "([^"]+)"$', r'version = "\1+lowtran7"'),
     (
         "README.md",
-        r"The packaged gas absorption holds MT_CKD.*?without them\.",
-        "This package was built without MT_CKD data;\nits water vapour continuum is that of LOWTRAN7.",
+        r"; of the MT_CKD data, their own \(`LICENSES`\): their notice.*?without them\.",
+        ". This package was built without MT_CKD data;\nits water vapour continuum is that of LOWTRAN7.",
     ),
-    ("README.md", r"; of the MT_CKD data, their own \(`LICENSES`\)", ""),
     (
         "NOTICE",
         r"    Water vapour, N2, O2 and CO2 continua from MT_CKD.*?implied warranties\.\n",
@@ -96,7 +95,8 @@ def check_tables(absorption: Path, broadband: Path) -> None:
     with open_database(broadband, fluxes.FILETYPE, fluxes.FORMAT_MAJOR) as file:
         if str(file.attrs["absorption_sha256"]) != content:
             raise InputError(
-                f"was not chosen from {absorption}; choose with 'mat lines broadband --table {absorption}'",
+                f"was not chosen from {absorption}; choose with 'python -m mat.maintain.lines broadband --table"
+                f" {absorption}'",
                 file=broadband,
             )
 

@@ -197,10 +197,10 @@ class LineLibrary:
 
 
 class GeneratedLibrary(LineLibrary):
-    """The lists that `mat lines generate` writes: they stand in where the user's lists have no lines of a gas."""
+    """Lists of `python -m mat.maintain.lines generate`, for gases of which the user's lists have no lines."""
 
     provenance = (
-        "lines generated from published constants and band strengths (skyshine.mat.spectroscopy.rotors); partition sums"
+        "lines generated from published constants and band strengths (mat.maintain.lines.rotors); partition sums"
         " TIPS-2021 (Gamache et al. 2021)"
     )
     terms = "figures computed from published constants, to be cited"

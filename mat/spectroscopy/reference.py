@@ -1,6 +1,6 @@
 """Line-by-line transmittance of a homogeneous path, interval by interval: what the band model is judged against.
 
-`skyshine.mat.maintain.atmospheres.line_by_line` writes it as CSV; the tests hold one such file.
+`mat.maintain.atmospheres.line_by_line` writes it as CSV; the tests hold one such file.
 """
 
 from __future__ import annotations

@@ -75,7 +75,7 @@ class Builder:
     lookups, lowtran : folder and file, optional
         REPTRAN lookups and the Fortran source of LOWTRAN7, for O3 and N2O where there are no lines.
     generated : folder, optional
-        Records of `mat lines generate`, for O3 and N2O where `lines` has none.
+        Records of `python -m mat.maintain.lines generate`, for O3 and N2O where `lines` has none.
     cross_sections : folder, optional
         Measured cross sections, see `skyshine.mat.spectroscopy.cross_sections`; used where a gas has no other source,
         at the points that were chosen for the others.

@@ -210,7 +210,8 @@ def _section(figure: Figure, table: AtmosphereTable, altitude: float) -> None:
     steps = np.unique(np.concatenate([elevations, np.linspace(elevations[0], elevations[-1], 91)]))
     tau = _transmittance(table, ranges, altitude, steps[:, np.newaxis])
     drawn = (share <= 1) & (up >= steps[0]) & (up <= steps[-1])
-    reach = np.exp(np.minimum(first + share * (last - first), last))
+    # The exponential of a logarithm may round beyond the range.
+    reach = np.clip(np.exp(first + share * (last - first)), ranges[0], ranges[-1])
     inside = np.clip(up, steps[0], steps[-1])
     drawn &= table.value("valid", range=reach, altitude=altitude, elevation=inside) > 0
     rows, columns = np.interp(inside, steps, np.arange(steps.size)), np.clip(share, 0, 1) * (ranges.size - 1)

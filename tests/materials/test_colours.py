@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from skimage.color import rgb2lab
 
-from skyshine.mat.maintain.materials.colours import APART, derive
+from mat.maintain.materials.colours import APART, derive
 from skyshine.materials import path
 from skyshine.materials.colours import FILE, WAVELENGTHS, _matching, material_colours, natural_colour
 from skyshine.materials.library import load_library

@@ -111,7 +111,7 @@ def project_imports() -> list[Import]:
     found = []
     for module, file in MODULES.items():
         for name, line in imports_of(module, file):
-            if name.startswith(PREFIX):
+            if name.startswith((PREFIX, "mat.maintain")):
                 target = name.removeprefix(PREFIX)
                 target = target if target in MODULES else target.rpartition(".")[0]
                 if target in MODULES:

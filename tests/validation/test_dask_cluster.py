@@ -6,7 +6,8 @@ import threading
 
 import pytest
 
-from skyshine.mat.bench.batch import Size, bench_batch, sampled
+from mat.maintain.bench.batch_timing import Size, bench_batch
+from skyshine.mat.bench.sample import sampled
 from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 

@@ -39,8 +39,8 @@ TOP = 80e3  # m
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):
+    from mat.maintain.lines.rotors.records import write_all
     from skyshine.mat.spectroscopy.gases import GeneratedLibrary
-    from skyshine.mat.spectroscopy.rotors.records import write_all
 
     folder = tmp_path_factory.mktemp("generated")
     write_all(folder)

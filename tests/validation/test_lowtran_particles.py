@@ -5,12 +5,12 @@ import pytest
 
 pytestmark = pytest.mark.validation
 
+from mat.maintain.atmospheres.fortran import block_data
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import cloud_type
 from skyshine.mat.atmosphere.particles.rain import RainLayer
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.bench import lowtran
-from skyshine.mat.maintain.atmospheres.fortran import block_data
 
 LENGTH = 2e3
 BANDS = ((830.0, 1250.0), (2500.0, 2900.0), (4300.0, 4600.0), (9500.0, 10500.0))  # windows of the gases

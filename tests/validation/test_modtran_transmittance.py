@@ -392,7 +392,7 @@ def through_slit(wavelength, values):
 
 
 def older_less_own(state, sights, continua):
-    from skyshine.mat.maintain.atmospheres import older_continuum
+    from mat.maintain.atmospheres import older_continuum
 
     nodes, own, foreign, exponent = older_continuum.coefficients(continua)
     wavenumber = 1e4 / WAVELENGTH

@@ -1,20 +1,18 @@
-"""`mat bench surface`: more steps are nearer to the oracle and slower, and the periodic solver leads marching at equal
-error.
-"""
+"""`python -m mat.maintain.bench.surface`: more steps are nearer to the oracle; the periodic solver leads marching."""
 
 import json
 
 import pytest
 from click.testing import CliRunner
 
-from skyshine.mat.commands.bench import command
+from mat.maintain.bench.surface import surface
 
 pytestmark = pytest.mark.validation
 
 
 def test_error_falls_with_steps(tmp_path):
     pytest.importorskip("casadi")
-    done = CliRunner().invoke(command, ["surface", "--quick", "--json", "--out", str(tmp_path)], catch_exceptions=False)
+    done = CliRunner().invoke(surface, ["--quick", "--json", "--out", str(tmp_path)], catch_exceptions=False)
     assert done.exit_code == 0
     rungs = {rung["name"]: rung for rung in json.loads((tmp_path / "surface-bench.json").read_text())["rungs"]}
     error = {name: rung["rms_error"]["value"] for name, rung in rungs.items() if rung["rms_error"]}

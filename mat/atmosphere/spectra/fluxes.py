@@ -2,7 +2,7 @@
 the Sun.
 
 A few spectral points represent the whole thermal and the whole solar spectrum. They are chosen from the points of the
-absorption table by `skyshine.mat.spectroscopy.broadband`, with fluxes of many states as targets; their file states the
+absorption table by `mat.maintain.lines.broadband`, with fluxes of many states as targets; their file states the
 errors. At a point everything is as in a sensor's band: layers with their gases, particles and cloud,
 refracted beams through spherical shells, diffuse light by discrete ordinates with the ground's reflection.
 """
@@ -94,8 +94,8 @@ class BroadbandPoints:
         with open_database(path, FILETYPE, FORMAT_MAJOR) as file, sound(path):
             if str(file.attrs["absorption_sha256"]) != table.content.split()[0]:
                 raise InputError(
-                    f"was chosen from another absorption table than {table.path}; choose anew: mat lines broadband"
-                    " --out FILE",
+                    f"was chosen from another absorption table than {table.path}; choose anew in a"
+                    " checkout: python -m mat.maintain.lines broadband --out FILE",
                     file=path,
                 )
 

@@ -1,6 +1,6 @@
 """Derive aerosol optical properties, phase functions and vertical profiles from the LOWTRAN7 source.
 
-    python -m skyshine.mat.maintain.atmospheres.aerosol lowtran7.f --out atmospheres/aerosol
+    python -m mat.maintain.atmospheres.aerosol lowtran7.f --out atmospheres/aerosol
 
 The tables stand in BLOCK DATA EXTDTA, DSTDTA, MARDTA, PHSDTA and PRFDTA (Kneizys et al. 1988, AFGL-TR-88-0177); the
 models are those of Shettle and Fenn 1979, AFGL-TR-79-0214, Longtin et al. 1988, AFGL-TR-88-0112 (desert), and Gathman
@@ -14,7 +14,7 @@ from pathlib import Path
 import click
 import numpy as np
 
-from skyshine.mat.maintain.atmospheres.fortran import block_data
+from mat.maintain.atmospheres.fortran import block_data
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.csv_table import write_csv
 
@@ -83,7 +83,7 @@ VISIBILITIES = (50, 23, 10, 5, 2)
 TABULATED = slice(0, 46)
 PROVENANCE = (
     "LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177), a work of the US Government; models of Shettle and Fenn 1979,",
-    "AFGL-TR-79-0214. Derived by skyshine.mat.maintain.atmospheres.aerosol.",
+    "AFGL-TR-79-0214. Derived by mat.maintain.atmospheres.aerosol.",
 )
 
 
@@ -128,7 +128,7 @@ def write_desert(data: dict[str, Floats], wavelengths: Floats, out: Path) -> Non
     header = (
         "Aerosol model: desert, by wind speed at 10 m",
         "LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177), a work of the US Government; model of Longtin et al. 1988,",
-        "AFGL-TR-88-0112. Derived by skyshine.mat.maintain.atmospheres.aerosol.",
+        "AFGL-TR-88-0112. Derived by mat.maintain.atmospheres.aerosol.",
     )
     write_csv(out / "desert.csv", header, columns, rows)
 
@@ -153,7 +153,7 @@ def write_navy_maritime(data: dict[str, Floats], out: Path) -> None:
             "LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177), a work of the US Government; model of Gathman 1983, Opt."
             " Eng. 22, 57."
         ),
-        "Derived by skyshine.mat.maintain.atmospheres.aerosol.",
+        "Derived by mat.maintain.atmospheres.aerosol.",
     )
     write_csv(out / "navy_maritime.csv", header, columns, rows)
 

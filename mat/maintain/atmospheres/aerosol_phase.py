@@ -1,6 +1,6 @@
 """Derive scattering by aerosols of known components from Mie theory, by humidity.
 
-    python -m skyshine.mat.maintain.atmospheres.aerosol_phase INDICES WATER --out atmospheres/aerosol/phase.h5
+    python -m mat.maintain.atmospheres.aerosol_phase INDICES WATER --out atmospheres/aerosol/phase.h5
 
 INDICES is pymopsmap/data/opac/kappa.nc of the wheel `pymopsmap` 0.5.1 on PyPI (Apache 2.0), which has the refractive
 indices of the dry components of OPAC; WATER is H2O__Hale.yml (Hale and Querry 1973) of the refractiveindex.info
@@ -25,6 +25,8 @@ import click
 import h5py
 import numpy as np
 
+from mat.maintain.atmospheres.cloud import refractive_index
+from mat.maintain.atmospheres.phase import MOMENT_BITS, PHASE_BITS, shortened
 from skyshine.mat.atmosphere.particles.moments import MOMENTS
 from skyshine.mat.atmosphere.particles.size_distribution import (
     RADII,
@@ -34,8 +36,6 @@ from skyshine.mat.atmosphere.particles.size_distribution import (
     scattering_of_modes,
 )
 from skyshine.mat.atmosphere.particles.tables import PHASE_FILETYPE, PHASE_FORMAT
-from skyshine.mat.maintain.atmospheres.cloud import refractive_index
-from skyshine.mat.maintain.atmospheres.phase import MOMENT_BITS, PHASE_BITS, shortened
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
 
@@ -142,7 +142,7 @@ def main(indices: Path, water: Path, out: Path, processes: int) -> None:
     about = {
         "source": "Mie theory; sizes by Hess et al. 1998 and Shettle and Fenn 1979, refractive indices of OPAC as in"
         " pymopsmap (Apache 2.0), of water by Hale and Querry 1973 (refractiveindex.info, CC0)",
-        "program": "skyshine.mat.maintain.atmospheres.aerosol_phase",
+        "program": "mat.maintain.atmospheres.aerosol_phase",
     }
     header = Header(PHASE_FILETYPE, PHASE_FORMAT, "1", "", "Scattering by aerosols of known components")
     write_file(out, Group(groups=groups, attributes=about), header)

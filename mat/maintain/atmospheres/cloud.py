@@ -1,6 +1,6 @@
 """Derive optical properties of water cloud, ice cloud and rain from Mie theory, and LOWTRAN7's types of cloud.
 
-    python -m skyshine.mat.maintain.atmospheres.cloud FOLDER lowtran7.f --out atmospheres/cloud
+    python -m mat.maintain.atmospheres.cloud FOLDER lowtran7.f --out atmospheres/cloud
 
 FOLDER holds H2O__Segelstein.yml (Segelstein 1981: water at 25 C) and H2O__Warren-2008.yml (Warren and Brandt 2008: ice
 at -7 C) of the refractiveindex.info database. Droplets and crystals have gamma distributions of effective variance 0.1
@@ -20,10 +20,10 @@ import numpy.typing as npt
 import yaml
 from scipy.integrate import trapezoid
 
+from mat.maintain.atmospheres.fortran import block_data
 from skyshine.mat.atmosphere.particles.crystals import JOIN, crystal_asymmetry, crystal_coalbedo
 from skyshine.mat.atmosphere.particles.mie import sphere_efficiencies
 from skyshine.mat.atmosphere.particles.rain import SLOPE_EXPONENT, SLOPE_PER_CM
-from skyshine.mat.maintain.atmospheres.fortran import block_data
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.csv_table import write_csv
 
@@ -176,7 +176,7 @@ def write_table(path: Path, particles: str, source: str, axis: str, nodes: Seque
     header = (
         f"Optical properties of {particles}; refractive index of {source}, from the"
         " refractiveindex.info database (CC0).",
-        "Derived by skyshine.mat.maintain.atmospheres.cloud.",
+        "Derived by mat.maintain.atmospheres.cloud.",
     )
     unit = "" if axis.startswith("rain") else "[m2/kg]"
     columns = (axis, "wavelength[um]", f"extinction{unit}", f"absorption{unit}", "asymmetry")
@@ -212,7 +212,7 @@ def write_types(path: Path, data: dict[str, Floats], extinction: Floats) -> None
             "Types of cloud of LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177), a work of the US Government: heights"
             " above the ground,"
         ),
-        "optical depth at 0.55 um. Derived by skyshine.mat.maintain.atmospheres.cloud.",
+        "optical depth at 0.55 um. Derived by mat.maintain.atmospheres.cloud.",
     )
     write_csv(path, header, ("type", "phase", "base[km]", "top[km]", "optical_depth", "effective_radius[um]"), rows)
 

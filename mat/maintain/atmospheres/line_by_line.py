@@ -1,6 +1,6 @@
 """Write line-by-line transmittances of a homogeneous path, interval by interval, as CSV.
 
-python -m skyshine.mat.maintain.atmospheres.line_by_line --lines DIR --continua DIR --out FILE
+python -m mat.maintain.atmospheres.line_by_line --lines DIR --continua DIR --out FILE
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def main(
         f"pressure_Pa={path.pressure:.6g} temperature_K={path.temperature:.6g} length_m={path.length:.6g} "
         + " ".join(f"{gas}={path.fraction[gas]:.9g}" for gas in gases if gas != CONTINUUM),
         "Lines: HITRAN2012 (Rothman et al. 2013). Continua: MT_CKD 4.3 (Mlawer et al. 2012, 2023).",
-        "Written by python -m skyshine.mat.maintain.atmospheres.line_by_line"
+        "Written by python -m mat.maintain.atmospheres.line_by_line"
         f" --wavenumber {wavenumber} (with --lines and --continua).",
     ]
     write_csv(out, header, ["low[cm-1]", "high[cm-1]", *gases], rows)

@@ -1,6 +1,6 @@
 """Derive the continua of water vapour, nitrogen and oxygen from the LOWTRAN7 source.
 
-    python -m skyshine.mat.maintain.atmospheres.lowtran_continua lowtran7.f --out atmospheres/continuum
+    python -m mat.maintain.atmospheres.lowtran_continua lowtran7.f --out atmospheres/continuum
 
 The tables stand in BLOCK DATA SF296, SF260, BFH2O (water vapour), C4D (nitrogen) and BO2C (oxygen) of Kneizys et al.
 1988, AFGL-TR-88-0177. `skyshine.mat.spectroscopy.lowtran_continua` says how they are used.
@@ -13,7 +13,7 @@ from pathlib import Path
 import click
 import numpy as np
 
-from skyshine.mat.maintain.atmospheres.fortran import block_data
+from mat.maintain.atmospheres.fortran import block_data
 from skyshine.mat.spectroscopy.continua import REFERENCE_PRESSURE, REFERENCE_TEMPERATURE
 from skyshine.mat.spectroscopy.linebyline import ATMOSPHERE, CM2_TO_M2
 from skyshine.schemas.arrays import Floats
@@ -28,7 +28,7 @@ NITROGEN_WAVENUMBERS = np.arange(2080.0, 2741.0, 5.0)  # cm^-1 (SUBROUTINE C4DTA
 OXYGEN_FRACTION = 0.20946  # of dry air, by which SUBROUTINE O2CONT divides
 PROVENANCE = (
     "LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177), a work of the US Government. Derived by",
-    "skyshine.mat.maintain.atmospheres.lowtran_continua.",
+    "mat.maintain.atmospheres.lowtran_continua.",
 )
 
 

@@ -1,6 +1,6 @@
 """Derive the lunar reflectance tables from the coefficients of ROLO and LIME and the Apollo sample spectra.
 
-    python -m skyshine.mat.maintain.atmospheres.lunar FOLDER --out atmospheres/sources
+    python -m mat.maintain.atmospheres.lunar FOLDER --out atmospheres/sources
 
 FOLDER holds lime_coefficients_20231120.nc (Toledano et al. 2024), Apollo16.txt (sample 62231, Pieters 1999) and
 Breccia.txt; the coefficients of ROLO are those of the packaged lunar_rolo.csv, as published.
@@ -57,7 +57,7 @@ def main(folder: Path, out: Path) -> None:
     header = (
         "Coefficients of the disk-equivalent reflectance of the Moon over that of lunar_shape.csv: ROLO model 311g",
         "(Kieffer and Stone 2005, doi:10.1086/430185), smoothed, at the level of LIME version 2023-11-20 (Toledano et",
-        "al. 2024, doi:10.5194/acp-24-3649-2024). Derived by skyshine.mat.maintain.atmospheres.lunar.",
+        "al. 2024, doi:10.5194/acp-24-3649-2024). Derived by mat.maintain.atmospheres.lunar.",
     )
     write_csv(
         out / "lunar_coefficients.csv",
@@ -70,7 +70,7 @@ def main(folder: Path, out: Path) -> None:
             "Spectral shape of lunar reflectance: 95 % Apollo 16 soil 62231 (Pieters 1999), 5 % breccia (Kieffer and"
             " Stone 2005)."
         ),
-        "Derived by skyshine.mat.maintain.atmospheres.lunar.",
+        "Derived by mat.maintain.atmospheres.lunar.",
     )
     write_csv(
         out / "lunar_shape.csv",

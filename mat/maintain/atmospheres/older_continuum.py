@@ -1,6 +1,6 @@
 """The water vapour continuum of MT_CKD 2.4, for comparison with codes of its time.
 
-    python -m skyshine.mat.maintain.atmospheres.older_continuum --continua DIR
+    python -m mat.maintain.atmospheres.older_continuum --continua DIR
 
 writes `atmospheres/continuum/mt_ckd_2.4.csv` from the coefficients before MT_CKD 4 in the folder of the continua, with
 the self continuum of 2000 to 3200 cm^-1 that MT_CKD 2.5 replaced. Against the figures printed with release 2.5.3 the
@@ -52,7 +52,7 @@ def main(continua: str, out: str | None) -> None:
         ),
         (
             "radiation term; the self continuum goes with (296 K / T)^exponent. Written by python -m"
-            " skyshine.mat.maintain.atmospheres.older_continuum."
+            " mat.maintain.atmospheres.older_continuum."
         ),
         source.notice,
     ]

@@ -1,6 +1,6 @@
 """Derive phase functions and Legendre moments of droplets of cloud and fog and of rain drops from Mie theory.
 
-    python -m skyshine.mat.maintain.atmospheres.phase FOLDER --out atmospheres/cloud/phase.h5
+    python -m mat.maintain.atmospheres.phase FOLDER --out atmospheres/cloud/phase.h5
 
 FOLDER holds H2O__Segelstein.yml (Segelstein 1981: cloud and rain) and H2O__Hale.yml (Hale and Querry 1973: the fogs of
 Shettle and Fenn 1979) of the refractiveindex.info database. Size distributions are those of the tables of extinction,
@@ -16,11 +16,7 @@ import click
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.atmosphere.particles.mie import phase_of_spheres
-from skyshine.mat.atmosphere.particles.moments import MOMENTS
-from skyshine.mat.atmosphere.particles.rain import SLOPE_EXPONENT, SLOPE_PER_CM
-from skyshine.mat.atmosphere.particles.tables import PHASE_FILETYPE, PHASE_FORMAT, aerosol_table
-from skyshine.mat.maintain.atmospheres.cloud import (
+from mat.maintain.atmospheres.cloud import (
     DROPS,
     RAIN_RATES,
     VARIANCE,
@@ -28,6 +24,10 @@ from skyshine.mat.maintain.atmospheres.cloud import (
     WAVELENGTHS,
     refractive_index,
 )
+from skyshine.mat.atmosphere.particles.mie import phase_of_spheres
+from skyshine.mat.atmosphere.particles.moments import MOMENTS
+from skyshine.mat.atmosphere.particles.rain import SLOPE_EXPONENT, SLOPE_PER_CM
+from skyshine.mat.atmosphere.particles.tables import PHASE_FILETYPE, PHASE_FORMAT, aerosol_table
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
 
@@ -100,7 +100,7 @@ def main(folder: Path, out: Path) -> None:
     about = {
         "source": "Mie theory; refractive index of water by Segelstein 1981 (fogs: Hale and Querry 1973), from the"
         " refractiveindex.info database (CC0)",
-        "program": "skyshine.mat.maintain.atmospheres.phase",
+        "program": "mat.maintain.atmospheres.phase",
     }
     header = Header(PHASE_FILETYPE, PHASE_FORMAT, "1", "", "Phase functions of droplets and drops of water")
     write_file(out, Group(groups=groups, attributes=about), header)

@@ -1,6 +1,6 @@
 """Derive the six AFGL standard profiles from the LOWTRAN7 source.
 
-    python -m skyshine.mat.maintain.atmospheres.profiles lowtran7.f --out atmospheres/profiles
+    python -m mat.maintain.atmospheres.profiles lowtran7.f --out atmospheres/profiles
 
 The tables stand in BLOCK DATA MLATMB (Kneizys et al. 1988, AFGL-TR-88-0177); they are those of Anderson et al. 1986,
 AFGL-TR-86-0110. Numbers are carried over unchanged.
@@ -12,8 +12,8 @@ from pathlib import Path
 
 import click
 
+from mat.maintain.atmospheres.fortran import block_data
 from skyshine.mat.atmosphere.state.profiles import PROFILES
-from skyshine.mat.maintain.atmospheres.fortran import block_data
 from skyshine.schemas.csv_table import write_csv
 
 # Second digit of the arrays AMOLpg: p the profile, g the gas.
@@ -40,7 +40,7 @@ def main(source: Path, out: Path) -> None:
         header = (
             f"AFGL standard atmosphere: {name.replace('_', ' ')}",
             "Anderson et al. 1986, AFGL-TR-86-0110, as tabulated in LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177,",
-            "BLOCK DATA MLATMB), a work of the US Government. Derived by skyshine.mat.maintain.atmospheres.profiles.",
+            "BLOCK DATA MLATMB), a work of the US Government. Derived by mat.maintain.atmospheres.profiles.",
         )
         write_csv(out / f"{name}.csv", header, columns, zip(*columns.values(), strict=True))
 

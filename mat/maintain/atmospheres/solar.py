@@ -1,6 +1,6 @@
 """Derive the solar irradiance table from TSIS-1 HSRS and ASTM E490.
 
-    python -m skyshine.mat.maintain.atmospheres.solar tsis1_hsrs_p1nm.nc e490_00a.dat --out atmospheres/sources
+    python -m mat.maintain.atmospheres.solar tsis1_hsrs_p1nm.nc e490_00a.dat --out atmospheres/sources
 
 TSIS-1 hybrid solar reference spectrum, version 2 (Coddington et al. 2021, 2023), from 0.202 to 2.73 um; ASTM E490-00a,
 as the package pyspectral carries it, outside. Each value is the mean over its bin of wavenumber, so that the table
@@ -41,7 +41,7 @@ def main(tsis: Path, e490: Path, out: Path) -> None:
             "0.202 to 2.73 um: TSIS-1 HSRS version 2 (Coddington et al. 2021, doi:10.1029/2020GL091709); outside: ASTM"
             " E490-00a."
         ),
-        "Derived by skyshine.mat.maintain.atmospheres.solar.",
+        "Derived by mat.maintain.atmospheres.solar.",
     )
     rows = zip(EDGES, (f"{value:.6e}" for value in np.append(mean, 0.0)), strict=True)
     write_csv(out / "solar.csv", header, ("wavenumber[cm-1]", "irradiance[W m-2 (cm-1)-1]"), rows)

@@ -1,6 +1,6 @@
 """Builds the documentation site; needs the extra ``docs``.
 
-Run ``python -m skyshine.mat.maintain.manual CHECKOUT OUT``; with ``--notebooks-as-they-are`` at the end the notebooks
+Run ``python -m mat.maintain.manual CHECKOUT OUT``; with ``--notebooks-as-they-are`` at the end the notebooks
 are shown without being run, for who runs them anyway. Warnings are errors: a link or an anchor that leads
 nowhere, a page that no page names, a notebook that fails, a page that loads something from another machine.
 """
@@ -13,8 +13,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from skyshine.mat.maintain.manual.outside import requests_of_folder
-from skyshine.mat.maintain.manual.sources import gather
+from mat.maintain.manual.outside import requests_of_folder
+from mat.maintain.manual.sources import gather
 
 
 def build(checkout: Path, out: Path, *, run_notebooks: bool = True) -> int:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from skyshine.mat.maintain.job_schema import schema_text
+from mat.maintain.job_schema import schema_text
 
 Schema = dict[str, Any]
 

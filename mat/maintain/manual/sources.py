@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
-from skyshine.mat.maintain.manual import command_pages, keys, python_pages, reader_page
+from mat.maintain.manual import command_pages, keys, python_pages, reader_page
 
 OWN = "examples/manual"  # pages of the site alone, which stand at its top
 INDEX = "index.md"

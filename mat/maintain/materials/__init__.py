@@ -1,4 +1,4 @@
 """Derives `materials/ref/*.csv` from collected source spectra; run by maintainers.
 
-python -m skyshine.mat.maintain.materials SPECTRA [--out materials/ref] [NAME ...]
+python -m mat.maintain.materials SPECTRA [--out materials/ref] [NAME ...]
 """

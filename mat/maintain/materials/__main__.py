@@ -7,9 +7,9 @@ from pathlib import Path
 import click
 import numpy as np
 
+from mat.maintain.materials.recipes import Piece, Recipe, Recipes
+from mat.maintain.materials.resample import compact_grid, fine_grid, project
 from skyshine import materials
-from skyshine.mat.maintain.materials.recipes import Piece, Recipe, Recipes
-from skyshine.mat.maintain.materials.resample import compact_grid, fine_grid, project
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.documents import load_model
 from skyshine.schemas.errors import InputError
@@ -158,7 +158,7 @@ def write(recipes: Recipes, name: str, folder: Path, out: Path) -> None:
 def main(spectra: Path, names: tuple[str, ...], out: Path | None) -> None:
     """Derive the library's reflectance tables from the collected source spectra in SPECTRA.
 
-    Example: python -m skyshine.mat.maintain.materials ../spectra concrete
+    Example: python -m mat.maintain.materials ../spectra concrete
     """
     recipes = load_model(materials.path("ref/recipes.yaml"), Recipes)
     out = out or materials.path("ref")

@@ -1,6 +1,6 @@
 """Derives `materials/colours.csv`: the fixed colour of each packaged material, from its spectrum.
 
-Run ``python -m skyshine.mat.maintain.materials.colours`` after materials are added; those before them in the order of
+Run ``python -m mat.maintain.materials.colours`` after materials are added; those before them in the order of
 codes keep their colours.
 """
 
@@ -18,7 +18,7 @@ from skyshine.schemas.whole_files import write_whole
 APART = 9.0  # CIELAB units between any two materials: about four just noticeable differences
 HEAD = """\
 # Colours that pictures of materials show, sRGB: that of the reflectance spectrum (ref/NAME.csv) in daylight, made
-# clearer and moved until no two are nearer than {apart:g} in CIELAB; derived by skyshine.mat.maintain.materials.colours
+# clearer and moved until no two are nearer than {apart:g} in CIELAB; derived by mat.maintain.materials.colours
 material,red,green,blue
 """
 

@@ -3,7 +3,7 @@
 Of a library of the history, such as the one before its materials were named for what they are::
 
     git archive 69f5757 materials | tar x -C BEFORE
-    python -m skyshine.mat.maintain.materials.days BEFORE/materials days.png
+    python -m mat.maintain.materials.days BEFORE/materials days.png
 
 Both have today's heat balance, level, under the starter job's sky: what differs are the materials.
 """
@@ -111,7 +111,7 @@ def draw(days: Sequence[Day], picture: Path) -> None:
 def main(before: Path, picture: Path, names: tuple[str, ...]) -> None:
     """Draw the day of materials by the library of the folder BEFORE and by the packaged one to PICTURE.
 
-    Example: python -m skyshine.mat.maintain.materials.days BEFORE/materials days.png
+    Example: python -m mat.maintain.materials.days BEFORE/materials days.png
     """
     os.environ.pop(ENVIRONMENT, None)
     names = names or SHOWN

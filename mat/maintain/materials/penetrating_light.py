@@ -1,6 +1,6 @@
 """Depths at which clear ice absorbs sunlight, as exponential laws: `light` of `materials/ht/ice_clear.yaml`.
 
-Run ``python -m skyshine.mat.maintain.materials.penetrating_light FILE``; FILE is ``rii_nk/H2O__Warren-2008.yml`` of
+Run ``python -m mat.maintain.materials.penetrating_light FILE``; FILE is ``rii_nk/H2O__Warren-2008.yml`` of
 refractiveindex.info (Warren and Brandt 2008, J. Geophys. Res. 113, D14220).
 """
 
@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import least_squares
 
+from mat.maintain.materials.readers import read_constants
 from skyshine.mat.atmosphere.sources.solar import ground_sunlight
-from skyshine.mat.maintain.materials.readers import read_constants
 from skyshine.schemas.arrays import Floats
 
 THICKNESS = 0.3  # m, of the material

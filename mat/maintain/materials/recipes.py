@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, model_validator
 
+from mat.maintain.materials import optics, readers
 from skyshine.mat.atmosphere.sources.solar import ground_sunlight
-from skyshine.mat.maintain.materials import optics, readers
 from skyshine.mat.radiometry.levels import blackbody_weight, odds_factor, with_odds
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.documents import StrictModel

@@ -2,7 +2,8 @@
 
 import pytest
 
-from skyshine.mat.bench.batch import BatchTiming, Size, sampled
+from mat.maintain.bench.batch_timing import BatchTiming, Size
+from skyshine.mat.bench.sample import sampled
 from skyshine.mat.job.load import load_job
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import skyshine.mat
-from skyshine.mat.bench.leaving_out import KELVIN_BOUND, VALUE_BOUND, air_differences, table_differences
+from mat.maintain.bench.omissions import KELVIN_BOUND, VALUE_BOUND, air_differences, table_differences
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.radiometry.equivalent_temperature import kelvin_per_radiance

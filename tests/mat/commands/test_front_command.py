@@ -58,7 +58,7 @@ def test_other_words_are_no_command(bench):
     assert result.exit_code == 2 and "No such command 'nonsense'" in result.stderr
 
 
-@pytest.mark.parametrize("part", ["batch", "surface", "front"])
+@pytest.mark.parametrize("part", ["stability", "front"])
 def test_parts_and_the_front_have_their_help(bench, part):
     result = bench(part, "--help")
     assert result.exit_code == 0 and "Example" in result.output

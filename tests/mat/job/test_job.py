@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mat.maintain import job_schema
 from skyshine import schemas
 from skyshine.mat.job.load import load_job
 from skyshine.mat.job.site import local_times_utc
-from skyshine.mat.maintain import job_schema
 from skyshine.mat.scene.check import check_scene
 from skyshine.schemas.errors import InputError
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from skyshine.mat.maintain import build_words
+from mat.maintain import build_words
 
 
 @pytest.mark.parametrize("name", ["month_build.log", "month_build.svg"])

@@ -4,12 +4,12 @@ import json
 
 import pytest
 
+from mat.maintain.format_pages import layout_names, page
 from skyshine import schemas
-from skyshine.mat.maintain.format_pages import layout_names, page
 from skyshine.schemas.hdf5 import read_file
 
 FOLDER = schemas.path("formats").parent
-REMEDY = "run: python -m skyshine.mat.maintain.format_pages schemas BUILT/*.h5"
+REMEDY = "run: python -m mat.maintain.format_pages schemas BUILT/*.h5"
 
 
 @pytest.mark.parametrize("name", layout_names(FOLDER))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from skyshine.mat.maintain import pictures
+from mat.maintain import pictures
 
 
 def test_each_picture_of_a_page_is_drawn_by_the_command(pytestconfig):

@@ -15,8 +15,8 @@ import h5py
 import pytest
 from click.testing import CliRunner
 
+from mat.maintain.without_mt_ckd import main
 from skyshine import atmospheres
-from skyshine.mat.maintain.without_mt_ckd import main
 from skyshine.mat.spectroscopy.lowtran_continua import LowtranContinua
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import content_hash

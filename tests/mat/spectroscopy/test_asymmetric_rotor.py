@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.spectroscopy.rotors.asymmetric import (
+from mat.maintain.lines.rotors.asymmetric import (
     Moment,
     VibrationalState,
     angular_momentum,
@@ -11,7 +11,7 @@ from skyshine.mat.spectroscopy.rotors.asymmetric import (
     levels,
     moments,
 )
-from skyshine.mat.spectroscopy.rotors.ozone import GROUND, state
+from mat.maintain.lines.rotors.ozone import GROUND, state
 
 GHZ = 29.9792458  # of 1 cm^-1
 # Rotational lines of ozone, GHz (JPL catalogue, tag 48004).

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
+from mat.maintain.lines.rotors import nitrous_oxide, ozone
+from mat.maintain.lines.rotors.asymmetric import levels
+from mat.maintain.lines.rotors.force_field import normal_modes
+from mat.maintain.lines.rotors.linear import LinearState, transitions
+from mat.maintain.lines.rotors.records import write
 from skyshine.mat.radiometry.constants import C2
 from skyshine.mat.spectroscopy.gases import GeneratedLibrary
 from skyshine.mat.spectroscopy.lines import LineList, read_lines
 from skyshine.mat.spectroscopy.partition import reference_sum
-from skyshine.mat.spectroscopy.rotors import nitrous_oxide, ozone
-from skyshine.mat.spectroscopy.rotors.asymmetric import levels
-from skyshine.mat.spectroscopy.rotors.force_field import normal_modes
-from skyshine.mat.spectroscopy.rotors.linear import LinearState, transitions
-from skyshine.mat.spectroscopy.rotors.records import write
 
 pytest.importorskip("hapi")
 

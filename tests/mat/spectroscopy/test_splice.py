@@ -6,12 +6,12 @@ import h5py
 import numpy as np
 import pytest
 
+from mat.maintain.lines.splice import splice
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.spectroscopy import nodes
 from skyshine.mat.spectroscopy.intervals import IntervalPoints
 from skyshine.mat.spectroscopy.lowtran_continua import LowtranContinua
 from skyshine.mat.spectroscopy.sources import GasSources
-from skyshine.mat.spectroscopy.splice import splice
 from skyshine.mat.spectroscopy.table import Settings, assemble, part_path, write_part
 from skyshine.schemas.errors import InputError
 

@@ -5,7 +5,7 @@ import pytest
 import yaml
 from pydantic import ValidationError
 
-from skyshine.mat.maintain.textures import library_model
+from mat.maintain.textures import library_model
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.classify.model_file import model_path, read_model, write_model
 from skyshine.tmm.features.textured import names as feature_names

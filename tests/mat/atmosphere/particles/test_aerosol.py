@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from mat.maintain.atmospheres.aerosol import normalised, sphere_mean
 from skyshine.mat.atmosphere.particles import aerosol_column, windblown
 from skyshine.mat.atmosphere.particles.aerosol import FOGS, MODELS, AerosolModel
 from skyshine.mat.atmosphere.particles.aerosol_column import SEASONS, Aerosol, aerosol_extinction_550, aerosol_layers
 from skyshine.mat.atmosphere.particles.particles import between_wavelengths
-from skyshine.mat.maintain.atmospheres.aerosol import normalised, sphere_mean
 from skyshine.schemas.errors import InputError
 
 WAVELENGTHS = np.geomspace(0.2, 1000, 80)

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from mat.maintain.atmospheres import lunar as derive_lunar
+from mat.maintain.atmospheres.solar import bin_means
 from skyshine import atmospheres
 from skyshine.mat.atmosphere.sources.lunar import disk_reflectance, lunar_irradiance, thermal_emissivity
 from skyshine.mat.atmosphere.sources.lunar_thermal import disk_emission, subsolar_temperature
 from skyshine.mat.atmosphere.sources.solar import ASTRONOMICAL_UNIT, solar_irradiance
-from skyshine.mat.maintain.atmospheres import lunar as derive_lunar
-from skyshine.mat.maintain.atmospheres.solar import bin_means
 from skyshine.schemas.csv_table import read_csv
 from skyshine.schemas.errors import InputError
 

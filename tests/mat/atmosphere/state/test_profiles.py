@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from mat.maintain.atmospheres.fortran import block_data
 from skyshine.mat.atmosphere.state.profiles import PROFILES, halocarbons, load_profile
-from skyshine.mat.maintain.atmospheres.fortran import block_data
 from skyshine.schemas.errors import InputError
 
 GAS_CONSTANT = 8.314462618  # J mol^-1 K^-1

@@ -7,8 +7,8 @@ pytest.importorskip("numba")
 
 from click.testing import CliRunner
 
+from mat.maintain.atmospheres import lowtran_continua
 from skyshine import atmospheres
-from skyshine.mat.maintain.atmospheres import lowtran_continua
 
 
 def block(unit, arrays):

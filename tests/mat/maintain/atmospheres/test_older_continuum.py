@@ -7,8 +7,8 @@ pytest.importorskip("numba")
 pytest.importorskip("netCDF4")
 pytestmark = pytest.mark.shared_data
 
+from mat.maintain.atmospheres.older_continuum import coefficients
 from skyshine import atmospheres
-from skyshine.mat.maintain.atmospheres.older_continuum import coefficients
 from skyshine.mat.spectroscopy.continua import Continua
 
 

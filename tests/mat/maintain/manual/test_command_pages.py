@@ -5,7 +5,7 @@ import re
 import pytest
 from click.testing import CliRunner
 
-from skyshine.mat.maintain.manual import command_pages
+from mat.maintain.manual import command_pages
 
 
 def listed(group, *words):

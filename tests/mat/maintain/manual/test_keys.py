@@ -4,8 +4,8 @@ import json
 
 import pytest
 
+from mat.maintain.manual import keys
 from skyshine import schemas
-from skyshine.mat.maintain.manual import keys
 
 
 def described(rule):

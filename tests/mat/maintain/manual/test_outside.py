@@ -4,7 +4,7 @@ import doctest
 
 import pytest
 
-from skyshine.mat.maintain.manual import outside
+from mat.maintain.manual import outside
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 """The page of the readers names what they read."""
 
-from skyshine.mat.maintain.manual.reader_page import PAGE, page
-from skyshine.mat.maintain.manual.sources import generated_pages
+from mat.maintain.manual.reader_page import PAGE, page
+from mat.maintain.manual.sources import generated_pages
 from skyshine.mat.surface.weather_forms import FORMS
 
 

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from skyshine.mat.maintain.manual import python_pages, sources
+from mat.maintain.manual import python_pages, sources
 
 
 @pytest.fixture

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from mat.maintain.materials.days import SHOWN, Day, days_of, main
 from skyshine import materials
 from skyshine.mat.api.examples import starter_files
-from skyshine.mat.maintain.materials.days import SHOWN, Day, days_of, main
 from skyshine.materials.library import load_library
 
 

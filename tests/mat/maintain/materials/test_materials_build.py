@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from mat.maintain.materials.__main__ import compose, main
+from mat.maintain.materials.optics import coated_pane, fresnel_reflectance, pane
+from mat.maintain.materials.penetrating_light import laws
+from mat.maintain.materials.readers import read_constants, read_ecostress, read_nist_skin
+from mat.maintain.materials.recipes import Level, Recipes
+from mat.maintain.materials.resample import compact_grid, fine_grid, project
 from skyshine import materials
 from skyshine.mat.atmosphere.sources.solar import ground_sunlight
-from skyshine.mat.maintain.materials.__main__ import compose, main
-from skyshine.mat.maintain.materials.optics import coated_pane, fresnel_reflectance, pane
-from skyshine.mat.maintain.materials.penetrating_light import laws
-from skyshine.mat.maintain.materials.readers import read_constants, read_ecostress, read_nist_skin
-from skyshine.mat.maintain.materials.recipes import Level, Recipes
-from skyshine.mat.maintain.materials.resample import compact_grid, fine_grid, project
 from skyshine.mat.radiometry.levels import with_odds
 from skyshine.materials.files import load_spectrum
 from skyshine.materials.library import load_library

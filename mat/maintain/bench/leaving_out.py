@@ -1,4 +1,4 @@
-"""``mat bench leaving-out``: the omissions of a job, measured against a build without them."""
+"""``python -m mat.maintain.bench.leaving_out``: the omissions of a job, measured against a build without them."""
 
 import click
 
@@ -7,7 +7,7 @@ from skyshine.schemas.errors import CheckFailed
 from skyshine.schemas.quantity import quantity
 
 
-@click.command("leaving-out")
+@click.command()
 @click.argument("job", type=click.Path())
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of the places that are read.")
 @json_option
@@ -18,13 +18,13 @@ def leaving_out(job: str, seed: int, as_json: bool) -> None:
 
     \b
     Example:
-      mat bench leaving-out demo/job.yaml
+      python -m mat.maintain.bench.leaving_out demo/job.yaml
     """
     import os
     import tempfile
     from pathlib import Path
 
-    from skyshine.mat.bench.leaving_out import compare
+    from mat.maintain.bench.omissions import compare
     from skyshine.mat.job.load import load_job
 
     loaded = load_job(job)
@@ -57,3 +57,7 @@ def leaving_out(job: str, seed: int, as_json: bool) -> None:
     exceeded = [name for name, (value, bound) in comparison.differences.items() if not value <= bound]
     if exceeded:
         raise CheckFailed(f"answers differ by more than stated: {', '.join(exceeded)}")
+
+
+if __name__ == "__main__":
+    leaving_out()

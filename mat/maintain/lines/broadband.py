@@ -211,7 +211,7 @@ def build(
             " against all points, on states of a profile that was not used in the choice."
         ),
     }
-    job = f"mat lines broadband; tolerance {tolerance:g}, max_points {max_points}"
+    job = f"python -m mat.maintain.lines broadband; tolerance {tolerance:g}, max_points {max_points}"
     header = Header(FILETYPE, FORMAT_VERSION, table.version, job, title="skyshine broadband points")
     write_file(out, Group(groups=groups, attributes=about), header)
     counts = {name: groups[name].axes["point"].values.size for name in ("longwave", "shortwave")}

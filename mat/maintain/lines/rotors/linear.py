@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.spectroscopy.rotors.asymmetric import clebsch_gordan
+from mat.maintain.lines.rotors.asymmetric import clebsch_gordan
 from skyshine.schemas.arrays import Floats
 
 Constants = tuple[float, float, float, float]  # G, B, D, H of G + B x - D x^2 + H x^3, x = J (J + 1) - l^2, cm^-1

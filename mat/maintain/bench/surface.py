@@ -1,4 +1,4 @@
-"""``mat bench surface``: surface temperatures by every method."""
+"""``python -m mat.maintain.bench.surface``: surface temperatures by every method."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from skyshine.schemas.quantity import quantity
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from mat.maintain.bench.surface_ladder import Speed, SurfaceRung
     from skyshine.mat.bench.energyplus import RunTime
-    from skyshine.mat.bench.surface import Speed, SurfaceRung
 
 
 @click.command()
@@ -34,11 +34,11 @@ def surface(job: str | None, out: str | None, quick: bool, as_json: bool) -> Non
 
     \b
     Example:
-      mat bench surface --out bench
+      python -m mat.maintain.bench.surface --out bench
     """
+    from mat.maintain.bench import surface_ladder as bench
     from skyshine.mat.api.examples import starter_files
     from skyshine.mat.bench import energyplus
-    from skyshine.mat.bench import surface as bench
     from skyshine.mat.scene.surface import surface_inputs, surface_materials
     from skyshine.materials.library import load_library
 
@@ -131,3 +131,7 @@ def _surface_rungs(rungs: Sequence[SurfaceRung]) -> list[dict[str, Any]]:
         }
         for rung in rungs
     ]
+
+
+if __name__ == "__main__":
+    surface()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from mat.maintain.lines.rotors.bands import BandLines, strength
+from mat.maintain.lines.rotors.linear import LinearState, transitions
 from skyshine.mat.spectroscopy.partition import reference_sum
-from skyshine.mat.spectroscopy.rotors.bands import BandLines, strength
-from skyshine.mat.spectroscopy.rotors.linear import LinearState, transitions
 from skyshine.schemas.arrays import Floats
 
 MOLECULE = 4

@@ -1,4 +1,4 @@
-"""``mat bench batch``: a few of many states in one process, in several, on a Dask cluster."""
+"""``python -m mat.maintain.bench.batch``: a few of many states in one process, in several, on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from skyshine.schemas.commands import echo_table, emit_json, json_option, progre
 from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
-    from skyshine.mat.bench.batch import BatchTiming, Size
+    from mat.maintain.bench.batch_timing import BatchTiming, Size
 
 
 @click.command()
@@ -39,9 +39,10 @@ def batch(job: str, count: int, workers: int, as_json: bool) -> None:
     spectral points, which a process makes once for each air; on a machine that does other work it is that machine's.
 
     \b
-    Example: mat bench batch year/every_day.yaml --states 8
+    Example: python -m mat.maintain.bench.batch year/every_day.yaml --states 8
     """
-    from skyshine.mat.bench.batch import Size, bench_batch, sampled
+    from mat.maintain.bench.batch_timing import Size, bench_batch
+    from skyshine.mat.bench.sample import sampled
     from skyshine.mat.job.load import load_job
     from skyshine.mat.plan.plan import make_plan
     from skyshine.materials.library import load_library
@@ -127,3 +128,7 @@ def _print(
 
 def _scaling(times: float, workers: int) -> list[str]:
     return [f"{times:.2f}", f"{100 * times / workers:.0f} %"]
+
+
+if __name__ == "__main__":
+    batch()

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.spectroscopy.rotors import nitrous_oxide, ozone
-from skyshine.mat.spectroscopy.rotors.bands import BandLines
+from mat.maintain.lines.rotors import nitrous_oxide, ozone
+from mat.maintain.lines.rotors.bands import BandLines
 
 # Regions within which the bands are complete, cm^-1; lines outside them are left out.
 REGIONS = {

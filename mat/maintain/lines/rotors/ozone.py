@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import fsolve
 
+from mat.maintain.lines.rotors.asymmetric import Levels, Moment, VibrationalState, levels, moments
+from mat.maintain.lines.rotors.bands import BandLines, strength
+from mat.maintain.lines.rotors.force_field import MASS, PERMANENT_MOMENT, normal_modes, rotation_ratio
 from skyshine.mat.spectroscopy.partition import reference_sum
-from skyshine.mat.spectroscopy.rotors.asymmetric import Levels, Moment, VibrationalState, levels, moments
-from skyshine.mat.spectroscopy.rotors.bands import BandLines, strength
-from skyshine.mat.spectroscopy.rotors.force_field import MASS, PERMANENT_MOMENT, normal_modes, rotation_ratio
 from skyshine.schemas.arrays import Floats, Integers
 
 MOLECULE = 3

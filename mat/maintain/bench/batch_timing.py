@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
-import os
 import tempfile
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from skyshine.mat.atmosphere.band.cache import Origin
+from skyshine.mat.bench.sample import without_cache
 from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.cost import choices
-from skyshine.schemas.kept_arrays import CACHE_VARIABLE
 
 _NEW = {Origin.FITTED.value, Origin.SIMILAR.value}  # notes of a task that chose points
 
@@ -76,17 +73,6 @@ class Size:
         return cls(len(loaded.trimmed.states), choices(loaded))
 
 
-def sampled(loaded: LoadedJob, count: int) -> LoadedJob:
-    """The job with `count` of its states, evenly spread, and without pictures."""
-    states, output = len(loaded.trimmed.states), loaded.trimmed.output.model_copy(update={"pictures": False})
-    chosen = np.unique(np.linspace(0, states - 1, min(count, states)).round().astype(int))
-    requested, trimmed = (
-        job.model_copy(update={"states": [job.states[i] for i in chosen], "output": output})
-        for job in (loaded.requested, loaded.trimmed)
-    )
-    return dataclasses.replace(loaded, requested=requested, trimmed=trimmed)
-
-
 def bench_batch(loaded: LoadedJob, workers: int, advance: Callable[[int], None] = lambda _: None) -> list[BatchTiming]:
     """Time a job in one process, in `workers` processes, and on a local Dask cluster of as many workers, if Dask is
     there.
@@ -138,14 +124,3 @@ def _timing(place: str, workers: int, seconds: float, report: dict[str, Any], sa
 
 def _contents(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.glob("*.h5")}
-
-
-@contextmanager
-def without_cache() -> Iterator[None]:
-    """Without the folder of kept bands."""
-    before = os.environ.get(CACHE_VARIABLE)
-    os.environ[CACHE_VARIABLE] = ""
-    try:
-        yield
-    finally:
-        os.environ.pop(CACHE_VARIABLE) if before is None else os.environ.__setitem__(CACHE_VARIABLE, before)

@@ -1,0 +1,35 @@
+"""A few states of a job, built without the cache, for measurements."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from skyshine.mat.job.load import LoadedJob
+from skyshine.schemas.kept_arrays import CACHE_VARIABLE
+
+
+def sampled(loaded: LoadedJob, count: int) -> LoadedJob:
+    """The job with `count` of its states, evenly spread, and without pictures."""
+    states, output = len(loaded.trimmed.states), loaded.trimmed.output.model_copy(update={"pictures": False})
+    chosen = np.unique(np.linspace(0, states - 1, min(count, states)).round().astype(int))
+    requested, trimmed = (
+        job.model_copy(update={"states": [job.states[i] for i in chosen], "output": output})
+        for job in (loaded.requested, loaded.trimmed)
+    )
+    return dataclasses.replace(loaded, requested=requested, trimmed=trimmed)
+
+
+@contextmanager
+def without_cache() -> Iterator[None]:
+    """Without the folder of kept bands."""
+    before = os.environ.get(CACHE_VARIABLE)
+    os.environ[CACHE_VARIABLE] = ""
+    try:
+        yield
+    finally:
+        os.environ.pop(CACHE_VARIABLE) if before is None else os.environ.__setitem__(CACHE_VARIABLE, before)

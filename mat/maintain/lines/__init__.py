@@ -1,0 +1,1 @@
+"""Absorption data for developers: generated lines, spliced tables, points of broadband fluxes."""

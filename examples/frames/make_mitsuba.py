@@ -1,7 +1,7 @@
 """Renders the yard with Mitsuba 3: depth, normals and shapes in one EXR; names of the shapes, and the mesh as OBJ.
 
-Run ``python make_mitsuba.py FOLDER`` with the package mitsuba. The variant scalar_rgb numbers shapes from 1 in the order
-of `scene.shapes()`, which is not that of the scene's description; 0 is the sky.
+Run ``python make_mitsuba.py FOLDER`` with the package mitsuba. The variant scalar_rgb numbers shapes from 1, in the
+order of `scene.shapes()`, which is not that of the scene's description; 0 is the sky.
 """
 
 from __future__ import annotations

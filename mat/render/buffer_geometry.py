@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -134,41 +135,52 @@ def quaternion_matrix(position: npt.ArrayLike, quaternion: npt.ArrayLike) -> Flo
     return matrix
 
 
-def view_of(frame: FrameModel, pose: Pose, size: tuple[int, int]) -> tuple[ViewRays, Floats]:
-    """Rays of the pixels, and the length (n,) of each line of sight where it is 1 m along the axis.
+@dataclass(frozen=True, eq=False)
+class CameraView:
+    """Lines of sight of the pixels of a frame.
 
-    Parameters
+    Attributes
     ----------
-    frame : FrameModel
-    pose : Pose
-    size : tuple
-        Columns and rows.
+    rays : ViewRays
+    length : (rows, columns) array
+        Of each line of sight where it is 1 m along the axis.
+    across, upward : (columns,) and (rows,) arrays
+        Tangents of the pixels from the axis, to the right and up.
     """
+
+    rays: ViewRays
+    length: Floats
+    across: Floats
+    upward: Floats
+
+
+def view_of(frame: FrameModel, pose: Pose, size: tuple[int, int]) -> CameraView:
+    """Lines of sight of a frame of columns and rows."""
     columns, rows = size
     if frame.camera.intrinsics is not None:
         (focal_x, _, centre_x), (_, focal_y, centre_y), _ = frame.camera.intrinsics
     else:
         assert frame.camera.field_of_view_deg is not None
-        focal_x = focal_y = columns / 2 / np.tan(np.radians(frame.camera.field_of_view_deg) / 2)
+        focal_x = focal_y = columns / 2 / math.tan(math.radians(frame.camera.field_of_view_deg) / 2)
         centre_x, centre_y = columns / 2, rows / 2
-    across, upward = np.meshgrid(
-        (np.arange(columns) + 0.5 - centre_x) / focal_x, (centre_y - np.arange(rows) - 0.5) / focal_y
-    )
-    along = (pose.ahead + across[..., None] * pose.right + upward[..., None] * pose.up).reshape(-1, 3)
-    length = lengths(along)
+    across = np.asarray((np.arange(columns) + 0.5 - centre_x) / focal_x, np.float64)
+    upward = np.asarray((centre_y - np.arange(rows) - 0.5) / focal_y, np.float64)
+    length = np.sqrt(1.0 + across**2 + upward[:, None] ** 2)
+    along = (pose.ahead + upward[:, None] * pose.up)[:, None] + (across[:, None] * pose.right)[None]
+    along /= length[..., None]
     rays = ViewRays(
         size,
-        np.broadcast_to(pose.position, along.shape),
-        along / length[:, None],
-        np.full(len(along), frame.altitude_km + pose.position[2] * 1e-3),
-        1 / np.sqrt(focal_x * focal_y) / length,
+        np.broadcast_to(pose.position, (rows * columns, 3)),
+        along.reshape(-1, 3),
+        np.full(rows * columns, frame.altitude_km + pose.position[2] * 1e-3),
+        1 / np.sqrt(focal_x * focal_y) / length.ravel(),
         0.0,
     )
-    return rays, length
+    return CameraView(rays, length, across, upward)
 
 
 def distances(frame: FrameModel, depth: Floats, length: Floats) -> Floats:
-    """Distances (n,) from the camera [m] of depths (n,), with the length of each line of sight at 1 m on the axis."""
+    """Distances from the camera [m] of depths, with the length of each line of sight at 1 m on the axis."""
     kind = frame.buffers.depth.kind or AXES[frame.renderer].kind
     if kind == "planar":
         return depth * length
@@ -179,40 +191,50 @@ def distances(frame: FrameModel, depth: Floats, length: Floats) -> Floats:
     return depth + near * length
 
 
-def normals_from_points(points: Floats, met: Booleans) -> Floats:
-    """Unit normals (rows, columns, 3) of a surface through the points of its pixels, either side; upward where a pixel
-    has no neighbour.
+def normals_from_depth(view: CameraView, pose: Pose, planar: Floats) -> Floats:
+    """Unit normals (rows, columns, 3) to east, north and up of the surfaces that a depth shows, of either side; upward
+    where a pixel has no neighbour.
 
-    Along each axis the neighbour that is nearer in space counts, so that few normals bridge an edge.
+    On a plane the inverse of the planar depth is linear in the tangents x and y of a line of sight: 1/z = n . (x, y, 1)
+    with a normal n to the right, up and ahead. Of both neighbours along a side the one of the nearer depth counts, so
+    that few normals bridge an edge.
 
     Parameters
     ----------
-    points : (rows, columns, 3) array
-        [m]
-    met : (rows, columns) bool array
-        Pixels with a point.
+    view : CameraView
+    pose : Pose
+    planar : (rows, columns) array
+        Depth along the axis [m]; infinite for the sky.
     """
-    normal = np.cross(_step(points, met), _step(points.swapaxes(0, 1), met.T).swapaxes(0, 1))
-    length = lengths(normal)
-    normal[length == 0] = [0.0, 0.0, 1.0]
-    normal /= np.where(length > 0, length, 1.0)[..., None]
+    inverse = 1.0 / planar
+    right, is_wide = _gradient(inverse, view.across)
+    up, is_high = _gradient(inverse.T, view.upward)
+    up, known = up.T, is_wide & is_high.T
+    ahead = inverse - view.across * right - view.upward[:, None] * up
+    length = np.sqrt(right**2 + up**2 + ahead**2)
+    known &= length > 0
+    scale = np.where(known, 1.0 / np.where(known, length, 1.0), 0.0)
+    axes = np.stack([pose.right, pose.up, pose.ahead])
+    in_camera: Floats = np.stack([right * scale, up * scale, ahead * scale], axis=-1)
+    normal: Floats = in_camera @ axes
+    normal[~known] = [0.0, 0.0, 1.0]
     return normal
+
+
+def _gradient(inverse: Floats, tangent: Floats) -> tuple[Floats, Booleans]:
+    """Derivative of an inverse depth (n, m) by the tangent (m,) of its second axis, and where there is one."""
+    change, between = np.diff(inverse, axis=1), np.diff(tangent)
+    # Of a pixel of the sky the inverse is 0, which is no neighbour.
+    change[(inverse[:, 1:] == 0) | (inverse[:, :-1] == 0)] = np.inf
+    none = np.full((len(inverse), 1), np.inf)
+    change /= between
+    forward, backward = np.concatenate([change, none], axis=1), np.concatenate([none, change], axis=1)
+    gradient = np.where(np.abs(forward) <= np.abs(backward), forward, backward)
+    known = np.isfinite(gradient)
+    return np.where(known, gradient, 0.0), known
 
 
 def lengths(vectors: Floats) -> Floats:
     """Of vectors (..., 3); a tenth of the time of `numpy.linalg.norm`."""
     length: Floats = np.sqrt(np.einsum("...x,...x->...", vectors, vectors))
     return length
-
-
-def _step(points: Floats, met: Booleans) -> Floats:
-    """From one point to the next along the second axis, by the nearer of both neighbours; 0 where neither is there."""
-    rows, columns = met.shape
-    steps, squares = np.zeros((rows, columns + 1, 3)), np.full((rows, columns + 1), np.inf)
-    np.subtract(points[:, 1:], points[:, :-1], out=steps[:, 1:-1])
-    between = np.einsum("rcx,rcx->rc", steps[:, 1:-1], steps[:, 1:-1])
-    squares[:, 1:-1] = np.where(met[:, 1:] & met[:, :-1], between, np.inf)
-    forward, backward = squares[:, 1:], squares[:, :-1]
-    step: Floats = np.where((forward <= backward)[..., None], steps[:, 1:], steps[:, :-1])
-    step[np.isinf(forward) & np.isinf(backward)] = 0.0
-    return step

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator
+from collections import Counter, deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from skyshine.mat.quantities.lines_of_sight import slope_and_azimuth
 from skyshine.mat.render.buffer_geometry import (
+    CameraView,
     Pose,
     distances,
-    normals_from_points,
+    normals_from_depth,
     quaternion_matrix,
     view_of,
     world,
@@ -34,6 +36,7 @@ from skyshine.mat.render.temperatures import SeenTemperatures
 from skyshine.mat.tables.axes import EXACT, AxisRule
 from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.interpolation import interpolate
+from skyshine.mat.threads import thread_count
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.progress import Progress, silent
@@ -44,14 +47,35 @@ ALTITUDE_REACH = 0.02
 _PLACE = ("altitude", "azimuth", "slope")
 
 
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, eq=False)
+class SeenFrame:
+    """One frame read.
+
+    Attributes
+    ----------
+    hours : list of float
+    seen : SeenScene
+    taken : dict of str to int
+        Number of its pixels, and of those whose temperature is that of another slope.
+    unknown : dict of str to int
+        Ids without a material, with their pixels.
+    """
+
+    hours: list[float]
+    seen: SeenScene
+    taken: dict[str, int]
+    unknown: dict[str, int]
+
+
 class FrameRenderer(PictureMaker):
     """A frame file with its databases open.
 
     Attributes
     ----------
     frame : LoadedFrame
-    size : tuple
-        Columns and rows of the first frame.
     """
 
     def __init__(self, frame: LoadedFrame, progress: Progress = silent) -> None:
@@ -74,18 +98,18 @@ class FrameRenderer(PictureMaker):
         caster: RayCaster = _nothing() if self._mesh is None else ray_caster(self._mesh)
         super().__init__(tables, caster, codes, frame.model.source, 1, frame.error)
         self._temperatures = lru_cache(maxsize=32)(lambda hour: HourTemperatures.of(frame, tables.surface, codes, hour))
-        self._rays = lru_cache(maxsize=1)(lambda pose, size: view_of(frame.model, pose, size))
+        self._views = lru_cache(maxsize=thread_count())(lambda pose, size: view_of(frame.model, pose, size))
         self._poses = poses_of(frame)
-        self._pixels_seen, self._unknown, self._downward = 0, Counter[str](), 0
+        self._taken = Counter[str]()
+        self._unknown = Counter[str]()
 
     def pictures(self) -> Iterator[tuple[str, Picture]]:
         """All pictures: of each frame, for each of its hours, its bands; with what tells the frame apart."""
         with self._progress(len(self.frame.hours) * len(self.tables.bands), "radiance") as advance:
-            for mark, hours, seen in self._all():
-                for number, hour in enumerate(hours):
-                    for tables in self.tables.bands:
-                        yield mark, self._frame(seen, number, hour, tables)
-                        advance(1)
+            for mark, pictures in self._each(self._drawn):
+                for picture in pictures:
+                    yield mark, picture
+                    advance(1)
 
     def check(self) -> None:
         """Read all that `pictures` reads, and compute no radiance.
@@ -95,85 +119,99 @@ class FrameRenderer(PictureMaker):
         InputError
             Those of `pictures`.
         """
-        for _, hours, seen in self._all():
-            for tables in self.tables.bands:
-                check_reach(self._refuse, tables.air, seen)
-                for hour in hours:
-                    source = self.tables.surface.source_track(self._source, time=hour)
-                    check_source(self._refuse, self._source, tables.air, hour, float(source.elevation))
+        for _ in self._each(self._reach):
+            pass
 
     @property
     def notes(self) -> list[str]:
         """What was taken of the pixels that have been read so far, where their buffers or the tables say nothing."""
-        notes = []
+        notes, pixels = [], self._taken["pixels"]
         if self._unknown:
-            pixels = sum(self._unknown.values())
+            share = sum(self._unknown.values()) / pixels
             notes.append(
-                f"{pixels / self._pixels_seen:.2%} of the pixels have ids without a material"
-                f" ({', '.join(sorted(self._unknown))}); drawn as {self.frame.model.default_material}"
+                f"{share:.2%} of the pixels have ids without a material ({', '.join(sorted(self._unknown))}); drawn as"
+                f" {self.frame.model.default_material}"
             )
-        if self._downward:
-            steepest = self.tables.surface.root.axes["slope"].values[-1]
+        if self._taken["downward"]:
             notes.append(
-                f"{self._downward / self._pixels_seen:.2%} of the pixels look further down than a slope of"
-                f" {steepest:g} degree; their temperature is that of this slope"
+                f"{self._taken['downward'] / pixels:.2%} of the pixels look further down than a slope of"
+                f" {self._steepest:g} degree; their temperature is that of this slope"
             )
         return notes
 
-    def _all(self) -> Iterator[tuple[str, list[float], SeenScene]]:
+    def _each(self, action: Callable[[SeenFrame], Result]) -> Iterator[tuple[str, Result]]:
+        """What an action makes of each frame, in their order; threads read and compute few frames at a time."""
         marks, hours = self.frame.marks, self.frame.hours
-        for number, mark in enumerate(marks):
-            of_frame = hours if len(marks) == 1 else [hours[number]]
-            yield mark, of_frame, self._seen(mark, self._poses[number % len(self._poses)], of_frame)
+        of_frame = [hours] if len(marks) == 1 else [[hour] for hour in hours]
+        poses = self._poses * len(marks) if len(self._poses) == 1 else self._poses
 
-    def _seen(self, mark: str, pose: Pose, hours: list[float]) -> SeenScene:
+        def done(mark: str, pose: Pose, of_frame: list[float]) -> tuple[SeenFrame, Result]:
+            frame = self._seen(mark, pose, of_frame)
+            return frame, action(frame)
+
+        with ThreadPoolExecutor(thread_count()) as pool:
+            waiting: deque[Future[tuple[SeenFrame, Result]]] = deque()
+            frames = zip(marks, poses, of_frame, strict=True)
+            for mark in marks:
+                while len(waiting) <= thread_count() and (following := next(frames, None)) is not None:
+                    waiting.append(pool.submit(done, *following))
+                seen, result = waiting.popleft().result()
+                self._taken.update(seen.taken)
+                self._unknown.update(seen.unknown)
+                yield mark, result
+
+    def _drawn(self, frame: SeenFrame) -> list[Picture]:
+        return [
+            self._frame(frame.seen, number, hour, tables)
+            for number, hour in enumerate(frame.hours)
+            for tables in self.tables.bands
+        ]
+
+    def _reach(self, frame: SeenFrame) -> None:
+        for tables in self.tables.bands:
+            check_reach(self._refuse, tables.air, frame.seen)
+            for hour in frame.hours:
+                source = self.tables.surface.source_track(self._source, time=hour)
+                check_source(self._refuse, self._source, tables.air, hour, float(source.elevation))
+
+    def _seen(self, mark: str, pose: Pose, hours: list[float]) -> SeenFrame:
         frame = self.frame
         depth = depth_of(frame, stored(frame, "depth", mark))
-        shape = depth.shape
         materials = self._materials.pixels(mark, np.isfinite(depth))
         met = np.isfinite(depth) & (materials.share.sum(axis=-1) > 0)
-        rays, length = self._rays(pose, (shape[1], shape[0]))
-        distance = distances(frame.model, depth.ravel(), length)
-        seen = self._surface(mark, pose, rays, distance, met)
-        rows = seen.pixel
-        seen = replace(
-            seen,
-            materials=Mixtures(
-                self._materials.names,
-                materials.number.reshape(depth.size, -1)[rows],
-                materials.share.reshape(depth.size, -1)[rows],
-            ),
-        )
-        self._pixels_seen += depth.size
-        self._unknown.update(materials.unknown)
-        if frame.model.buffers.sunlit is None:
-            return self._traced(rays, seen, hours)
+        view = self._views(pose, (depth.shape[1], depth.shape[0]))
+        seen = self._surface(mark, pose, view, np.where(met, distances(frame.model, depth, view.length), np.inf))
+        mixtures = Mixtures(self._materials.names, materials.number[met], materials.share[met])
+        seen = replace(seen, materials=mixtures)
+        taken = {"pixels": depth.size, "downward": int(np.sum(seen.slope > self._steepest + 1e-6))}
+        mask = frame.model.buffers.sunlit
+        if mask is None:
+            return SeenFrame(hours, self._traced(view.rays, seen, hours), taken, materials.unknown)
         buffer = stored(frame, "sunlit", mark)
-        check_size(frame, "sunlit", buffer, shape)
-        lit = sunlit_of(buffer).ravel()[rows]
-        sky_view = 1.0 - (1.0 - lit) * (1.0 - frame.model.buffers.sunlit.open_sky)
-        return SeenScene(rays, seen, None, lit, sky_view, self._by_hour(seen, lit, hours))
+        check_size(frame, "sunlit", buffer, depth.shape)
+        lit = sunlit_of(buffer)[met]
+        sky_view = 1.0 - (1.0 - lit) * (1.0 - mask.open_sky)
+        scene = SeenScene(view.rays, seen, None, lit, sky_view, self._by_hour(seen, lit, hours))
+        return SeenFrame(hours, scene, taken, materials.unknown)
 
-    def _surface(self, mark: str, pose: Pose, rays: ViewRays, distance: Floats, met: Booleans) -> SeenSurface:
-        """What the pixels see, without materials."""
-        frame, pixel = self.frame, np.flatnonzero(met)
-        point = rays.origin[pixel] + rays.direction[pixel] * distance[pixel, None]
-        normal = self._normals(mark, pose, point, met)
-        away = np.einsum("nx,nx->n", normal, rays.direction[pixel]) > 0
-        normal = np.where(away[:, None], -normal, normal)
+    def _surface(self, mark: str, pose: Pose, view: CameraView, distance: Floats) -> SeenSurface:
+        """What the pixels see at distances (rows, columns) [m], without materials."""
+        frame, pixel = self.frame, np.flatnonzero(np.isfinite(distance))
+        normal = self._normals(mark, pose, view, distance)
+        ahead, distance = view.rays.direction[pixel], distance.ravel()[pixel]
+        point = view.rays.origin[pixel] + ahead * distance[:, None]
+        normal[np.einsum("nx,nx->n", normal, ahead) > 0] *= -1.0
         slope, azimuth = slope_and_azimuth(normal)
         start = point if self._mesh is None else point + normal * start_height(self._mesh)
         none = Mixtures((), np.zeros((len(pixel), 1), int), np.ones((len(pixel), 1)))
         altitude = frame.model.altitude_km + point[:, 2] * 1e-3
-        return SeenSurface(pixel, point, normal, start, distance[pixel] * 1e-3, slope, azimuth, altitude, none)
+        return SeenSurface(pixel, point, normal, start, distance * 1e-3, slope, azimuth, altitude, none)
 
-    def _normals(self, mark: str, pose: Pose, point: Floats, met: Booleans) -> Floats:
+    def _normals(self, mark: str, pose: Pose, view: CameraView, distance: Floats) -> Floats:
         """Unit normals (n, 3) of the pixels that meet a surface, to east, north and up."""
-        model = self.frame.model
+        model, met = self.frame.model, np.isfinite(distance)
         if model.buffers.normals is None:
-            points = np.zeros((*met.shape, 3))
-            points[met] = point
-            return normals_from_points(points, met)[met]
+            return normals_from_depth(view, pose, distance / view.length)[met]
         buffer = stored(self.frame, "normals", mark)
         check_size(self.frame, "normals", buffer, met.shape)
         normal = normals_of(buffer, met)[met]
@@ -232,10 +270,7 @@ class FrameRenderer(PictureMaker):
             An altitude is farther from them than `ALTITUDE_REACH`.
         """
         table = self.tables.surface
-        (low, high), steepest = (
-            (table.root.axes["altitude"].values[[0, -1]].astype(float)),
-            float(table.root.axes["slope"].values[-1]),
-        )
+        low, high = table.root.axes["altitude"].values[[0, -1]].astype(float)
         if len(seen) and (seen.altitude.min() < low - ALTITUDE_REACH or seen.altitude.max() > high + ALTITUDE_REACH):
             raise self.frame.error(
                 ("altitude_km",),
@@ -243,8 +278,12 @@ class FrameRenderer(PictureMaker):
                 f" {low:g} to {high:g}; change it or the pose, or widen surface_grid.altitude_km of the job and build"
                 " again",
             )
-        self._downward += int(np.sum(seen.slope > steepest + 1e-6))
-        return replace(seen, altitude=np.clip(seen.altitude, low, high), slope=np.minimum(seen.slope, steepest))
+        return replace(seen, altitude=np.clip(seen.altitude, low, high), slope=np.minimum(seen.slope, self._steepest))
+
+    @property
+    def _steepest(self) -> float:
+        """Slope of the table of temperatures [degree]."""
+        return float(self.tables.surface.root.axes["slope"].values[-1])
 
 
 @dataclass(frozen=True, eq=False)

@@ -375,10 +375,12 @@ def _view(
     nearest = float(air.rules("beta_star")[0].nodes[0])
     heading = rays.azimuth[pixel]
     lines = LinesOfSight(
-        distance,
+        np.maximum(distance, nearest),
         rays.altitude[pixel],
         rays.elevation[pixel],
         np.full(pixel.size, float(source.elevation)),
         source.azimuth - heading,
     )
-    return View.of(lines, heading, normal, nearest=nearest)
+    to_source = np.broadcast_to(direction(source.elevation, source.azimuth), (pixel.size, 3))
+    towards = np.full(pixel.size, float(source.azimuth))
+    return View(lines, distance, normal, to_source, -rays.direction[pixel], towards)

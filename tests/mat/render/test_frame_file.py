@@ -9,7 +9,7 @@ from PIL import Image
 from renderer_buffers import save_exr
 
 from skyshine.mat.render.buffer_files import cryptomatte_id, read_cryptomatte, read_layer
-from skyshine.mat.render.buffer_geometry import normals_from_points
+from skyshine.mat.render.buffer_geometry import normals_from_depth, view_of
 from skyshine.mat.render.buffers import MaterialTable, Stored, carla_depth, depth_of, normals_of, sunlit_of
 from skyshine.mat.render.frame_file import load_frame
 from skyshine.mat.render.frame_pictures import poses_of
@@ -337,20 +337,24 @@ def test_files_of_poses_that_are_none_are_refused(frame, tmp_path):
         poses_of(frame(camera=zero))
 
 
-def test_normals_of_a_plane_follow_from_its_points_up_to_its_edges():
-    x, y = np.meshgrid(np.linspace(0, 3, 7), np.linspace(5, 0, 5))
-    points = np.stack([x, y, 0.5 * x - 0.25 * y + 1.0], axis=-1)
-    normal = normals_from_points(points, np.ones(x.shape, bool))
-    expected = np.array([-0.5, 0.25, 1.0]) / np.linalg.norm([-0.5, 0.25, 1.0])
-    assert np.abs(normal @ expected) == pytest.approx(1.0)
-    wall = points.copy()
-    wall[:, 4:] = np.stack([0 * x + 40.0, 30 * x, y], axis=-1)[:, 4:]  # a wall far behind it
-    parted = normals_from_points(wall, np.ones(x.shape, bool))
-    assert np.abs(parted[:, :4] @ expected) == pytest.approx(1.0)
-    assert np.abs(parted[:, 4:, 0]) == pytest.approx(1.0)
-    alone = np.zeros(x.shape, bool)
-    alone[2, 3] = True
-    assert normals_from_points(points, alone)[2, 3].tolist() == [0.0, 0.0, 1.0]
+def test_normals_of_planes_follow_from_their_depth_up_to_their_edges(frame):
+    turned = {"position": [1.0, 2.0, 3.0], "look_at": [4.0, 9.0, 1.0], "field_of_view_deg": 70.0}
+    model = frame(camera=turned).model
+    (pose,) = poses_of(frame(camera=turned))
+    view = view_of(model, pose, (9, 7))
+    rays = view.rays.direction.reshape(7, 9, 3)
+    normals = np.array([[0.3, -0.8, 0.5], [-0.9, -0.3, 0.1]])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    # Planes 8 m and 80 m ahead of the middle of the picture, each in one half of it.
+    distance = np.stack([away * (pose.ahead @ n) / (rays @ n) for away, n in zip((8.0, 80.0), normals, strict=True)])
+    assert np.all(distance > 0)
+    half = (np.arange(9) >= 4).astype(int)
+    depth = np.where(half, distance[1], distance[0]) / view.length
+    found = normals_from_depth(view, pose, depth)
+    assert np.abs(np.einsum("rcx,cx->rc", found, normals[half])) == pytest.approx(1.0)
+    sky = np.full(depth.shape, np.inf)
+    sky[3, 4] = 5.0
+    assert normals_from_depth(view, pose, sky)[3, 4].tolist() == [0.0, 0.0, 1.0]
 
 
 def test_channels_of_a_layer_have_its_order_whatever_that_of_the_file(tmp_path):

@@ -30,7 +30,7 @@ from typing import Any
 from sources import sources_digest
 
 SOURCES = Path(__file__).resolve().parent
-ONCE = ("freestanding.c", "processor.c")  # compiled for any processor; all others once for each number of lanes
+ONCE = ("dispatch.c", "freestanding.c", "layouts.c", "processor.c", "tables.c")  # compiled for any processor; all others once for each number of lanes
 LANES = {"4": ["-msse2"], "8": ["-mavx2"]}  # of x86-64; other processors have 4 and no flag
 ZIG = "ziglang>=0.17"  # 0.14 takes 13 s instead of 0.1 and expects another entry of a Windows library
 

@@ -77,7 +77,7 @@ export class Database {
   // Refuse what no file of the format has.
   check() {
     try {
-      this.kernel.check("skyshine_database_check", "file", this.memory);
+      this.kernel.check("skyshine_database_check", "file", [this.memory]);
     } catch (error) {
       throw new SkyshineError(`${this.path}: ${error.message}`, "file");
     }

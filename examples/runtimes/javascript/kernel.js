@@ -24,11 +24,26 @@ export function kernelModule() {
   return compiled;
 }
 
-function textOf({ status, name, found, least, most }) {
-  if (status === 1 && Number.isNaN(found)) return `${name}: found a value that is not finite; allowed: finite numbers`;
-  if (status === 1) return `${name}: found ${found}; allowed: ${least} to ${most}`;
-  return `${name}: found ${found}; status ${status}`;
-}
+// Lines of text by the status of a failure, from 1.
+const TEXTS = [
+  ({ name, found, least, most }) =>
+    `${name}: found ${Number.isNaN(found) ? "a value that is not finite; allowed: finite numbers" : `${found}; allowed: ${least} to ${most}`}`,
+  ({ name, found }) => `${name}: found ${found}; allowed: a code of the file`,
+  ({ name, found, least, most }) => `${name}: found ${found}; allowed: ${least} and above, ${most} and below`,
+  ({ name }) => `${name}: found a direction without length; allowed: three finite numbers that are not all 0`,
+  ({ name, found }) => `${name}: found ${found}; allowed: 0 to 1`,
+  ({ name, found }) => `${name}: found ${found}; allowed: 0 and above`,
+  () => "found a pixel without material; allowed: codes of the tables",
+  () => "the surface file holds no response to shade",
+  () => "the surface file lacks the ground's material; allowed: a ground that it has",
+  ({ name }) => `${name}: found what is not a finite number; allowed: finite numbers`,
+  ({ name }) => `lacks '${name}'`,
+  ({ name }) => `the axis '${name}' has nodes, a rule or a period that are not those of the format`,
+  ({ name, found, least, most }) => `'${name}' holds ${found}; allowed: ${least} to ${most}`,
+  ({ name, found }) => `a row of '${name}' sums to ${found}; allowed: 1`,
+  ({ name, least, most }) => `does not state '${name}', in ${least} to ${most}`,
+  () => "has other wavelengths than the atmosphere",
+];
 
 // The library with memory of its own. Values that stay are placed one behind the other; those of a call are freed with it.
 export class Kernel {
@@ -83,12 +98,13 @@ export class Kernel {
     }
   }
 
-  // Call a function that may fail; its failure is the last argument.
-  check(name, kind, ...given) {
+  // Call a function that may fail; its failure is the last argument. Of `many` places the message has the number.
+  check(name, kind, given, many = false) {
     if (this.calls[name](...given, this.failure) === 0) return;
     const memory = new DataView(this.calls.memory.buffer, this.failure, FAILURE_BYTES);
     const [status, row, text] = [memory.getInt32(0, true), memory.getUint32(8, true), this.text(memory.getUint32(12, true))];
     const [found, least, most] = [16, 24, 32].map((place) => memory.getFloat64(place, true));
-    throw new SkyshineError(textOf({ status, row, name: text ?? "", found, least, most }), kind);
+    const line = TEXTS[status - 1]({ name: text ?? "", found, least, most });
+    throw new SkyshineError(many ? `pixel ${row}: ${line}` : line, kind);
   }
 }

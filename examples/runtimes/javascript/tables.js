@@ -5,7 +5,7 @@ import { contentOf, ready } from "./source.js";
 import { Texture } from "./texture.js";
 
 export const SHADED_SKY = 0.5; // open share of the sky above what a texture shows in the shade, where a scene says nothing else
-const STEPS = 288; // of a day
+const [STEPS, DAY_H] = [288, 24]; // of a day
 const BETA_FACTOR = 5.5;
 const [BETA_STAR, PATH_RATIO, AMBIENT, DIRECT] = [0, 1, 3, 4]; // quantities, by the library's number
 // Lists of a call for pixels, in the library's order, and those of them that are codes.
@@ -50,11 +50,18 @@ export async function openTexture(given) {
   return new Texture(...(await contentOf(given, "texture")));
 }
 
-let plain;
-
-export async function pixelValue(radiance, { bits, gain, bufferGain = 1, offset = 0 }) {
-  plain ??= new Kernel(await kernelModule());
-  return Number(plain.calls.skyshine_value_of_pixel(radiance, bits, gain, bufferGain, offset));
+// Share in the shade of each step of the day.
+function shadedSteps(shade) {
+  if (!shade.flat().every(Number.isFinite)) throw new SkyshineError("surroundings must be finite numbers");
+  const step = DAY_H / STEPS;
+  return Array.from({ length: STEPS }, (_, k) => {
+    const [first, last] = [(k - 0.5) * step, (k + 0.5) * step];
+    const covered = shade.flatMap(([begin, given]) => {
+      const end = given < begin ? given + DAY_H : given;
+      return [-DAY_H, 0, DAY_H].map((turn) => Math.max(Math.min(last, end + turn) - Math.max(first, begin + turn), 0));
+    });
+    return Math.min(covered.reduce((total, hours) => total + hours / step, 0), 1);
+  });
 }
 
 export class Tables {
@@ -66,7 +73,7 @@ export class Tables {
     const places = all.map(({ memory }) => memory);
     this.memory = kernel.take(kernel.calls.skyshine_tables_size(...places));
     try {
-      kernel.check("skyshine_tables_make", "file", this.memory, ...places);
+      kernel.check("skyshine_tables_make", "file", [this.memory, ...places]);
     } catch (error) {
       throw new SkyshineError(`${band.path}: ${error.message}`, "file");
     }
@@ -81,7 +88,7 @@ export class Tables {
   one(name, given) {
     return this.kernel.within(() => {
       const to = this.kernel.take(8);
-      this.kernel.check(name, "value", this.memory, ...given(to));
+      this.kernel.check(name, "value", [this.memory, ...given(to)]);
       return this.kernel.view(Float64Array, to, 1)[0];
     });
   }
@@ -103,11 +110,10 @@ export class Tables {
   shadedTemperature(face, { shade = [], skyView = 1, facing, facingEmissivity } = {}) {
     const { kernel } = this;
     const absorbed = kernel.within(() => {
-      const [shaded, heat] = [kernel.take(8 * STEPS), kernel.take(8 * STEPS)];
-      kernel.check("skyshine_shaded_steps", "value", shade.length, kernel.put(Float64Array, shade.flat()), shaded);
+      const [shaded, heat] = [kernel.put(Float64Array, shadedSteps(shade)), kernel.take(8 * STEPS)];
       const others = [[skyView], facing ?? null, facingEmissivity ?? null].map((each) => kernel.put(Float64Array, each === null ? null : [each].flat()));
       const around = kernel.put(Uint32Array, [shaded, ...others]);
-      kernel.check("skyshine_absorbed", "value", this.memory, 1, this.faces(face), around, 1, heat, this.scratch);
+      kernel.check("skyshine_absorbed", "value", [this.memory, 1, this.faces(face), around, 1, heat, this.scratch]);
       return Array.from(kernel.view(Float64Array, heat, STEPS));
     });
     return this.heatedTemperature(face, absorbed);
@@ -162,7 +168,7 @@ export class Tables {
       const lists = this.structure(Object.fromEntries(LISTS.map((name) => [name, given[name]])), CODES);
       const to = TERMS.map((name) => (wanted.includes(name) ? kernel.take(8 * count) : 0));
       const terms = kernel.put(Uint32Array, to);
-      kernel.check("skyshine_pixels", "value", this.memory, count, materials, 1, lists, terms, this.scratch);
+      kernel.check("skyshine_pixels", "value", [this.memory, count, materials, 1, lists, terms, this.scratch], count > 1);
       return wanted.map((name) => kernel.view(Float64Array, to[TERMS.indexOf(name)], count));
     });
   }
@@ -177,6 +183,10 @@ export class Tables {
       shadedTemperature: of("shadedTemperature"), groundMaterial: groundMaterial === undefined ? undefined : [groundMaterial],
     };
     return Object.fromEntries(this.terms(1, materials.length, given, TERMS).map(([value], k) => [TERMS[k], value]));
+  }
+
+  pixelValue(radiance, { bits, gain, bufferGain = 1, offset = 0 }) {
+    return Number(this.kernel.calls.skyshine_value_of_pixel(radiance, bits, gain, bufferGain, offset));
   }
 
   frameRadiance(view, pixels, to = new Float64Array(pixels.material.length)) {

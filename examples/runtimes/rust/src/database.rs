@@ -103,7 +103,7 @@ impl Database {
     /// Refuse what no file of the format has.
     pub fn check(&self) -> Result<()> {
         let mut failure = Failure::none();
-        check(unsafe { skyshine_database_check(self.read(), &mut failure) }, &failure, ErrorKind::File)
+        check(unsafe { skyshine_database_check(self.read(), &mut failure) }, &failure, ErrorKind::File, false)
     }
 
     fn fill(&mut self, source: &Source, kind: i32, clamp: &[&str]) -> Result<()> {

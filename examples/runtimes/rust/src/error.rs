@@ -57,18 +57,39 @@ impl From<hdf5::Error> for Error {
     }
 }
 
-/// What the library says of a failure, as one line.
-pub(crate) fn text(failure: &Failure) -> String {
+/// A number as messages have it, not longer than it needs to be.
+fn shown(value: f64) -> String {
+    let plain = value == 0.0 || (1e-5..1e15).contains(&value.abs());
+    if plain || !value.is_finite() { value.to_string() } else { format!("{value:e}") }
+}
+
+/// What the library says of a failure, as one line; of a call for many places, with the number of the place.
+fn text(failure: &Failure, many: bool) -> String {
     let name = if failure.name.is_null() { "" } else { unsafe { CStr::from_ptr(failure.name) }.to_str().unwrap_or("") };
-    let (found, least, most) = (failure.found, failure.least, failure.most);
-    match failure.status {
-        1 if found.is_nan() => format!("{name}: found a value that is not finite; allowed: finite numbers"),
+    let [found, least, most] = [failure.found, failure.least, failure.most].map(shown);
+    let line = match failure.status {
+        1 if failure.found.is_nan() => format!("{name}: found a value that is not finite; allowed: finite numbers"),
         1 => format!("{name}: found {found}; allowed: {least} to {most}"),
-        _ => format!("{name}: found {found}; status {}", failure.status),
-    }
+        2 => format!("{name}: found {found}; allowed: a code of the file"),
+        3 => format!("{name}: found {found}; allowed: {least} and above, {most} and below"),
+        4 => format!("{name}: found a direction without length; allowed: three finite numbers that are not all 0"),
+        5 => format!("{name}: found {found}; allowed: 0 to 1"),
+        6 => format!("{name}: found {found}; allowed: 0 and above"),
+        7 => "found a pixel without material; allowed: codes of the tables".to_owned(),
+        8 => "the surface file holds no response to shade".to_owned(),
+        9 => "the surface file lacks the ground's material; allowed: a ground that it has".to_owned(),
+        10 => format!("{name}: found what is not a finite number; allowed: finite numbers"),
+        11 => format!("lacks '{name}'"),
+        12 => format!("the axis '{name}' has nodes, a rule or a period that are not those of the format"),
+        13 => format!("'{name}' holds {found}; allowed: {least} to {most}"),
+        14 => format!("a row of '{name}' sums to {found}; allowed: 1"),
+        15 => format!("does not state '{name}', in {least} to {most}"),
+        _ => "has other wavelengths than the atmosphere".to_owned(),
+    };
+    if many && failure.status <= 10 { format!("pixel {}: {line}", failure.row) } else { line }
 }
 
 /// Nothing, or the error of a status that a call of the library gave.
-pub(crate) fn check(status: i32, failure: &Failure, kind: ErrorKind) -> Result<()> {
-    if status == 0 { Ok(()) } else { Err(Error::of(kind, text(failure))) }
+pub(crate) fn check(status: i32, failure: &Failure, kind: ErrorKind, many: bool) -> Result<()> {
+    if status == 0 { Ok(()) } else { Err(Error::of(kind, text(failure, many))) }
 }

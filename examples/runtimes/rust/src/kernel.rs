@@ -217,6 +217,5 @@ extern "C" {
         temperature: *mut f64,
         failure: *mut Failure,
     ) -> i32;
-    pub fn skyshine_shaded_steps(count: usize, hours: *const f64, shaded: *mut f64, failure: *mut Failure) -> i32;
     pub fn skyshine_value_of_pixel(radiance: f64, bits: i32, gain: f64, buffer_gain: f64, offset: f64) -> i64;
 }

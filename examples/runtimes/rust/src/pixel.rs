@@ -288,6 +288,6 @@ impl Tables {
             specular: null_mut(),
             radiance: radiance.as_mut_ptr(),
         };
-        self.call(|tables, scratch, failure| unsafe { kernel::skyshine_pixels(tables, count, 1, 1, &given, &terms, scratch, failure) })
+        self.call_many(true, |tables, scratch, failure| unsafe { kernel::skyshine_pixels(tables, count, 1, 1, &given, &terms, scratch, failure) })
     }
 }

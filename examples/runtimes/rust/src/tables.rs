@@ -8,6 +8,8 @@ use std::path::Path;
 use std::ptr::null;
 use std::sync::Mutex;
 
+const DAY_H: f64 = 24.0;
+
 /// Sun or Moon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
@@ -102,6 +104,25 @@ fn files_of(folder: &Path, state: u32, band: u32, source: Source) -> Result<[Str
     names().map_err(placed)
 }
 
+/// Share in the shade of each step of the day.
+fn shaded_steps(shade: &[[f64; 2]]) -> Result<[f64; STEPS]> {
+    if !shade.iter().flatten().all(|hour| hour.is_finite()) {
+        return Err(Error::value("surroundings must be finite numbers"));
+    }
+    let (step, mut shaded) = (DAY_H / STEPS as f64, [0.0; STEPS]);
+    for (k, share) in shaded.iter_mut().enumerate() {
+        let (first, last) = ((k as f64 - 0.5) * step, (k as f64 + 0.5) * step);
+        for [begin, end] in shade {
+            let end = if end < begin { end + DAY_H } else { *end };
+            for turn in [-DAY_H, 0.0, DAY_H] {
+                *share += (last.min(end + turn) - first.max(begin + turn)).max(0.0) / step;
+            }
+        }
+        *share = share.min(1.0);
+    }
+    Ok(shaded)
+}
+
 impl Tables {
     /// Open a state, a band (numbers from 1, as in the names of the files) and a source in the folder of a build, by its
     /// `catalog.json`. Values outside the axes named in `clamp` are read at the nearest node.
@@ -129,12 +150,17 @@ impl Tables {
         let mut memory = Memory::of(unsafe { skyshine_tables_size(surface.read(), band.read(), air.read()) });
         let mut failure = Failure::none();
         let status = unsafe { skyshine_tables_make(memory.write(), surface.read(), band.read(), air.read(), &mut failure) };
-        check(status, &failure, ErrorKind::File).map_err(|error| Error::file(format!("{}: {error}", paths[1].display())))?;
+        check(status, &failure, ErrorKind::File, false).map_err(|error| Error::file(format!("{}: {error}", paths[1].display())))?;
         Ok(Tables { surface, band, air, memory, scratch: Mutex::default() })
     }
 
-    /// Call the library with the tables, memory of its own, and the place of its failure.
+    /// Call the library for one place.
     pub(crate) fn call(&self, call: impl FnOnce(*const c_void, *mut c_void, &mut Failure) -> i32) -> Result<()> {
+        self.call_many(false, call)
+    }
+
+    /// Call the library with the tables, memory of its own, and the place of its failure.
+    pub(crate) fn call_many(&self, many: bool, call: impl FnOnce(*const c_void, *mut c_void, &mut Failure) -> i32) -> Result<()> {
         let kept = self.scratch.lock().ok().and_then(|mut kept| kept.pop());
         let mut scratch = kept.unwrap_or_else(|| Memory::of(unsafe { skyshine_scratch_size(self.memory.read()) }));
         let mut failure = Failure::none();
@@ -142,7 +168,7 @@ impl Tables {
         if let Ok(mut kept) = self.scratch.lock() {
             kept.push(scratch);
         }
-        check(status, &failure, ErrorKind::Value)
+        check(status, &failure, ErrorKind::Value, many)
     }
 
     /// Codes and names of the materials of the band, by ascending code.
@@ -165,7 +191,7 @@ impl Tables {
     /// # Errors
     /// A value outside the tables, or a surface file without the response to shade.
     pub fn shaded_temperature(&self, face: &Face, surroundings: &Surroundings) -> Result<f64> {
-        let (mut shaded, mut absorbed) = ([0.0; STEPS], [0.0; STEPS]);
+        let (shaded, mut absorbed) = (shaded_steps(&surroundings.shade)?, [0.0; STEPS]);
         let optional = |value: &Option<f64>| value.as_ref().map_or(null(), |value| value as *const f64);
         let around = crate::kernel::Surroundings {
             shaded: shaded.as_ptr(),
@@ -173,8 +199,6 @@ impl Tables {
             facing: optional(&surroundings.facing),
             facing_emissivity: optional(&surroundings.facing_emissivity),
         };
-        let hours = surroundings.shade.as_ptr().cast();
-        self.call(|_, _, failure| unsafe { skyshine_shaded_steps(surroundings.shade.len(), hours, shaded.as_mut_ptr(), failure) })?;
         self.call(|tables, scratch, failure| unsafe {
             skyshine_absorbed(tables, 1, &face.faces(), &around, 1, absorbed.as_mut_ptr(), scratch, failure)
         })?;

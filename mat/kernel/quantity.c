@@ -102,8 +102,7 @@ static int32_t value_at(Work *work, const Lines *lines, int32_t quantity, int32_
     if (quantity == SKY_PATH_RATIO_ANGLE) return path_ratio(tables, &work->path, source, last, row, to, failure);
     if (quantity != SKY_PATH_RATIO) return light_at(work, quantity, by_wavelength, source, last, row, to, failure);
     if (!is_finite(last)) return refuse(failure, SKY_OUTSIDE, SKY_AIR, row, "source_azimuth", last, 0, 180);
-    double angle = scattering_angle(lines->looked[i], source, last);
-    return path_ratio(tables, &work->path, source_at_entry(lines->turn[i], source, last), angle, row, to, failure);
+    return path_ratio(tables, &work->path, source_at_entry(lines->turn[i], source, last), lines->angle[i], row, to, failure);
 }
 
 int32_t SKYSHINE_NAME(skyshine_quantity)(const SkyTables *tables, int32_t quantity, int32_t by_wavelength, size_t count,
@@ -122,6 +121,12 @@ SKYSHINE_EXPORT int32_t SKYSHINE_NAME(skyshine_quantity)(const SkyTables *tables
         size_t number = count - from < BLOCK ? count - from : BLOCK;
         int32_t status = take_lines(tables, number, places->range + from, places->altitude + from, places->elevation + from, from, &lines, failure);
         if (status) return status;
+        if (quantity == SKY_PATH_RATIO) {
+            double source[BLOCK], azimuth[BLOCK];
+            spread(places->source_elevation, 0, from, number, source);
+            spread(places->last, 0, from, number, azimuth);
+            scattering_angles(lines.looked, source, azimuth, lines.angle);
+        }
         for (size_t i = 0; i < number; i++) {
             status = value_at(&work, &lines, quantity, by_wavelength, places, from, i, values + (from + i) * width, failure);
             if (status) return status;

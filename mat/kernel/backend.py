@@ -31,7 +31,12 @@ from sources import sources_digest
 
 SOURCES = Path(__file__).resolve().parent
 TRIED = ("freestanding.c", "processor.c")  # need no other source
-ONCE = (*TRIED, "dispatch.c", "layouts.c", "tables.c")  # compiled for any processor; others once for each number of lanes
+ONCE = (
+    *TRIED,
+    "dispatch.c",
+    "layouts.c",
+    "tables.c",
+)  # the others once for each number of lanes
 LANES = {"4": ["-msse2"], "8": ["-mavx2"]}  # of x86-64; other processors have 4 and no flag
 ZIG = "ziglang>=0.17"  # 0.14 takes 13 s instead of 0.1 and expects another entry of a Windows library
 

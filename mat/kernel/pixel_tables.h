@@ -176,6 +176,9 @@ static inline double bounded(const Axis *axis, double value) {
     return clipped(value, axis->nodes[0], axis->nodes[axis->count - 1]);
 }
 
+/* Refuse a database that has a part of a group of arrays; `layouts.c`. */
+int32_t skyshine_groups_check(const SkyDatabase *database, SkyFailure *failure);
+
 static inline size_t row_of(size_t count) { return (count + 7) / 8 * 8; }
 
 /* Memory that is handed out piece by piece; without a beginning it only counts. */

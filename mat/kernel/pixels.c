@@ -10,7 +10,6 @@
 static const double WALL_EMISSIVITY = 0.95; /* of masonry, concrete and foliage in the thermal infrared */
 static const double SHADED_SKY = 0.5;       /* open share of the sky above ground in the shade where nothing is said */
 enum { BASES = HARMONICS + 1 }; /* weights of light: of a level face, of the harmonics */
-enum { MOST_PARTS = 8 };        /* materials of a pixel that a block keeps; more are refused */
 
 /* What a call needs of one pixel after another. */
 typedef struct {
@@ -591,6 +590,9 @@ SKYSHINE_EXPORT int32_t SKYSHINE_NAME(skyshine_pixels)(const SkyTables *tables, 
     Lines of;
     Faces faces;
     Terms computed[BLOCK];
+    if (!tables->surface.arrays[TEMPERATURE].values) return refuse(failure, SKY_LACKS, SKY_SURFACE, 0, "temperature", 0, 0, 0);
+    if (!pixels->source_heading && (!pixels->to_source || (!pixels->to_observer && !pixels->sight_heading)))
+        return refuse(failure, SKY_DIRECTION, SKY_AIR, 0, pixels->to_source ? "to_observer" : "to_source", NOT_A_NUMBER, 0, 0);
     set_rows(&work, scratch);
     int32_t status = work.shared && count ? take_frame(&work, failure) : SKY_OK;
     for (size_t from = 0; from < count && !status; from += BLOCK) {

@@ -18,6 +18,7 @@ typedef struct {
     double height[BLOCK], root[BLOCK], rho[BLOCK], share[BLOCK], direction[BLOCK], length[BLOCK], end_height[BLOCK];
     double distance[BLOCK]; /* to the ground; infinite for lines to space */
     double turn[BLOCK], end_in_space[BLOCK];
+    double angle[BLOCK]; /* between line and source */
     Place root_place[BLOCK];
 } Lines;
 
@@ -132,11 +133,37 @@ static inline double dot(const double *a, const double *b, size_t row) {
     return ((of[0] + of[4]) + (of[1] + of[5])) + ((of[2] + of[6]) + (of[3] + of[7]));
 }
 
-/* Rows of numbers at corners, times their weights. */
+/* Rows of numbers at corners, times their weights; rows of a multiple of eight. */
 static inline void mix_rows(const float *values, size_t row, const size_t *corner, const double *weight, int corners, double *to) {
-    for (size_t k = 0; k < row; k++) to[k] = weight[0] * values[corner[0] * row + k];
-    for (int c = 1; c < corners; c++)
-        for (size_t k = 0; k < row; k++) to[k] += weight[c] * values[corner[c] * row + k];
+    for (size_t k = 0; k < row; k += DOUBLES) {
+        VectorD sum = all_d(0);
+        for (int c = 0; c < corners; c++) sum += weight[c] * load_fd(values + corner[c] * row + k);
+        store_d(to + k, sum);
+    }
+}
+
+/* Rows of a matrix times numbers, added to `to`; times `by` and, where it is not NULL, another row. */
+static inline void add_rows(const double *matrix, size_t rows, size_t row, const double *numbers, double by, const double *times, double *to) {
+    enum { WIDE = 8 }; /* vectors at once, for one sum waits for its last */
+    size_t b = 0;
+    for (; b + WIDE * DOUBLES <= row; b += WIDE * DOUBLES) {
+        VectorD sum[WIDE];
+        for (int h = 0; h < WIDE; h++) sum[h] = all_d(0);
+        for (size_t r = 0; r < rows; r++)
+            for (int h = 0; h < WIDE; h++) sum[h] += numbers[r] * load_d(matrix + r * row + b + h * DOUBLES);
+        for (int h = 0; h < WIDE; h++) {
+            sum[h] *= by;
+            if (times) sum[h] *= load_d(times + b + h * DOUBLES);
+            store_d(to + b + h * DOUBLES, load_d(to + b + h * DOUBLES) + sum[h]);
+        }
+    }
+    for (; b < row; b += DOUBLES) {
+        VectorD sum = all_d(0);
+        for (size_t r = 0; r < rows; r++) sum += numbers[r] * load_d(matrix + r * row + b);
+        sum *= by;
+        if (times) sum *= load_d(times + b);
+        store_d(to + b, load_d(to + b) + sum);
+    }
 }
 
 /* Corners of a cell of two axes. */
@@ -186,11 +213,9 @@ static inline int32_t take_path(const SkyTables *tables, const Lines *lines, siz
             store_d(mean, exp_d(load_d(fields + k)));
             for (size_t h = 0; h < DOUBLES && k + h < tables->absorbers; h++) fields[k + h] = mean[h];
         }
-    for (size_t j = 0; j < count; j += DOUBLES) {
-        VectorD sum = all_d(0);
-        for (size_t k = 0; k < tables->absorbers; k++) sum += load_d(tables->absorber_factor + k * count + j) * fields[k];
-        store_d(path->extinction + j, larger_d(sum, all_d(0)));
-    }
+    for (size_t j = 0; j < count; j++) path->extinction[j] = 0;
+    add_rows(tables->absorber_factor, tables->absorbers, count, fields, 1, 0, path->extinction);
+    for (size_t j = 0; j < count; j += DOUBLES) store_d(path->extinction + j, larger_d(load_d(path->extinction + j), all_d(0)));
     for (size_t j = last + 1; j < count; j++) path->extinction[j] = path->extinction[last];
     VectorD least = load_d(path->extinction);
     for (size_t j = DOUBLES; j < count; j += DOUBLES) least = smaller_d(load_d(path->extinction + j), least);
@@ -214,6 +239,11 @@ static inline int32_t take_path(const SkyTables *tables, const Lines *lines, siz
 
 /* ---- The source ---- */
 
+/* One value for each line of a block, of a list of one or of a value for each; the last is repeated, 0 without a list. */
+static inline void spread(const double *list, int single, size_t from, size_t count, double *to) {
+    for (size_t i = 0; i < BLOCK; i++) to[i] = list ? list[single ? 0 : from + (i < count ? i : count - 1)] : 0;
+}
+
 static inline const Axis *source_axis(const SkyTables *tables) { return &tables->air.arrays[SOURCE_FACTOR].axes[1]; }
 
 /* Share of the light of the lowest elevation that the source gives below it, 1 above; and an elevation of the tables. */
@@ -232,21 +262,25 @@ static inline int32_t night(const SkyTables *tables, double elevation, size_t ro
     return SKY_OK;
 }
 
-/* Angle between a line of sight and the source. */
-static inline double scattering_angle(double elevation, double source, double azimuth) {
-    double unused, level, lit, apart = sine_and_cosine((elevation - source) * 0.5, &unused), turn = sine_and_cosine(azimuth * 0.5, &unused);
-    sine_and_cosine(elevation, &level);
-    sine_and_cosine(source, &lit);
-    double half = apart * apart + level * lit * turn * turn;
-    return smaller(2 * arc_sine(__builtin_sqrt(clipped(half, 0, 1))) * (180 / PI), 180);
+/* Angles between lines of sight and the source, of a block. */
+static inline void scattering_angles(const double *elevation, const double *source, const double *azimuth, double *angle) {
+    for (size_t i = 0; i < BLOCK; i += DOUBLES) {
+        VectorD apart, turn, level, lit, unused, up = load_d(elevation + i), height = load_d(source + i), one = all_d(1);
+        sine_and_cosine_d((up - height) * 0.5, &apart, &unused);
+        sine_and_cosine_d(load_d(azimuth + i) * 0.5, &turn, &unused);
+        sine_and_cosine_d(up, &unused, &level);
+        sine_and_cosine_d(height, &unused, &lit);
+        VectorD half = smaller_d(larger_d(apart * apart + level * lit * turn * turn, all_d(0)), one);
+        store_d(angle + i, smaller_d(2 * arc_sine_d(root_d(half)) * (180 / PI), all_d(180)));
+    }
 }
 
 /* Elevation of the source where a line enters the air, from that at its observer and its azimuth from the line. */
 static inline double source_at_entry(double turn, double source, double azimuth) {
-    double up_cosine, aside, of_turn, up = sine_and_cosine(source, &up_cosine), sine = sine_and_cosine(turn * (180 / PI), &of_turn);
     if (!(turn > 0)) return source;
+    double level, aside, of_turn, up = sine_and_cosine(source, &level), sine = sine_and_cosine(turn * (180 / PI), &of_turn);
     sine_and_cosine(azimuth, &aside);
-    return arc_sine(clipped(of_turn * up + sine * up_cosine * aside, -1, 1)) * (180 / PI);
+    return arc_sine(clipped(of_turn * up + sine * level * aside, -1, 1)) * (180 / PI);
 }
 
 /* Path radiance over the absorptance, (10); `source` where the line enters the air. */
@@ -292,14 +326,7 @@ static inline void light_parts(const Light *light, const size_t *corner, const d
 /* Light in the channels from its parts, times `by` and, where it is not NULL, a spectrum: added to `to`. */
 static inline void add_channels(const SkyTables *tables, const Light *light, const double *part, double by, const double *spectrum,
                                 double *to) {
-    size_t row = tables->channel_row;
-    for (size_t j = 0; j < row; j += DOUBLES) {
-        VectorD sum = all_d(0);
-        for (size_t q = 0; q < light->parts; q++) sum += load_d(light->factor + q * row + j) * part[q];
-        sum *= by;
-        if (spectrum) sum *= load_d(spectrum + j);
-        store_d(to + j, load_d(to + j) + sum);
-    }
+    add_rows(light->factor, light->parts, tables->channel_row, part, by, spectrum, to);
 }
 
 /* Places of the light of the sky at a height under a source: one corner an altitude, or four with its elevation. */
@@ -378,11 +405,7 @@ static inline void weigh(const SkyTables *tables, const Path *path, double *ligh
 
 /* Light in the channels parted by wavelength, added to `to`. */
 static inline void add_wavelengths(const SkyTables *tables, const double *light, const double *share, double *to) {
-    size_t row = tables->wavelength_row;
-    for (size_t j = 0; j < tables->channels; j++) {
-        double of_channel = light[j];
-        for (size_t b = 0; b < row; b++) to[b] += of_channel * share[j * row + b];
-    }
+    add_rows(share, tables->channels, tables->wavelength_row, light, 1, 0, to);
 }
 
 static inline void bound_at_zero(double *values, size_t count) {
@@ -396,7 +419,7 @@ static inline void clear(double *values, size_t count) {
 /* -ln of the transmittance of emitted light by wavelength; 0 in the padding. */
 static inline void optical_depths(const SkyTables *tables, const Path *path, double *part, double *to) {
     size_t row = tables->wavelength_row;
-    double *through = part, *absorbed = part + row, scale = exponential(-path->shift);
+    double *through = part, *absorbed = part + row, scale = path->shift > 0 ? exponential(-path->shift) : 1;
     clear(part, 2 * row);
     add_wavelengths(tables, path->through, tables->emitted_share, through);
     add_wavelengths(tables, path->absorbed, tables->emitted_share, absorbed);

@@ -35,6 +35,10 @@ FUNCTION(int32_t, skyshine_heated,
          (const SkyTables *tables, size_t count, const SkyFaces *faces, const double *absorbed, size_t steps, const double *hours,
           size_t times, double *temperature, void *scratch, SkyFailure *failure),
          (tables, count, faces, absorbed, steps, hours, times, temperature, scratch, failure))
+FUNCTION(int32_t, skyshine_changes,
+         (const SkyTables *tables, size_t count, const SkyFaces *faces, const double *absorbed, const double *temperature,
+          const double *highest, double *moved, void *scratch, SkyFailure *failure),
+         (tables, count, faces, absorbed, temperature, highest, moved, scratch, failure))
 FUNCTION(int32_t, skyshine_quantity,
          (const SkyTables *tables, int32_t quantity, int32_t by_wavelength, size_t count, const SkyPlaces *places, double *values,
           void *scratch, SkyFailure *failure),

@@ -17,17 +17,17 @@ static const Layout SURFACE[] = {
     {"response_temperature", {COLUMN}, 0, 1e4, 1},
     {"heat_loss_slope", {COLUMN}, 1e-6, INFINITE, 1},
     {"heat_loss_excess", {COLUMN, "temperature_offset"}, ANY, 1},
-    {"solar_absorptance", {"material"}, 0, 1, 1},
-    {"thermal_emissivity", {"material"}, 0, 1, 1},
+    {"solar_absorptance", {"material"}, 0, 1, 5},
+    {"thermal_emissivity", {"material"}, 0, 1, 5},
     {"melting_heat", {COLUMN}, 0, INFINITE, 1},
     {"highest_temperature", {"material"}, 1, 1e4, 1},
-    {"direct_normal_irradiance", {"altitude", "forcing_time"}, 0, INFINITE, 1},
-    {"diffuse_irradiance", {"altitude", "forcing_time"}, 0, INFINITE, 1},
-    {"sky_irradiance", {"altitude", "forcing_time"}, 0, INFINITE, 1},
-    {"air_temperature", {"altitude", "forcing_time"}, 1, 1e4, 1},
-    {"solar_elevation", {"forcing_time"}, -90, 90, 1},
-    {"solar_azimuth", {"forcing_time"}, -360, 360, 1},
-    {"aureole_share", {"forcing_time"}, 0, 1, 1},
+    {"direct_normal_irradiance", {"altitude", "forcing_time"}, 0, INFINITE, 5},
+    {"diffuse_irradiance", {"altitude", "forcing_time"}, 0, INFINITE, 5},
+    {"sky_irradiance", {"altitude", "forcing_time"}, 0, INFINITE, 5},
+    {"air_temperature", {"altitude", "forcing_time"}, 1, 1e4, 5},
+    {"solar_elevation", {"forcing_time"}, -90, 90, 5},
+    {"solar_azimuth", {"forcing_time"}, -360, 360, 5},
+    {"aureole_share", {"forcing_time"}, 0, 1, 5},
     {"film_heat_loss", {COLUMN, "temperature_offset"}, ANY, 2},
     {"film_evaporation", {COLUMN, "temperature_offset"}, ANY, 2},
     {"film_sunlight", {COLUMN}, ANY, 2},
@@ -177,6 +177,18 @@ static int32_t check_axis(const SkyDatabase *database, const Axis *axis, SkyFail
     return refuse(failure, SKY_NODES, database->kind, 0, axis->name, NOT_A_NUMBER, first, last);
 }
 
+/* An axis is the same in all arrays. */
+static int32_t check_same(const SkyDatabase *database, const Axis *axis, SkyFailure *failure) {
+    for (int32_t i = 0; i < SKY_ARRAYS; i++)
+        for (int32_t k = 0; k < database->arrays[i].rank; k++) {
+            const Axis *other = &database->arrays[i].axes[k];
+            int equal = !same(other->name, axis->name) || other->count == axis->count;
+            for (size_t n = 0; equal && n < axis->count && same(other->name, axis->name); n++) equal = other->nodes[n] == axis->nodes[n];
+            if (!equal) return refuse(failure, SKY_NODES, database->kind, 0, axis->name, NOT_A_NUMBER, 0, 0);
+        }
+    return SKY_OK;
+}
+
 static int32_t check_values(const SkyDatabase *database, int32_t number, SkyFailure *failure) {
     const Layout *layout = &LAYOUTS[database->kind][number];
     const Array *array = &database->arrays[number];
@@ -240,19 +252,39 @@ static int32_t check_air(const SkyDatabase *air, SkyFailure *failure) {
     return refuse(failure, SKY_NODES, SKY_AIR, 0, zonal->name, NOT_A_NUMBER, 0, 0);
 }
 
+/* Whether a database has an array of a group. */
+static int has_group(const SkyDatabase *database, int32_t group) {
+    const Layout *layout = LAYOUTS[database->kind];
+    for (int32_t i = 0; layout[i].name; i++)
+        if (layout[i].group == group && database->arrays[i].values) return 1;
+    return 0;
+}
+
+int32_t skyshine_groups_check(const SkyDatabase *database, SkyFailure *failure) {
+    const Layout *layout = LAYOUTS[database->kind];
+    for (int32_t i = 0; layout[i].name; i++)
+        if (!database->arrays[i].values && has_group(database, layout[i].group))
+            return refuse(failure, SKY_LACKS, database->kind, 0, layout[i].name, 0, 0, 0);
+    return SKY_OK;
+}
+
 SKYSHINE_EXPORT int32_t skyshine_database_check(const SkyDatabase *database, SkyFailure *failure) {
     const Layout *layout = LAYOUTS[database->kind];
+    int32_t lacking = skyshine_groups_check(database, failure);
+    if (lacking) return lacking;
     for (int32_t i = 0; layout[i].name; i++) {
         const Array *array = &database->arrays[i];
         int needed = layout[i].group == 0;
-        for (int32_t k = 0; layout[k].name; k++) needed |= layout[k].group == layout[i].group && database->arrays[k].values != 0;
-        /* A film needs the response, what was on it before needs the film. */
-        if (database->kind == SKY_SURFACE && layout[i].group == 1) needed |= database->arrays[FILM_LOSS].values != 0;
-        if (database->kind == SKY_SURFACE && layout[i].group == 2) needed |= database->arrays[FILM_BEFORE].values != 0;
+        if (database->kind == SKY_SURFACE) {
+            /* Light and response are of no use without each other; a film needs both, what was on it before the film. */
+            if (layout[i].group == 1 || layout[i].group == 5) needed = has_group(database, 1) || has_group(database, 5) || has_group(database, 2);
+            if (layout[i].group == 2) needed = has_group(database, 3);
+        }
         if (!array->values && needed) return refuse(failure, SKY_LACKS, database->kind, 0, layout[i].name, 0, 0, 0);
         if (!array->values) continue;
         for (int32_t k = 0; k < array->rank; k++) {
             int32_t status = check_axis(database, &array->axes[k], failure);
+            if (!status) status = check_same(database, &array->axes[k], failure);
             if (status) return status;
         }
         int32_t status = check_values(database, i, failure);

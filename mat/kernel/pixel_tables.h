@@ -135,19 +135,26 @@ static inline int32_t find(const Axis *axis, double value, int32_t kind, size_t 
     return refuse(failure, status, kind, row, axis->name, value, axis->first, axis->last);
 }
 
-/* Linear interpolation in every axis: sum over the corners of a cell. */
+/* Linear interpolation in every axis: sum over the corners of a cell, of which those without weight are not read. */
 static inline double corner_sum(const Array *array, const Place *places) {
-    double total = 0;
-    for (uint32_t corner = 0; corner < 1u << array->rank; corner++) {
-        double share = 1;
-        size_t index = 0;
-        for (int32_t k = 0; k < array->rank; k++) {
-            int up = corner >> k & 1;
-            share *= up ? places[k].weight : 1 - places[k].weight;
-            index = index * array->axes[k].count + (up ? places[k].upper : places[k].lower);
+    size_t index[1 << SKY_AXES] = {0};
+    double weight[1 << SKY_AXES] = {1}, total = 0;
+    int corners = 1;
+    for (int32_t k = 0; k < array->rank; k++) {
+        size_t count = array->axes[k].count, lower = places[k].lower, upper = places[k].upper;
+        double high = places[k].weight;
+        if (high != 0)
+            for (int c = 0; c < corners; c++) {
+                index[corners + c] = index[c] * count + upper;
+                weight[corners + c] = weight[c] * high;
+            }
+        for (int c = 0; c < corners; c++) {
+            index[c] = index[c] * count + lower;
+            weight[c] *= 1 - high;
         }
-        if (share != 0) total += share * array->values[index];
+        corners <<= high != 0;
     }
+    for (int c = 0; c < corners; c++) total += weight[c] * array->values[index[c]];
     return total;
 }
 
@@ -168,6 +175,9 @@ static inline int32_t read_array(const SkyDatabase *database, int32_t array, con
 static inline double bounded(const Axis *axis, double value) {
     return clipped(value, axis->nodes[0], axis->nodes[axis->count - 1]);
 }
+
+/* Refuse a database that has a part of a group of arrays; `layouts.c`. */
+int32_t skyshine_groups_check(const SkyDatabase *database, SkyFailure *failure);
 
 static inline size_t row_of(size_t count) { return (count + 7) / 8 * 8; }
 

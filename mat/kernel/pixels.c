@@ -10,7 +10,6 @@
 static const double WALL_EMISSIVITY = 0.95; /* of masonry, concrete and foliage in the thermal infrared */
 static const double SHADED_SKY = 0.5;       /* open share of the sky above ground in the shade where nothing is said */
 enum { BASES = HARMONICS + 1 }; /* weights of light: of a level face, of the harmonics */
-enum { MOST_PARTS = 8 };        /* materials of a pixel that a block keeps; more are refused */
 
 /* What a call needs of one pixel after another. */
 typedef struct {
@@ -25,7 +24,8 @@ typedef struct {
     double *level_thermal, *level_source, *face_thermal, *face_source, *beam; /* light in the channels; of harmonics alone */
     double *ground_spectrum, *part;
     double *depth, *through, *level, *face, *of_beam, *spectrum, *glow; /* by wavelength; `depth` over the line's range */
-    double *bases;                                                       /* (HARMONICS, wavelengths) of a frame's line */
+    double *bases; /* (BASES, wavelengths) of a frame's line: of the level face, of each harmonic */
+    double *beam_of;  /* (materials) of the band: direct light of the frame's line that each reflects */
     double line_range;
     /* Of the pixel before, while nothing of it changes: the ground, and a frame's harmonics over it. */
     double ground_code, ground_altitude, ground_time, ground_kelvin, ground_emitted, bases_kelvin;
@@ -34,17 +34,17 @@ typedef struct {
 
 /* Directions of a block, its faces' weights of light. */
 typedef struct {
-    double incidence[BLOCK], chi[BLOCK], cosine[BLOCK]; /* of the slope */
+    double incidence[BLOCK], log_chi[BLOCK], cosine[BLOCK]; /* of the slope */
     double weight[BASES][BLOCK];
 } Faces;
 
-/* Terms of a pixel. */
+/* Terms of a pixel; reflected light before the path to the observer, the path's radiance over its absorptance. */
 typedef struct {
-    double temperature, blackbody, tau, thermal, path, sky, diffuse, specular;
+    double temperature, blackbody, thermal, path_ratio, sky, diffuse, specular, beta_star;
 } Terms;
 
 static size_t rows_of(const SkyTables *tables) {
-    return path_size(tables) + 6 * tables->channel_row + most_parts(tables) + (8 + HARMONICS) * tables->wavelength_row;
+    return path_size(tables) + 6 * tables->channel_row + most_parts(tables) + (7 + BASES) * tables->wavelength_row + row_of(tables->materials);
 }
 
 size_t SKYSHINE_NAME(skyshine_pixel_scratch)(const SkyTables *tables);
@@ -55,16 +55,17 @@ SKYSHINE_EXPORT size_t SKYSHINE_NAME(skyshine_pixel_scratch)(const SkyTables *ta
 static void set_rows(Work *work, double *rows) {
     const SkyTables *tables = work->tables;
     double **const channels[] = {&work->level_thermal, &work->level_source, &work->face_thermal, &work->face_source, &work->beam, &work->ground_spectrum};
-    double **const wavelengths[] = {&work->depth, &work->through, &work->level, &work->face, &work->of_beam, &work->spectrum, &work->glow};
+    double **const wavelengths[] = {&work->depth, &work->through, &work->face, &work->of_beam, &work->spectrum, &work->glow};
     set_path(tables, &work->path, rows);
     rows += path_size(tables);
     for (int k = 0; k < 6; k++, rows += tables->channel_row) *channels[k] = rows;
     work->part = rows;
     rows += most_parts(tables);
-    for (int k = 0; k < 7; k++, rows += tables->wavelength_row) *wavelengths[k] = rows;
+    for (int k = 0; k < 6; k++, rows += tables->wavelength_row) *wavelengths[k] = rows;
     rows += tables->wavelength_row; /* `glow` is two rows, of which `optical_depths` needs both */
-    work->bases = rows;
-    work->shade = rows + HARMONICS * tables->wavelength_row;
+    work->level = work->bases = rows;
+    work->beam_of = rows + BASES * tables->wavelength_row;
+    work->shade = work->beam_of + row_of(tables->materials);
 }
 
 /* ---- Directions ---- */
@@ -121,25 +122,20 @@ static void weigh_faces(const SkyTables *tables, double (*normal)[BLOCK], Faces 
     }
 }
 
-/* One value for each pixel of a block, of a list of one or of a value for each; the last is repeated. */
-static void spread(const double *list, int single, double otherwise, size_t from, size_t count, double *to) {
-    for (size_t i = 0; i < BLOCK; i++) to[i] = list ? list[single ? 0 : from + (i < count ? i : count - 1)] : otherwise;
-}
-
 static int32_t take_faces(Work *work, size_t from, size_t count, Faces *faces, SkyFailure *failure) {
     const SkyPixels *of = work->pixels;
     double normal[3][BLOCK], source[3][BLOCK], observer[3][BLOCK], slope[BLOCK], azimuth[BLOCK], heading[BLOCK], up[BLOCK], high[BLOCK];
     int lines = work->shared;
-    spread(of->surface_slope, 0, 0, from, count, slope);
-    spread(of->surface_azimuth, 0, 0, from, count, azimuth);
-    spread(of->source_heading, lines, 0, from, count, heading);
+    spread(of->surface_slope, 0, from, count, slope);
+    spread(of->surface_azimuth, 0, from, count, azimuth);
+    spread(of->source_heading, lines, from, count, heading);
     for (size_t i = 0; i < BLOCK; i++) up[i] = 90 - slope[i];
     int32_t status = take_direction("normal", of->normal, from, count, up, azimuth, 1, normal, failure);
-    spread(of->source_elevation, lines, 0, from, count, high);
+    spread(of->source_elevation, lines, from, count, high);
     if (!status) status = take_direction("to_source", of->to_source, from, count, high, heading, 1, source, failure);
     double sight[BLOCK], along[BLOCK];
-    spread(of->sight_elevation ? of->sight_elevation : of->elevation, !of->sight_elevation && lines, 0, from, count, sight);
-    spread(of->sight_heading ? of->sight_heading : of->source_azimuth, !of->sight_heading && lines, 0, from, count, along);
+    spread(of->sight_elevation ? of->sight_elevation : of->elevation, !of->sight_elevation && lines, from, count, sight);
+    spread(of->sight_heading ? of->sight_heading : of->source_azimuth, !of->sight_heading && lines, from, count, along);
     for (size_t i = 0; i < BLOCK && !of->sight_heading; i++) along[i] = heading[i] - along[i];
     if (!status) status = take_direction("to_observer", of->to_observer, from, count, sight, along, -1, observer, failure);
     if (status) return status;
@@ -152,7 +148,7 @@ static int32_t take_faces(Work *work, size_t from, size_t count, Faces *faces, S
             incidence += s * n;
         }
         VectorD chi = select_d(length > all_d(0), along_normal / root_d(length), all_d(0));
-        store_d(faces->chi + i, smaller_d(larger_d(chi, all_d(1e-300)), all_d(1)));
+        store_d(faces->log_chi + i, logarithm_d(smaller_d(larger_d(chi, all_d(1e-300)), all_d(1))));
         store_d(faces->incidence + i, larger_d(incidence, all_d(0)));
         sine_and_cosine_d(load_d(slope + i), &unused, &cosine);
         store_d(faces->cosine + i, cosine);
@@ -228,8 +224,8 @@ static int32_t take_line(Work *work, const Lines *lines, size_t i, size_t line, 
     int32_t status = take_path(tables, lines, i, clipped(of->line_range[line], numbers[SKY_RANGE_FIRST], numbers[SKY_RANGE_LAST]), row, &work->path, failure);
     if (!status) status = place_sky(tables, &work->path, source, row, &work->sky, failure);
     if (status) return status;
-    double angle = scattering_angle(lines->looked[i], source, azimuth), entered = source_at_entry(lines->turn[i], source, azimuth);
-    status = path_ratio(tables, &work->path, entered, angle, row, &work->path_ratio, failure);
+    double entered = source_at_entry(lines->turn[i], source, azimuth);
+    status = path_ratio(tables, &work->path, entered, lines->angle[i], row, &work->path_ratio, failure);
     if (status) return status;
     clear(work->level_thermal, 5 * tables->channel_row); /* and all behind it */
     status = add_direct(tables, &work->path, source, row, work->part, work->beam, failure);
@@ -246,12 +242,23 @@ static void by_wavelength(const Work *work, const double *thermal, const double 
     add_wavelengths(work->tables, source, work->tables->source_share, to);
 }
 
+/* Lines of a block, with their angles from the source. */
+static int32_t take_block(const Work *work, size_t from, size_t count, Lines *lines, SkyFailure *failure) {
+    const SkyPixels *of = work->pixels;
+    double source[BLOCK], azimuth[BLOCK];
+    int32_t status = take_lines(work->tables, count, of->line_range + from, of->altitude + from, of->elevation + from, from, lines, failure);
+    if (status) return status;
+    spread(of->source_elevation, 0, from, count, source);
+    spread(of->source_azimuth, 0, from, count, azimuth);
+    scattering_angles(lines->looked, source, azimuth, lines->angle);
+    return SKY_OK;
+}
+
 /* The line of a frame, by wavelength. */
 static int32_t take_frame(Work *work, SkyFailure *failure) {
-    const SkyPixels *of = work->pixels;
     const SkyTables *tables = work->tables;
     Lines lines;
-    int32_t status = take_lines(tables, 1, of->line_range, of->altitude, of->elevation, 0, &lines, failure);
+    int32_t status = take_block(work, 0, 1, &lines, failure);
     if (!status) status = take_line(work, &lines, 0, 0, 0, failure);
     if (status) return status;
     optical_depths(tables, &work->path, work->glow, work->depth);
@@ -260,6 +267,8 @@ static int32_t take_frame(Work *work, SkyFailure *failure) {
     clear(work->of_beam, tables->wavelength_row);
     add_wavelengths(tables, work->beam, tables->source_share, work->of_beam);
     bound_at_zero(work->of_beam, tables->wavelength_row);
+    for (size_t m = 0; m < tables->materials; m++)
+        work->beam_of[m] = dot(tables->reflectance + m * tables->wavelength_row, work->of_beam, tables->wavelength_row);
     return SKY_OK;
 }
 
@@ -275,7 +284,7 @@ static void take_bases(Work *work) {
         face_light(work, weights, work->face_thermal, work->face_source);
         weigh(tables, &work->path, work->face_thermal);
         weigh(tables, &work->path, work->face_source);
-        by_wavelength(work, work->face_thermal, work->face_source, work->bases + h * tables->wavelength_row);
+        by_wavelength(work, work->face_thermal, work->face_source, work->bases + (h + 1) * tables->wavelength_row);
     }
 }
 
@@ -286,7 +295,7 @@ typedef struct {
     double hidden;          /* share of the light of a level face that a wall replaces */
     double wall, shade;     /* the wall's temperature; share in the shade */
     double lit, stretch;    /* the pixel's range over that of the line */
-    int channels;           /* sums are over channels, not over wavelengths */
+    int emits, sky, beam;   /* sums of emission, of light of the sky and of the source are over channels, not wavelengths */
     Terms *terms;
 } Pixel;
 
@@ -330,9 +339,8 @@ static int32_t take_sky(Work *work, const Pixel *pixel, SkyFailure *failure) {
         else clear(work->face, row);
         for (size_t b = 0; b < row; b++) work->face[b] += weights[0] * work->level[b];
     } else {
-        for (size_t b = 0; b < row; b++) work->face[b] = weights[0] * work->level[b];
-        for (size_t h = 0; h < tables->harmonics; h++)
-            for (size_t b = 0; b < row && work->tilted; b++) work->face[b] += weights[h + 1] * work->bases[h * row + b];
+        clear(work->face, row);
+        add_rows(work->bases, work->tilted ? 1 + tables->harmonics : 1, row, weights, 1, 0, work->face);
     }
     bound_at_zero(work->face, row);
     if (!(pixel->hidden > 0)) return SKY_OK;
@@ -344,8 +352,20 @@ static int32_t take_sky(Work *work, const Pixel *pixel, SkyFailure *failure) {
     return status;
 }
 
-/* Whether no light of the sky in the channels is below 0, so that none is by wavelength. */
-static int none_below_zero(const Work *work, const Pixel *pixel) {
+static int any_of(BitsD bits) {
+    int64_t any = 0;
+    for (int h = 0; h < DOUBLES; h++) any |= bits[h];
+    return any != 0;
+}
+
+/* Whether no light of the source, or of the sky, is below 0 in a channel, so that none is by wavelength. */
+static int bright_beam(const Work *work) {
+    BitsD below = (BitsD){0};
+    for (size_t j = 0; j < work->tables->channel_row; j += DOUBLES) below |= load_d(work->beam + j) < all_d(0);
+    return !any_of(below);
+}
+
+static int bright_sky(const Work *work, const Pixel *pixel) {
     const SkyTables *tables = work->tables;
     double level = pixel->faces->weight[0][pixel->i], rest = level - pixel->hidden * (1 - 0.5 * (1 - WALL_EMISSIVITY));
     BitsD below = (BitsD){0};
@@ -353,11 +373,9 @@ static int none_below_zero(const Work *work, const Pixel *pixel) {
         VectorD thermal = load_d(work->level_thermal + j), source = load_d(work->level_source + j), none = all_d(0);
         VectorD face = load_d(work->face_thermal + j), lit = load_d(work->face_source + j);
         below |= (thermal < none) | (source < none) | (face + level * thermal < none) | (lit + level * source < none);
-        below |= (face + rest * thermal < none) | (lit + rest * source < none) | (load_d(work->beam + j) < none);
+        below |= (face + rest * thermal < none) | (lit + rest * source < none);
     }
-    int64_t any = 0;
-    for (int h = 0; h < DOUBLES; h++) any |= below[h];
-    return any == 0;
+    return !any_of(below);
 }
 
 /* ---- Materials ---- */
@@ -370,11 +388,11 @@ static int32_t add_emission(Work *work, const Pixel *pixel, size_t m, double sha
     int32_t status = take_glow(tables, kelvin, pixel->row, &glow, failure);
     if (status) return status;
     double low = 1 - glow.planck.weight, high = glow.planck.weight;
-    if (pixel->channels) {
+    if (pixel->emits) {
         const double *below = tables->emits + (m * tables->planck + glow.planck.lower) * tables->channel_row;
         const double *above = tables->emits + (m * tables->planck + glow.planck.upper) * tables->channel_row;
         const double *dark = tables->emits_dark + m * tables->planck;
-        double scale = exponential(-work->path.shift), rest = low * dark[glow.planck.lower] + high * dark[glow.planck.upper];
+        double scale = work->path.shift > 0 ? exponential(-work->path.shift) : 1, rest = low * dark[glow.planck.lower] + high * dark[glow.planck.upper];
         emitted = scale * (low * dot(below, work->path.through, tables->channel_row) + high * dot(above, work->path.through, tables->channel_row));
         if (rest > 0) emitted += rest * exponential(work->path.log_tau);
     } else {
@@ -395,18 +413,18 @@ static int32_t add_emission(Work *work, const Pixel *pixel, size_t m, double sha
 static int32_t reflected(Work *work, const Pixel *pixel, size_t m, double *sky, double *beam, SkyFailure *failure) {
     const SkyTables *tables = work->tables;
     size_t row = tables->channel_row;
-    if (!pixel->channels) {
-        const double *rho = tables->reflectance + m * tables->wavelength_row;
+    const double *thermal = tables->reflects_thermal + m * row, *source = tables->reflects_source + m * row;
+    const double *rho = tables->reflectance + m * tables->wavelength_row;
+    double level = pixel->faces->weight[0][pixel->i], mirrored = 0.5 * (1 - WALL_EMISSIVITY);
+    if (work->shared) *beam = work->beam_of[m];
+    else *beam = pixel->beam ? dot(source, work->beam, row) : dot(rho, work->of_beam, tables->wavelength_row);
+    if (!pixel->sky) {
         *sky = dot(rho, work->face, tables->wavelength_row);
-        *beam = pixel->faces->incidence[pixel->i] > 0 ? dot(rho, work->of_beam, tables->wavelength_row) : 0;
         return SKY_OK;
     }
-    const double *thermal = tables->reflects_thermal + m * row, *source = tables->reflects_source + m * row;
-    double level = pixel->faces->weight[0][pixel->i], mirrored = 0.5 * (1 - WALL_EMISSIVITY);
     level -= pixel->hidden * (1 - mirrored);
     *sky = level * (dot(thermal, work->level_thermal, row) + dot(source, work->level_source, row));
     if (work->tilted) *sky += dot(thermal, work->face_thermal, row) + dot(source, work->face_source, row);
-    *beam = pixel->faces->incidence[pixel->i] > 0 ? dot(source, work->beam, row) : 0;
     if (!(pixel->hidden > 0)) return SKY_OK;
     /* Of what black bodies emit, a material reflects what it does not emit itself. */
     double tau = exponential(-BETA_FACTOR * work->line_range / work->path.beta_star), scale = exponential(-work->path.shift);
@@ -446,12 +464,12 @@ static int32_t add_material(Work *work, const Pixel *pixel, size_t part, double 
     if (!status) status = reflected(work, pixel, place.lower, &sky, &beam, failure);
     if (status) return status;
     double fraction = band->arrays[SPECULAR_FRACTION].values[place.lower], shininess = band->arrays[SHININESS].values[place.lower];
-    double tau = pixel->terms->tau, incidence = pixel->faces->incidence[pixel->i];
-    double direct = larger(beam, 0) * tau * pixel->lit;
-    pixel->terms->sky += share * larger(sky, 0) * tau;                  /* (18) */
+    double incidence = pixel->faces->incidence[pixel->i];
+    double direct = incidence > 0 ? larger(beam, 0) * pixel->lit : 0;
+    pixel->terms->sky += share * larger(sky, 0);                        /* (18) */
     pixel->terms->diffuse += share * direct * incidence * (1 - fraction); /* (34) */
-    if (!(direct != 0)) return SKY_OK;
-    double lobe = exponential(shininess * logarithm(pixel->faces->chi[pixel->i])); /* (37), (38) */
+    if (direct == 0 || fraction == 0) return SKY_OK;
+    double lobe = exponential(shininess * pixel->faces->log_chi[pixel->i]); /* (37), (38) */
     pixel->terms->specular += share * direct * lobe * fraction * band->arrays[NORMALISATION].values[place.lower]; /* (35) */
     return SKY_OK;
 }
@@ -483,11 +501,11 @@ static int32_t take_surroundings(Work *work, Pixel *pixel, double *under, SkyFai
     return read_array(surface, AIR_TEMPERATURE, place, row, &pixel->wall, failure);
 }
 
-/* Light and transmittance of the pixel: in the channels where that will do, else by wavelength. */
+/* Light and transmittance of the pixel: in the channels where that will do, else by wavelength. Without harmonics those of
+ * the face stay 0, as `take_line` leaves them. */
 static int32_t take_light(Work *work, Pixel *pixel, SkyFailure *failure) {
     const SkyTables *tables = work->tables;
     double weights[HARMONICS];
-    pixel->channels = 0;
     if (work->tilted || pixel->hidden > 0) {
         int32_t status = take_ground(work, pixel->row, failure);
         if (status) return status;
@@ -495,21 +513,27 @@ static int32_t take_light(Work *work, Pixel *pixel, SkyFailure *failure) {
     if (work->shared) {
         if (work->tilted) take_bases(work);
     } else {
-        clear(work->face_thermal, 2 * tables->channel_row);
-        for (size_t h = 0; h < HARMONICS; h++) weights[h] = pixel->faces->weight[h + 1][pixel->i];
-        if (work->tilted) face_light(work, weights, work->face_thermal, work->face_source);
-        weigh(tables, &work->path, work->face_thermal);
-        weigh(tables, &work->path, work->face_source);
-        pixel->channels = pixel->stretch == 1 && none_below_zero(work, pixel);
-        if (pixel->channels) return SKY_OK;
-        optical_depths(tables, &work->path, work->glow, work->depth);
-        clear(work->of_beam, tables->wavelength_row);
-        add_wavelengths(tables, work->beam, tables->source_share, work->of_beam);
-        bound_at_zero(work->of_beam, tables->wavelength_row);
+        if (work->tilted) {
+            clear(work->face_thermal, 2 * tables->channel_row);
+            for (size_t h = 0; h < HARMONICS; h++) weights[h] = pixel->faces->weight[h + 1][pixel->i];
+            face_light(work, weights, work->face_thermal, work->face_source);
+            weigh(tables, &work->path, work->face_thermal);
+            weigh(tables, &work->path, work->face_source);
+        }
+        pixel->emits = pixel->stretch == 1;
+        pixel->sky = bright_sky(work, pixel);
+        pixel->beam = !(pixel->faces->incidence[pixel->i] > 0) || bright_beam(work);
+        if (!pixel->beam) {
+            clear(work->of_beam, tables->wavelength_row);
+            add_wavelengths(tables, work->beam, tables->source_share, work->of_beam);
+            bound_at_zero(work->of_beam, tables->wavelength_row);
+        }
+        if (!pixel->emits || (!pixel->sky && pixel->hidden > 0)) optical_depths(tables, &work->path, work->glow, work->depth);
     }
     VectorD stretch = all_d(pixel->stretch);
-    for (size_t b = 0; b < tables->wavelength_row; b += DOUBLES) store_d(work->through + b, exp_d(-load_d(work->depth + b) * stretch));
-    return take_sky(work, pixel, failure);
+    for (size_t b = 0; b < tables->wavelength_row && !pixel->emits; b += DOUBLES)
+        store_d(work->through + b, exp_d(-load_d(work->depth + b) * stretch));
+    return pixel->sky ? SKY_OK : take_sky(work, pixel, failure);
 }
 
 static int32_t pixel_of(Work *work, const Lines *lines, const Faces *faces, size_t from, size_t i, Terms *terms, SkyFailure *failure) {
@@ -520,7 +544,7 @@ static int32_t pixel_of(Work *work, const Lines *lines, const Faces *faces, size
     int32_t status = work->shared ? SKY_OK : take_line(work, lines, i, row, row, failure);
     if (status) return status;
     if (!(is_finite(range) && range >= 0)) return refuse(failure, SKY_LENGTH, SKY_AIR, row, "range", range, 0, INFINITE);
-    *terms = (Terms){.tau = exponential(-BETA_FACTOR * range / work->path.beta_star)}; /* (9) */
+    *terms = (Terms){.path_ratio = work->path_ratio, .beta_star = work->path.beta_star};
     pixel.stretch = range == of->line_range[work->shared ? 0 : row] ? 1 : range / work->line_range;
     status = take_surroundings(work, &pixel, &under, failure);
     if (!status) status = take_light(work, &pixel, failure);
@@ -533,20 +557,28 @@ static int32_t pixel_of(Work *work, const Lines *lines, const Faces *faces, size
         status = add_material(work, &pixel, part, share, under, failure);
     }
     if (!status && !used) return refuse(failure, SKY_NO_MATERIAL, SKY_BAND, row, "material", 0, 0, 0);
-    VectorD through, absorbed;
-    attenuation_d(all_d(BETA_FACTOR * range / work->path.beta_star), &through, &absorbed);
-    terms->path = work->path_ratio * absorbed[0]; /* (11) */
     return status;
 }
 
-static void write_terms(const SkyTerms *to, size_t row, const Terms *terms, double beta_star) {
+/* Put the path in front of the pixels of a block. */
+static void write_terms(const SkyTerms *to, const double *range, size_t from, size_t count, const Terms *terms) {
     double *const columns[] = {to->temperature, to->blackbody_radiance, to->beta_star, to->transmittance, to->thermal,
                                to->path, to->skyshine, to->diffuse, to->specular, to->radiance};
-    double radiance = terms->thermal + terms->path + terms->sky + terms->diffuse + terms->specular; /* (1) */
-    const double values[] = {terms->temperature, terms->blackbody, beta_star, terms->tau, terms->thermal,
-                             terms->path, terms->sky, terms->diffuse, terms->specular, radiance};
-    for (int k = 0; k < 10; k++)
-        if (columns[k]) columns[k][row] = values[k];
+    double depth[BLOCK] = {0}, tau[BLOCK], absorbed[BLOCK];
+    for (size_t i = 0; i < count; i++) depth[i] = BETA_FACTOR * range[from + i] / terms[i].beta_star;
+    for (size_t i = 0; i < BLOCK; i += DOUBLES) {
+        VectorD through, rest;
+        attenuation_d(load_d(depth + i), &through, &rest); /* (9) */
+        store_d(tau + i, through), store_d(absorbed + i, rest);
+    }
+    for (size_t i = 0; i < count; i++) {
+        const Terms *of = &terms[i];
+        double path = of->path_ratio * absorbed[i], sky = of->sky * tau[i], diffuse = of->diffuse * tau[i], specular = of->specular * tau[i]; /* (11) */
+        const double values[] = {of->temperature, of->blackbody, of->beta_star, tau[i], of->thermal, path, sky, diffuse, specular,
+                                 of->thermal + path + sky + diffuse + specular}; /* (1) */
+        for (int k = 0; k < 10; k++)
+            if (columns[k]) columns[k][from + i] = values[k];
+    }
 }
 
 int32_t SKYSHINE_NAME(skyshine_pixels)(const SkyTables *tables, size_t count, size_t materials, size_t lines, const SkyPixels *pixels,
@@ -557,18 +589,18 @@ SKYSHINE_EXPORT int32_t SKYSHINE_NAME(skyshine_pixels)(const SkyTables *tables, 
                  .tilted = tables->tilted && pixels->source_heading, .ground_code = NOT_A_NUMBER, .bases_kelvin = NOT_A_NUMBER};
     Lines of;
     Faces faces;
-    Terms computed;
+    Terms computed[BLOCK];
+    if (!tables->surface.arrays[TEMPERATURE].values) return refuse(failure, SKY_LACKS, SKY_SURFACE, 0, "temperature", 0, 0, 0);
+    if (!pixels->source_heading && (!pixels->to_source || (!pixels->to_observer && !pixels->sight_heading)))
+        return refuse(failure, SKY_DIRECTION, SKY_AIR, 0, pixels->to_source ? "to_observer" : "to_source", NOT_A_NUMBER, 0, 0);
     set_rows(&work, scratch);
     int32_t status = work.shared && count ? take_frame(&work, failure) : SKY_OK;
     for (size_t from = 0; from < count && !status; from += BLOCK) {
         size_t number = count - from < BLOCK ? count - from : BLOCK;
-        if (!work.shared)
-            status = take_lines(tables, number, pixels->line_range + from, pixels->altitude + from, pixels->elevation + from, from, &of, failure);
+        if (!work.shared) status = take_block(&work, from, number, &of, failure);
         if (!status) status = take_faces(&work, from, number, &faces, failure);
-        for (size_t i = 0; i < number && !status; i++) {
-            status = pixel_of(&work, &of, &faces, from, i, &computed, failure);
-            if (!status) write_terms(terms, from + i, &computed, work.path.beta_star);
-        }
+        for (size_t i = 0; i < number && !status; i++) status = pixel_of(&work, &of, &faces, from, i, computed + i, failure);
+        if (!status) write_terms(terms, pixels->range, from, number, computed);
     }
     return status;
 }

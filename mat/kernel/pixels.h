@@ -159,6 +159,11 @@ int32_t skyshine_absorbed(const SkyTables *tables, size_t count, const SkyFaces 
 int32_t skyshine_heated(const SkyTables *tables, size_t count, const SkyFaces *faces, const double *absorbed, size_t steps,
                         const double *hours, size_t times, double *temperature, void *scratch, SkyFailure *failure);
 
+/* Changes of temperature, (count, SKY_STEPS), by changes of heat (count, SKY_STEPS), of faces whose temperatures in the open
+ * are given, (count, SKY_STEPS), NaN where they are not known, and the highest that they can have, (count). */
+int32_t skyshine_changes(const SkyTables *tables, size_t count, const SkyFaces *faces, const double *absorbed,
+                         const double *temperature, const double *highest, double *moved, void *scratch, SkyFailure *failure);
+
 /* ---- Quantities of the air ---- */
 
 enum {

@@ -101,8 +101,7 @@ def _single(name: str, restype: Any, *argtypes: Any) -> Callable[..., Any]:
 @cache
 def _vectors(name: str) -> Callable[..., Any]:
     """A function that is compiled for several vectors; the types of its arguments are those of the call."""
-    called = function(f"skyshine_{name}", None, c_int32)
-    return called
+    return function(f"skyshine_{name}", None, c_int32)
 
 
 @cache
@@ -204,7 +203,12 @@ class Tables:
         values = np.empty((count, self.wavelengths) if parted else count)
         addresses, number = _addresses(tuple("01234"), kept), QUANTITIES.index(quantity)
         self._computed(
-            "quantity", c_int32(number), c_int32(by_wavelength), c_size_t(count), addresses, c_void_p(values.ctypes.data)
+            "quantity",
+            c_int32(number),
+            c_int32(by_wavelength),
+            c_size_t(count),
+            addresses,
+            c_void_p(values.ctypes.data),
         )
         return values
 
@@ -219,6 +223,16 @@ class Tables:
             c_size_t(heat.shape[1]), c_void_p(times.ctypes.data), c_size_t(hours.shape[1]),
             c_void_p(values.ctypes.data),
         )  # fmt: skip
+        return values
+
+    def changes(self, faces: list[npt.NDArray[Any]], absorbed: Floats, temperature: Floats, highest: Floats) -> Floats:
+        """Changes of temperature (n, STEPS) by heat (n, STEPS), of faces with temperatures (n, STEPS) in the open, NaN
+        where they are not known, and highest ones (n,).
+        """
+        given = [np.ascontiguousarray(values, float) for values in (absorbed, temperature, highest)]
+        kept, values = _faces(faces), np.empty((len(highest), STEPS))
+        addresses = [c_void_p(array.ctypes.data) for array in (*given, values)]
+        self._computed("changes", c_size_t(len(values)), _addresses(tuple("0123"), kept), *addresses)
         return values
 
     def absorbed(

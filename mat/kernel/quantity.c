@@ -6,6 +6,7 @@ typedef struct {
     const SkyTables *tables;
     Path path;
     double *thermal, *source, *part, *wavelengths; /* light in the channels; parts; by wavelength, three rows */
+    double line[3]; /* of `path`: range, altitude, elevation */
 } Work;
 
 static size_t scratch_rows(const SkyTables *tables) {
@@ -87,9 +88,15 @@ static int32_t value_at(Work *work, const Lines *lines, int32_t quantity, int32_
         *to = lines->range[i] <= lines->distance[i];
         return SKY_OK;
     }
-    double whole = clipped(places->range[row], tables->air.numbers[SKY_RANGE_FIRST], tables->air.numbers[SKY_RANGE_LAST]);
-    int32_t status = take_path(tables, lines, i, whole, row, &work->path, failure);
-    if (status) return status;
+    const double line[] = {places->range[row], places->altitude[row], places->elevation[row]};
+    int known = 1;
+    for (int k = 0; k < 3; k++) known &= work->line[k] == line[k];
+    if (!known) {
+        double whole = clipped(line[0], tables->air.numbers[SKY_RANGE_FIRST], tables->air.numbers[SKY_RANGE_LAST]);
+        int32_t status = take_path(tables, lines, i, whole, row, &work->path, failure);
+        if (status) return status;
+        for (int k = 0; k < 3; k++) work->line[k] = line[k];
+    }
     if (quantity == SKY_BETA_STAR) {
         *to = work->path.beta_star;
         return SKY_OK;
@@ -102,8 +109,7 @@ static int32_t value_at(Work *work, const Lines *lines, int32_t quantity, int32_
     if (quantity == SKY_PATH_RATIO_ANGLE) return path_ratio(tables, &work->path, source, last, row, to, failure);
     if (quantity != SKY_PATH_RATIO) return light_at(work, quantity, by_wavelength, source, last, row, to, failure);
     if (!is_finite(last)) return refuse(failure, SKY_OUTSIDE, SKY_AIR, row, "source_azimuth", last, 0, 180);
-    double angle = scattering_angle(lines->looked[i], source, last);
-    return path_ratio(tables, &work->path, source_at_entry(lines->turn[i], source, last), angle, row, to, failure);
+    return path_ratio(tables, &work->path, source_at_entry(lines->turn[i], source, last), lines->angle[i], row, to, failure);
 }
 
 int32_t SKYSHINE_NAME(skyshine_quantity)(const SkyTables *tables, int32_t quantity, int32_t by_wavelength, size_t count,
@@ -111,7 +117,7 @@ int32_t SKYSHINE_NAME(skyshine_quantity)(const SkyTables *tables, int32_t quanti
 SKYSHINE_EXPORT int32_t SKYSHINE_NAME(skyshine_quantity)(const SkyTables *tables, int32_t quantity, int32_t by_wavelength, size_t count,
                                          const SkyPlaces *places, double *values, void *scratch, SkyFailure *failure) {
     double *rows = scratch;
-    Work work = {.tables = tables, .thermal = rows + path_size(tables)};
+    Work work = {.tables = tables, .thermal = rows + path_size(tables), .line = {NOT_A_NUMBER}};
     Lines lines;
     set_path(tables, &work.path, rows);
     work.source = work.thermal + tables->channel_row;
@@ -122,6 +128,12 @@ SKYSHINE_EXPORT int32_t SKYSHINE_NAME(skyshine_quantity)(const SkyTables *tables
         size_t number = count - from < BLOCK ? count - from : BLOCK;
         int32_t status = take_lines(tables, number, places->range + from, places->altitude + from, places->elevation + from, from, &lines, failure);
         if (status) return status;
+        if (quantity == SKY_PATH_RATIO) {
+            double source[BLOCK], azimuth[BLOCK];
+            spread(places->source_elevation, 0, from, number, source);
+            spread(places->last, 0, from, number, azimuth);
+            scattering_angles(lines.looked, source, azimuth, lines.angle);
+        }
         for (size_t i = 0; i < number; i++) {
             status = value_at(&work, &lines, quantity, by_wavelength, places, from, i, values + (from + i) * width, failure);
             if (status) return status;

@@ -21,7 +21,7 @@ typedef struct {
     double slope[SKY_STEPS], start[SKY_STEPS], base[SKY_STEPS], moved[SKY_STEPS];
     double heat[SKY_STEPS], target[SKY_STEPS], light[SKY_STEPS], evaporated[SKY_STEPS], covered[SKY_STEPS];
     double twice[2 * SKY_STEPS], totals[2 * SKY_STEPS], before[SKY_STEPS], after[SKY_STEPS];
-    double own[SKY_STEPS], sunlight[SKY_STEPS], ground[SKY_STEPS];
+    double own[SKY_STEPS], sunlight[SKY_STEPS], ground[SKY_STEPS], sunlit[SKY_STEPS];
     Film film;
     WetDay open, day;
     int wet;
@@ -45,7 +45,9 @@ static int has_hour(const Axis *time, double hour) {
 
 static int32_t begin(Shade *shade, const SkyTables *tables, SkyFailure *failure) {
     if (!tables->surface.arrays[KERNEL].values) return refuse(failure, SKY_NO_RESPONSE, SKY_SURFACE, 0, "response_kernel", 0, 0, 0);
-    const Axis *axes = axes_of(tables, KERNEL), *time = &axes_of(tables, TEMPERATURE)[TIME];
+    const Array *arrays = tables->surface.arrays;
+    const Axis *axes = axes_of(tables, KERNEL), *time = arrays[TEMPERATURE].values ? &arrays[TEMPERATURE].axes[TIME] : 0;
+    const Axis *forcing = arrays[AUREOLE].values ? arrays[AUREOLE].axes : arrays[RAIN].values ? arrays[RAIN].axes : 0;
     size_t hours = axes[3].count, lags = axes[4].count, offsets = axes_of(tables, LOSS_EXCESS)[4].count;
     if (offsets < 2) return refuse(failure, SKY_NODES, SKY_SURFACE, 0, "temperature_offset", 0, 0, 0);
     shade->tables = tables;
@@ -59,9 +61,9 @@ static int32_t begin(Shade *shade, const SkyTables *tables, SkyFailure *failure)
     for (size_t k = 0; k < SKY_STEPS; k++) {
         double hour = (double)k * STEP;
         int32_t status = find(&axes[3], hour, SKY_SURFACE, 0, &shade->hour[k], failure);
-        if (!status) status = find(&axes_of(tables, AUREOLE)[0], hour, SKY_SURFACE, 0, &shade->forcing[k], failure);
+        if (!status && forcing) status = find(forcing, hour, SKY_SURFACE, 0, &shade->forcing[k], failure);
         if (status) return status;
-        shade->hours_there[k] = (uint8_t)has_hour(time, hour);
+        shade->hours_there[k] = time && has_hour(time, hour);
     }
     return SKY_OK;
 }
@@ -268,8 +270,21 @@ static int32_t read_film(Shade *shade, const double *face, const Columns *column
     return SKY_OK;
 }
 
+/* Temperatures of a face in the open at the steps of the day; NaN where the table has none. */
+static int32_t sunlit_day(const Shade *shade, const double *face, size_t row, double *sunlit, SkyFailure *failure) {
+    double now[] = {face[MATERIAL], face[ALTITUDE], face[AZIMUTH], face[SLOPE], 0};
+    for (size_t k = 0; k < SKY_STEPS; k++) {
+        now[TIME] = (double)k * STEP;
+        sunlit[k] = NOT_A_NUMBER;
+        if (!shade->hours_there[k]) continue;
+        int32_t status = read_array(&shade->tables->surface, TEMPERATURE, now, row, sunlit + k, failure);
+        if (status) return status;
+    }
+    return SKY_OK;
+}
+
 /* Change of temperature, in `moved`, by a change of absorbed heat, of which what ends melting is taken. */
-static int32_t change(Shade *shade, const double *face, double *absorbed, double limit, size_t row, SkyFailure *failure) {
+static int32_t change(Shade *shade, const double *face, double *absorbed, const double *sunlit, double limit, size_t row, SkyFailure *failure) {
     const SkyTables *tables = shade->tables;
     const Axis *axes = axes_of(tables, KERNEL);
     size_t hours = axes[3].count, lags = axes[4].count, offsets = axes_of(tables, LOSS_EXCESS)[4].count, cell = 0, balance = 0;
@@ -286,18 +301,12 @@ static int32_t change(Shade *shade, const double *face, double *absorbed, double
     mix(tables, MELT, &columns, hours, shade->slope_hours);
     through_the_day(shade, shade->slope_hours, shade->target);
     for (size_t k = 0; k < SKY_STEPS; k++) {
-        double now[] = {face[MATERIAL], face[ALTITUDE], face[AZIMUTH], face[SLOPE], (double)k * STEP}, sunlit;
         const Place *hour = &shade->hour[k];
         for (size_t l = 0; l < lags; l++)
             shade->kernel[l * SKY_STEPS + k] = (1 - hour->weight) * shade->kernel_hours[hour->lower * lags + l] +
                                                hour->weight * shade->kernel_hours[hour->upper * lags + l];
-        double reference = shade->start[k];
-        shade->start[k] = 0;
-        if (!shade->hours_there[k]) continue;
-        status = read_array(&tables->surface, TEMPERATURE, now, row, &sunlit, failure);
-        if (status) return status;
-        shade->start[k] = sunlit - reference;
-        if (sunlit >= limit - MELTING_RANGE) absorbed[k] = smaller(absorbed[k] + shade->target[k], 0);
+        shade->start[k] = is_finite(sunlit[k]) ? sunlit[k] - shade->start[k] : 0;
+        if (sunlit[k] >= limit - MELTING_RANGE) absorbed[k] = smaller(absorbed[k] + shade->target[k], 0);
     }
     double lowest = 0, highest = 0;
     for (size_t k = 0; k < SKY_STEPS; k++) {
@@ -323,12 +332,11 @@ static double mean_between(const double *values, size_t count, double begin, dou
     return sum / (to - from);
 }
 
-static int32_t face_of(const SkyFaces *faces, size_t i, double *face) {
+static void face_of(const SkyFaces *faces, size_t i, double *face) {
     face[MATERIAL] = faces->material[i];
     face[ALTITUDE] = faces->altitude[i];
     face[AZIMUTH] = faces->azimuth[i];
     face[SLOPE] = faces->slope[i];
-    return SKY_OK;
 }
 
 static int32_t limit_of(const SkyTables *tables, const double *face, size_t row, double *limit, SkyFailure *failure) {
@@ -363,12 +371,29 @@ SKYSHINE_EXPORT int32_t SKYSHINE_NAME(skyshine_heated)(const SkyTables *tables, 
         for (size_t k = 0; k < SKY_STEPS && steps; k++)
             shade->own[k] = steps == SKY_STEPS ? heat[k] : mean_between(heat, steps, ((double)k - 0.5) * STEP, ((double)k + 0.5) * STEP);
         if (steps) status = limit_of(tables, face, i, &limit, failure);
-        if (steps && !status) status = change(shade, face, shade->own, limit, i, failure);
+        if (steps && !status) status = sunlit_day(shade, face, i, shade->sunlit, failure);
+        if (steps && !status) status = change(shade, face, shade->own, shade->sunlit, limit, i, failure);
         for (size_t t = 0; t < times && !status; t++) {
             face[TIME] = hours[i * times + t];
             status = steps ? moved_temperature(shade, face, limit, i, &temperature[i * times + t], failure)
                            : read_array(&tables->surface, TEMPERATURE, face, i, &temperature[i * times + t], failure);
         }
+    }
+    return status;
+}
+
+int32_t SKYSHINE_NAME(skyshine_changes)(const SkyTables *tables, size_t count, const SkyFaces *faces, const double *absorbed,
+                                        const double *temperature, const double *highest, double *moved, void *scratch, SkyFailure *failure);
+SKYSHINE_EXPORT int32_t SKYSHINE_NAME(skyshine_changes)(const SkyTables *tables, size_t count, const SkyFaces *faces, const double *absorbed,
+                                        const double *temperature, const double *highest, double *moved, void *scratch, SkyFailure *failure) {
+    Shade *shade = scratch;
+    double face[5];
+    int32_t status = begin(shade, tables, failure);
+    for (size_t i = 0; i < count && !status; i++) {
+        face_of(faces, i, face);
+        for (size_t k = 0; k < SKY_STEPS; k++) shade->own[k] = absorbed[i * SKY_STEPS + k];
+        status = change(shade, face, shade->own, temperature + i * SKY_STEPS, highest[i], i, failure);
+        for (size_t k = 0; k < SKY_STEPS && !status; k++) moved[i * SKY_STEPS + k] = shade->moved[k];
     }
     return status;
 }
@@ -390,6 +415,14 @@ static void place_sun(Shade *shade) {
         store_d(shade->sine_up + k, up), store_d(shade->cosine_up + k, level);
         store_d(shade->sine_turn + k, sine), store_d(shade->cosine_turn + k, cosine);
     }
+}
+
+static int32_t begin_light(Shade *shade, const SkyTables *tables, SkyFailure *failure) {
+    int32_t status = begin(shade, tables, failure);
+    if (!status && !tables->surface.arrays[AUREOLE].values)
+        status = refuse(failure, SKY_NO_RESPONSE, SKY_SURFACE, 0, "aureole_share", 0, 0, 0);
+    if (!status) place_sun(shade);
+    return status;
 }
 
 /* What surrounds a face. */
@@ -438,13 +471,12 @@ static int32_t before_ground(Shade *shade, double altitude, const Around *around
     double level[] = {numbers[SKY_GROUND_CODE], bounded(&axes[ALTITUDE], altitude), axes[AZIMUTH].nodes[0], 0, 0}, limit;
     int32_t status = limit_of(tables, level, row, &limit, failure);
     if (!status) status = of_the_sky(shade, level, around, row, shade->own, shade->sunlight, failure);
-    if (!status) status = change(shade, level, shade->own, limit, row, failure);
+    if (!status) status = sunlit_day(shade, level, row, shade->sunlit, failure);
+    if (!status) status = change(shade, level, shade->own, shade->sunlit, limit, row, failure);
     for (size_t k = 0; k < SKY_STEPS && !status; k++) {
-        double sunlit = 0;
-        level[TIME] = (double)k * STEP;
+        double sunlit = shade->sunlit[k];
         shade->ground[k] = 0;
         if (!shade->hours_there[k]) continue;
-        status = read_array(&tables->surface, TEMPERATURE, level, row, &sunlit, failure);
         double kelvin = smaller(sunlit + shade->moved[k], larger(limit, sunlit));
         shade->ground[k] = numbers[SKY_GROUND_EMISSIVITY] * STEFAN_BOLTZMANN * (fourth_power(kelvin) - fourth_power(sunlit));
     }
@@ -481,8 +513,7 @@ SKYSHINE_EXPORT int32_t SKYSHINE_NAME(skyshine_absorbed)(const SkyTables *tables
                                          int32_t each, double *absorbed, void *scratch, SkyFailure *failure) {
     Shade *shade = scratch;
     double face[5] = {0};
-    int32_t status = begin(shade, tables, failure);
-    if (!status) place_sun(shade);
+    int32_t status = begin_light(shade, tables, failure);
     for (size_t i = 0; i < count && !status; i++) {
         size_t row = each ? i : 0;
         Around of = {around->shaded + row * SKY_STEPS, around->sky_view[row], around->facing ? around->facing[row] : NOT_A_NUMBER,
@@ -500,10 +531,10 @@ int32_t SKYSHINE_NAME(skyshine_shaded)(const SkyTables *tables, const double *fa
     double heat[SKY_STEPS], all_day[SKY_STEPS], limit;
     Around around = {all_day, sky_view, NOT_A_NUMBER, WALL_EMISSIVITY};
     for (size_t k = 0; k < SKY_STEPS; k++) all_day[k] = 1;
-    int32_t status = begin(shade, tables, failure);
-    if (!status) place_sun(shade);
+    int32_t status = begin_light(shade, tables, failure);
     if (!status) status = absorbed_of(shade, face, &around, 0, row, heat, failure);
     if (!status) status = limit_of(tables, face, row, &limit, failure);
-    if (!status) status = change(shade, face, heat, limit, row, failure);
+    if (!status) status = sunlit_day(shade, face, row, shade->sunlit, failure);
+    if (!status) status = change(shade, face, heat, shade->sunlit, limit, row, failure);
     return status ? status : moved_temperature(shade, face, limit, row, kelvin, failure);
 }

@@ -210,6 +210,11 @@ SKYSHINE_EXPORT size_t skyshine_tables_size(const SkyDatabase *surface, const Sk
 SKYSHINE_EXPORT int32_t skyshine_tables_make(SkyTables *tables, const SkyDatabase *surface, const SkyDatabase *band,
                                              const SkyDatabase *air, SkyFailure *failure) {
     Arena arena = {.begin = (char *)tables};
+    const SkyDatabase *given[] = {surface, band, air};
+    for (int k = 0; k < 3; k++) {
+        int32_t status = given[k] ? skyshine_groups_check(given[k], failure) : SKY_OK;
+        if (status) return status;
+    }
     if (band && air && compare_wavelengths(band, air, failure)) return SKY_BANDS;
     take(&arena, 1, sizeof *tables);
     arrange(tables, surface, band, air, &arena);

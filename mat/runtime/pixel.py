@@ -124,6 +124,7 @@ class Faces:
     shaded_sky: Floats | None = None
     shaded_temperature: Floats | None = None
 
+
 @dataclass(frozen=True, eq=False)
 class PixelRadiance:
     """Terms of the radiance of n pixels, in W m^-2 sr^-1 where nothing else is said.

@@ -22,9 +22,7 @@ _HEIGHTS = ("ground_altitude_km", "scale_height_km")
 _KEPT, _MOST = "_kernel_tables", 4  # with a table: those of it and of so many others
 
 
-def kernel_tables(
-    surface: Table | None = None, band: Table | None = None, air: Table | None = None
-) -> kernel.Tables:
+def kernel_tables(surface: Table | None = None, band: Table | None = None, air: Table | None = None) -> kernel.Tables:
     """The tables of the library of some databases, made once for each of them.
 
     Raises
@@ -37,9 +35,7 @@ def kernel_tables(
     kept: dict[Any, tuple[Any, kernel.Tables]] = owner.__dict__.setdefault(_KEPT, {})
     key = tuple(id(table) for table in given)
     if key not in kept:
-        databases = [
-            None if table is None else _database(kind, table, surface) for kind, table in enumerate(given)
-        ]
+        databases = [None if table is None else _database(kind, table, surface) for kind, table in enumerate(given)]
         with messages(None if band is None else band.path):
             made = kernel.Tables(*databases)
         if len(kept) == _MOST:
@@ -125,9 +121,7 @@ _TEXTS: dict[int, Callable[[kernel.KernelRefusal], str]] = {
     kernel.DIRECTION: lambda r: "found a direction without length; allowed: three finite numbers that are not all 0",
     kernel.SHARE: _share,
     kernel.LENGTH: lambda r: f"{r.name}: found {r.found:g}; allowed: 0 km or more",
-    kernel.NO_MATERIAL: lambda r: (
-        "found a pixel without material; allowed: codes of the tables; leave such pixels out"
-    ),
+    kernel.NO_MATERIAL: lambda r: "found a pixel without material; allowed: codes of the tables; leave such pixels out",
     kernel.NO_RESPONSE: lambda r: "holds no response to shade; build it again, without needs.shade: false",
     kernel.NO_GROUND: lambda r: (
         "the atmosphere names a ground that the temperatures lack, or states none; build all files from one job"

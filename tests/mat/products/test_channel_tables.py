@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy_air import ChannelReader
 
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
@@ -23,7 +24,6 @@ from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.radiometry.band_wavelengths import band_wavelengths, emission_shares
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.mat.tables.channel_fields import THERMAL_SHARE
-from skyshine.mat.tables.channel_reader import ChannelReader
 from skyshine.schemas.errors import CheckFailed, InputError
 
 RESPONSE = SpectralResponse.rectangular(3.995, 4.005)

@@ -4,6 +4,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from numpy_response import ColumnFilm, ColumnResponse, StoredResponse
 
 from skyshine.mat.products.shade_error import stored_response
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
@@ -14,9 +15,8 @@ from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, response_table
 from skyshine.mat.surface.solver import FINE_STEPS, solve_columns
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import Wetting
-from skyshine.mat.tables.film_response import FILM, ColumnFilm
+from skyshine.mat.tables.film_response import FILM
 from skyshine.mat.tables.htt import shade_fields
-from skyshine.mat.tables.response import ColumnResponse, StoredResponse
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy_response import ColumnResponse
 
 from skyshine.mat import open as open_file
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
@@ -15,7 +16,6 @@ from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.table import temperature_table
 from skyshine.mat.tables.files import HTT
 from skyshine.mat.tables.htt import enclosure_attributes, htt_group, shade_fields
-from skyshine.mat.tables.response import ColumnResponse
 from skyshine.mat.tables.stated_error import accuracy_group
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError

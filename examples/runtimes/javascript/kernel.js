@@ -35,7 +35,7 @@ const TEXTS = [
   ({ name, found }) => `${name}: found ${found}; allowed: 0 and above`,
   () => "found a pixel without material; allowed: codes of the tables",
   () => "the surface file holds no response to shade",
-  () => "the surface file lacks the ground's material; allowed: a ground that it has",
+  ({ ground }) => `the surface file lacks the ground '${ground}'; build all files from one job`,
   ({ name }) => `${name}: found what is not a finite number; allowed: finite numbers`,
   ({ name }) => `lacks '${name}'`,
   ({ name }) => `the axis '${name}' has nodes, a rule or a period that are not those of the format`,
@@ -104,7 +104,7 @@ export class Kernel {
     const memory = new DataView(this.calls.memory.buffer, this.failure, FAILURE_BYTES);
     const [status, row, text] = [memory.getInt32(0, true), memory.getUint32(8, true), this.text(memory.getUint32(12, true))];
     const [found, least, most] = [16, 24, 32].map((place) => memory.getFloat64(place, true));
-    const line = TEXTS[status - 1]({ name: text ?? "", found, least, most });
+    const line = TEXTS[status - 1]({ name: text ?? "", found, least, most, ground: this.ground });
     throw new SkyshineError(many ? `pixel ${row}: ${line}` : line, kind);
   }
 }

@@ -68,6 +68,7 @@ export class Tables {
   constructor(kernel, surface, band, air) {
     Object.assign(this, { kernel, surface, band, air });
     air.setGround(surface.materials);
+    kernel.ground = air.ground;
     const all = [surface, band, air];
     all.forEach((database) => database.check());
     const places = all.map(({ memory }) => memory);

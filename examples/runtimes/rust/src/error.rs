@@ -1,6 +1,6 @@
 //! The error of the public calls.
 
-use crate::kernel::Failure;
+use crate::kernel::{Failure, NO_GROUND};
 use std::ffi::CStr;
 use std::fmt;
 
@@ -77,7 +77,7 @@ fn text(failure: &Failure, many: bool) -> String {
         6 => format!("{name}: found {found}; allowed: 0 and above"),
         7 => "found a pixel without material; allowed: codes of the tables".to_owned(),
         8 => "the surface file holds no response to shade".to_owned(),
-        9 => "the surface file lacks the ground's material; allowed: a ground that it has".to_owned(),
+        NO_GROUND => "the atmosphere states no ground; allowed: one that the surface file has".to_owned(),
         10 => format!("{name}: found what is not a finite number; allowed: finite numbers"),
         11 => format!("lacks '{name}'"),
         12 => format!("the axis '{name}' has nodes, a rule or a period that are not those of the format"),

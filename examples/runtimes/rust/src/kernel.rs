@@ -27,6 +27,9 @@ pub const GROUND_CODE: i32 = 4;
 /// Axes that no array has, by the number that says whether values beyond them are read at their ends.
 pub const CLAMPS: &[(&str, i32)] = &[("range", 11), ("altitude", 12), ("elevation", 13)];
 
+/// Status of a ground that the surface file lacks.
+pub const NO_GROUND: i32 = 9;
+
 /// Steps of a day.
 pub const STEPS: usize = 288;
 

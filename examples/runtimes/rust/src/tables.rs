@@ -168,6 +168,9 @@ impl Tables {
         if let Ok(mut kept) = self.scratch.lock() {
             kept.push(scratch);
         }
+        if status == NO_GROUND && !self.air.ground.is_empty() {
+            return Err(Error::value(format!("the surface file lacks the ground '{}'; build all files from one job", self.air.ground)));
+        }
         check(status, &failure, ErrorKind::Value, many)
     }
 

@@ -87,7 +87,9 @@ def test_every_package_has_the_ten_calls_and_its_page_names_them():
 
 def test_npm_packs_the_binding_with_the_library_its_types_and_page():
     need("npm")
-    (packed,) = json.loads(run("npm", "pack", "--dry-run", "--ignore-scripts", "--json", folder=RUNTIMES / "javascript"))
+    (packed,) = json.loads(
+        run("npm", "pack", "--dry-run", "--ignore-scripts", "--json", folder=RUNTIMES / "javascript")
+    )
     held = {file["path"] for file in packed["files"]} | {"kernel.wasm"}  # made by the script of `npm pack`
     own = set(run("git", "ls-files", folder=RUNTIMES / "javascript").split()) - {"build.py"}
     assert held == own | {"kernel.wasm"} and {"index.js", "index.d.ts", "README.md", "package.json"} <= held
@@ -126,7 +128,9 @@ def test_the_source_distribution_holds_the_runtimes(source_archive):
     listed = run("git", "ls-files", "examples/runtimes", folder=CHECKOUT).split()
     link = "examples/runtimes/rust/kernel"  # to mat/kernel, beside which the crate finds the sources too
     assert len(listed) > 25 and set(listed) - {link} <= source_archive
-    assert not [name for name in source_archive if name.startswith(link) or "node_modules" in name or "/target/" in name]
+    assert not [
+        name for name in source_archive if name.startswith(link) or "node_modules" in name or "/target/" in name
+    ]
 
 
 def test_the_source_distribution_holds_the_kernel_and_its_compiler_alone(source_archive):

@@ -29,10 +29,10 @@ const TEXTS = [
   ({ name, found, least, most }) =>
     `${name}: found ${Number.isNaN(found) ? "a value that is not finite; allowed: finite numbers" : `${found}; allowed: ${least} to ${most}`}`,
   ({ name, found }) => `${name}: found ${found}; allowed: a code of the file`,
-  ({ name, found, least, most }) => `${name}: found ${found}; allowed: ${least} and above, ${most} and below`,
+  ({ name, found, least, most }) => `${name}: found ${found}; allowed: ${least} and above, or ${most} and below`,
   ({ name }) => `${name}: found a direction without length; allowed: three finite numbers that are not all 0`,
   ({ name, found }) => `${name}: found ${found}; allowed: 0 to 1`,
-  ({ name, found }) => `${name}: found ${found}; allowed: 0 and above`,
+  ({ name, found }) => `${name}: found ${found}; allowed: finite numbers from 0`,
   () => "found a pixel without material; allowed: codes of the tables",
   () => "the surface file holds no response to shade",
   ({ ground }) => `the surface file lacks the ground '${ground}'; build all files from one job`,
@@ -42,7 +42,7 @@ const TEXTS = [
   ({ name, found, least, most }) => `'${name}' holds ${found}; allowed: ${least} to ${most}`,
   ({ name, found }) => `a row of '${name}' sums to ${found}; allowed: 1`,
   ({ name, least, most }) => `does not state '${name}', in ${least} to ${most}`,
-  () => "has other wavelengths than the atmosphere",
+  ({ found, least, most }) => `has ${found} wavelengths that are not those of the air, ${least} to ${most} um`,
 ];
 
 // The library with memory of its own. Values that stay are placed one behind the other; those of a call are freed with it.

@@ -7,7 +7,7 @@ import { Texture } from "./texture.js";
 export const SHADED_SKY = 0.5; // open share of the sky above what a texture shows in the shade, where a scene says nothing else
 const [STEPS, DAY_H] = [288, 24]; // of a day
 const BETA_FACTOR = 5.5;
-const [BETA_STAR, PATH_RATIO, AMBIENT, DIRECT] = [0, 1, 3, 4]; // quantities, by the library's number
+const [BETA_STAR, PATH_RATIO, DIRECT] = [0, 1, 4]; // quantities, by the library's number
 // Lists of a call for pixels, in the library's order, and those of them that are codes.
 const LISTS = [
   "material", "share", "temperature", "surfaceAltitude", "surfaceAzimuth", "surfaceSlope", "time", "range", "centreRange", "altitude",
@@ -125,10 +125,12 @@ export class Tables {
     return this.one("skyshine_heated", (to) => [1, this.faces(face), put(absorbed), absorbed.length, put([face.time]), 1, to, this.scratch]);
   }
 
+  places({ range, altitude, elevation, sourceElevation, sourceAzimuth }) {
+    return this.structure({ range: [range], altitude: [altitude], elevation: [elevation], sourceElevation: [sourceElevation], last: [sourceAzimuth] });
+  }
+
   quantity(number, line) {
-    const { range, altitude, elevation, sourceElevation, sourceAzimuth } = line;
-    const lists = { range: [range], altitude: [altitude], elevation: [elevation], sourceElevation: [sourceElevation], last: [sourceAzimuth] };
-    return this.one("skyshine_quantity", (to) => [number, 0, 1, this.structure(lists), to, this.scratch]);
+    return this.one("skyshine_quantity", (to) => [number, 0, 1, this.places(line), to, this.scratch]);
   }
 
   transmittance(line) {
@@ -140,7 +142,8 @@ export class Tables {
   }
 
   ambientRadiance(line, { slope = 0, azimuth = 0 } = {}) {
-    return this.quantity(AMBIENT, line, slope, azimuth);
+    const put = (value) => this.kernel.put(Float64Array, [value]);
+    return this.one("skyshine_ambient", (to) => [0, 1, this.places(line), put(slope), put(azimuth), 0, to, this.scratch]);
   }
 
   directRadiance(line) {
@@ -169,7 +172,7 @@ export class Tables {
       const lists = this.structure(Object.fromEntries(LISTS.map((name) => [name, given[name]])), CODES);
       const to = TERMS.map((name) => (wanted.includes(name) ? kernel.take(8 * count) : 0));
       const terms = kernel.put(Uint32Array, to);
-      kernel.check("skyshine_pixels", "value", [this.memory, count, materials, 1, lists, terms, this.scratch], count > 1);
+      kernel.check("skyshine_pixel_terms", "value", [this.memory, count, materials, 1, lists, terms, this.scratch], count > 1);
       return wanted.map((name) => kernel.view(Float64Array, to[TERMS.indexOf(name)], count));
     });
   }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Sources that are compiled for any processor; all others once for each number of lanes.
-const ONCE: &[&str] = &["processor.c", "dispatch.c"];
+const ONCE: &[&str] = &["dispatch.c", "layouts.c", "processor.c", "tables.c"];
 /// Functions that the C library of the system has.
 const OF_THE_SYSTEM: &str = "freestanding.c";
 
@@ -16,6 +16,7 @@ fn sources() -> PathBuf {
 fn compile(files: &[PathBuf], lanes: &str, flag: Option<&str>) {
     let mut build = cc::Build::new();
     build.files(files).std("c11").opt_level(3).debug(false).warnings(false).pic(true).define("LANES", lanes);
+    build.define("SKYSHINE_EXPORT", ""); // a library that has the crate in it does not show these functions
     // No contraction and no fast mathematics: every compiler and processor gives the same bytes.
     for each in ["-ffp-contract=off", "-fno-math-errno", "-ffreestanding", "-fno-stack-protector", "-fvisibility=hidden"] {
         build.flag(each);

@@ -71,10 +71,10 @@ fn text(failure: &Failure, many: bool) -> String {
         1 if failure.found.is_nan() => format!("{name}: found a value that is not finite; allowed: finite numbers"),
         1 => format!("{name}: found {found}; allowed: {least} to {most}"),
         2 => format!("{name}: found {found}; allowed: a code of the file"),
-        3 => format!("{name}: found {found}; allowed: {least} and above, {most} and below"),
+        3 => format!("{name}: found {found}; allowed: {least} and above, or {most} and below"),
         4 => format!("{name}: found a direction without length; allowed: three finite numbers that are not all 0"),
         5 => format!("{name}: found {found}; allowed: 0 to 1"),
-        6 => format!("{name}: found {found}; allowed: 0 and above"),
+        6 => format!("{name}: found {found}; allowed: finite numbers from 0"),
         7 => "found a pixel without material; allowed: codes of the tables".to_owned(),
         8 => "the surface file holds no response to shade".to_owned(),
         NO_GROUND => "the atmosphere states no ground; allowed: one that the surface file has".to_owned(),
@@ -84,7 +84,7 @@ fn text(failure: &Failure, many: bool) -> String {
         13 => format!("'{name}' holds {found}; allowed: {least} to {most}"),
         14 => format!("a row of '{name}' sums to {found}; allowed: 1"),
         15 => format!("does not state '{name}', in {least} to {most}"),
-        _ => "has other wavelengths than the atmosphere".to_owned(),
+        _ => format!("has {found} wavelengths that are not those of the air, {least} to {most} um"),
     };
     if many && failure.status <= 10 { format!("pixel {}: {line}", failure.row) } else { line }
 }

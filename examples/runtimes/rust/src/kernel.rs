@@ -35,7 +35,6 @@ pub const STEPS: usize = 288;
 
 pub const BETA_STAR: i32 = 0;
 pub const PATH_RATIO: i32 = 1;
-pub const AMBIENT: i32 = 3;
 pub const DIRECT: i32 = 4;
 
 #[repr(C)]
@@ -203,7 +202,19 @@ extern "C" {
         scratch: *mut c_void,
         failure: *mut Failure,
     ) -> i32;
-    pub fn skyshine_pixels(
+    pub fn skyshine_ambient(
+        tables: *const c_void,
+        by_wavelength: i32,
+        count: usize,
+        places: *const Places,
+        slope: *const f64,
+        azimuth: *const f64,
+        ground_temperature: *const f64,
+        values: *mut f64,
+        scratch: *mut c_void,
+        failure: *mut Failure,
+    ) -> i32;
+    pub fn skyshine_pixel_terms(
         tables: *const c_void,
         count: usize,
         materials: usize,

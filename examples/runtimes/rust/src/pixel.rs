@@ -235,7 +235,7 @@ impl Tables {
         if codes.is_empty() {
             return Err(Error::value("found a pixel without material; allowed: codes of the tables"));
         }
-        self.call(|tables, scratch, failure| unsafe { kernel::skyshine_pixels(tables, 1, codes.len(), 1, &given, &terms, scratch, failure) })?;
+        self.call(|tables, scratch, failure| unsafe { kernel::skyshine_pixel_terms(tables, 1, codes.len(), 1, &given, &terms, scratch, failure) })?;
         Ok(to)
     }
 
@@ -288,6 +288,6 @@ impl Tables {
             specular: null_mut(),
             radiance: radiance.as_mut_ptr(),
         };
-        self.call_many(true, |tables, scratch, failure| unsafe { kernel::skyshine_pixels(tables, count, 1, 1, &given, &terms, scratch, failure) })
+        self.call_many(true, |tables, scratch, failure| unsafe { kernel::skyshine_pixel_terms(tables, count, 1, 1, &given, &terms, scratch, failure) })
     }
 }

@@ -223,15 +223,10 @@ impl Tables {
     }
 
     fn quantity(&self, quantity: i32, line: &Line) -> Result<f64> {
-        let places = Places {
-            range: &line.range,
-            altitude: &line.altitude,
-            elevation: &line.elevation,
-            source_elevation: &line.source_elevation,
-            last: &line.source_azimuth,
-        };
         let mut value = 0.0;
-        self.call(|tables, scratch, failure| unsafe { skyshine_quantity(tables, quantity, 0, 1, &places, &mut value, scratch, failure) })?;
+        self.call(|tables, scratch, failure| unsafe {
+            skyshine_quantity(tables, quantity, 0, 1, &line.places(), &mut value, scratch, failure)
+        })?;
         Ok(value)
     }
 
@@ -258,8 +253,11 @@ impl Tables {
     /// # Errors
     /// A value outside the tables.
     pub fn ambient_radiance(&self, line: &Line, slope: f64, azimuth: f64) -> Result<f64> {
-        let _ = (slope, azimuth);
-        self.quantity(AMBIENT, line)
+        let mut value = 0.0;
+        self.call(|tables, scratch, failure| unsafe {
+            skyshine_ambient(tables, 0, 1, &line.places(), &slope, &azimuth, null(), &mut value, scratch, failure)
+        })?;
+        Ok(value)
     }
 
     /// Light of the source on a surface normal to it at the end of a line, over pi [W m^-2 sr^-1].
@@ -307,5 +305,17 @@ impl Tables {
 impl Face {
     fn faces(&self) -> Faces {
         Faces { material: &self.material, altitude: &self.altitude, azimuth: &self.azimuth, slope: &self.slope }
+    }
+}
+
+impl Line {
+    fn places(&self) -> Places {
+        Places {
+            range: &self.range,
+            altitude: &self.altitude,
+            elevation: &self.elevation,
+            source_elevation: &self.source_elevation,
+            last: &self.source_azimuth,
+        }
     }
 }

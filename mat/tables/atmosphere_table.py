@@ -113,7 +113,7 @@ class AtmosphereTable(Table):
         with messages():
             flat = [values.ravel() for values in place]
             values = kernel_tables(air=self).quantity(read, flat, by_wavelength=by_wavelength)
-        return values.reshape(*shape, *values.shape[1:])
+        return values.reshape((*shape, *values.shape[1:]))
 
     def value_by_wavelength(self, quantity: str, **where: Any) -> npt.NDArray[np.float64]:
         """A quantity parted by wavelength, along a last axis of B: ``band_wavelength`` of the file.

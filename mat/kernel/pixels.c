@@ -473,7 +473,7 @@ static int32_t add_material(Work *work, const Pixel *pixel, size_t part, double 
     double direct = incidence > 0 ? larger(beam, 0) * pixel->lit : 0;
     pixel->terms->sky += share * larger(sky, 0);                        /* (18) */
     pixel->terms->diffuse += share * direct * incidence * (1 - fraction); /* (34) */
-    if (direct == 0 || fraction == 0) return SKY_OK;
+    if (direct == 0) return SKY_OK;
     double lobe = exponential(shininess * pixel->faces->log_chi[pixel->i]); /* (37), (38) */
     pixel->terms->specular += share * direct * lobe * fraction * band->arrays[NORMALISATION].values[place.lower]; /* (35) */
     return SKY_OK;

@@ -16,13 +16,13 @@ import numpy as np
 from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.radiometry.spherical_harmonics import zonal
-from skyshine.mat.runtime.by_wavelength import check_same_band
 from skyshine.mat.tables.ambient import stated_ground
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS
 from skyshine.mat.tables.axes import AxisRule
 from skyshine.mat.tables.band import BandTable
 from skyshine.mat.tables.gridded import ANGLE
+from skyshine.mat.tables.kernel_tables import kernel_tables
 from skyshine.mat.tables.night import CIVIL_TWILIGHT, SOURCE_ELEVATION
 from skyshine.schemas.arrays import Booleans, Floats
 
@@ -46,7 +46,7 @@ class AirFields:
     band: BandTable
 
     def __post_init__(self) -> None:
-        check_same_band(self.air, self.band)
+        kernel_tables(band=self.band, air=self.air)  # refuses those of two bands
 
     @cached_property
     def codes(self) -> Any:

@@ -43,7 +43,11 @@ FUNCTION(int32_t, skyshine_quantity,
          (const SkyTables *tables, int32_t quantity, int32_t by_wavelength, size_t count, const SkyPlaces *places, double *values,
           void *scratch, SkyFailure *failure),
          (tables, quantity, by_wavelength, count, places, values, scratch, failure))
-FUNCTION(int32_t, skyshine_pixels,
+FUNCTION(int32_t, skyshine_ambient,
+         (const SkyTables *tables, int32_t by_wavelength, size_t count, const SkyPlaces *places, const double *slope, const double *azimuth,
+          const double *ground_temperature, double *values, void *scratch, SkyFailure *failure),
+         (tables, by_wavelength, count, places, slope, azimuth, ground_temperature, values, scratch, failure))
+FUNCTION(int32_t, skyshine_pixel_terms,
          (const SkyTables *tables, size_t count, size_t materials, size_t lines, const SkyPixels *pixels, const SkyTerms *terms,
           void *scratch, SkyFailure *failure),
          (tables, count, materials, lines, pixels, terms, scratch, failure))

@@ -122,6 +122,16 @@ static void weigh_faces(const SkyTables *tables, double (*normal)[BLOCK], Faces 
     }
 }
 
+/* Normals of faces of a block: x towards the source, from which azimuths count, z up. */
+static void face_normals(const double *slope, const double *azimuth, double (*normal)[BLOCK]) {
+    for (size_t i = 0; i < BLOCK; i += DOUBLES) {
+        VectorD sine, cosine, across, turn;
+        sine_and_cosine_d(load_d(slope + i), &across, &cosine);
+        sine_and_cosine_d(load_d(azimuth + i), &sine, &turn);
+        store_d(normal[0] + i, across * turn), store_d(normal[1] + i, across * sine), store_d(normal[2] + i, cosine);
+    }
+}
+
 static int32_t take_faces(Work *work, size_t from, size_t count, Faces *faces, SkyFailure *failure) {
     const SkyPixels *of = work->pixels;
     double normal[3][BLOCK], source[3][BLOCK], observer[3][BLOCK], slope[BLOCK], azimuth[BLOCK], heading[BLOCK], up[BLOCK], high[BLOCK];
@@ -157,12 +167,7 @@ static int32_t take_faces(Work *work, size_t from, size_t count, Faces *faces, S
         for (size_t i = 0; i < BLOCK; i++) faces->weight[h][i] = h == 0;
     if (!work->tilted) return SKY_OK;
     for (size_t i = 0; i < BLOCK; i++) azimuth[i] -= heading[i];
-    for (size_t i = 0; i < BLOCK; i += DOUBLES) { /* x towards the source */
-        VectorD sine, cosine, across, turn;
-        sine_and_cosine_d(load_d(slope + i), &across, &cosine);
-        sine_and_cosine_d(load_d(azimuth + i), &sine, &turn);
-        store_d(normal[0] + i, across * turn), store_d(normal[1] + i, across * sine), store_d(normal[2] + i, cosine);
-    }
+    face_normals(slope, azimuth, normal);
     weigh_faces(work->tables, normal, faces);
     return SKY_OK;
 }
@@ -468,7 +473,7 @@ static int32_t add_material(Work *work, const Pixel *pixel, size_t part, double 
     double direct = incidence > 0 ? larger(beam, 0) * pixel->lit : 0;
     pixel->terms->sky += share * larger(sky, 0);                        /* (18) */
     pixel->terms->diffuse += share * direct * incidence * (1 - fraction); /* (34) */
-    if (direct == 0 || fraction == 0) return SKY_OK;
+    if (direct == 0) return SKY_OK;
     double lobe = exponential(shininess * pixel->faces->log_chi[pixel->i]); /* (37), (38) */
     pixel->terms->specular += share * direct * lobe * fraction * band->arrays[NORMALISATION].values[place.lower]; /* (35) */
     return SKY_OK;
@@ -581,9 +586,9 @@ static void write_terms(const SkyTerms *to, const double *range, size_t from, si
     }
 }
 
-int32_t SKYSHINE_NAME(skyshine_pixels)(const SkyTables *tables, size_t count, size_t materials, size_t lines, const SkyPixels *pixels,
+int32_t SKYSHINE_NAME(skyshine_pixel_terms)(const SkyTables *tables, size_t count, size_t materials, size_t lines, const SkyPixels *pixels,
                                        const SkyTerms *terms, void *scratch, SkyFailure *failure);
-SKYSHINE_EXPORT int32_t SKYSHINE_NAME(skyshine_pixels)(const SkyTables *tables, size_t count, size_t materials, size_t lines, const SkyPixels *pixels,
+SKYSHINE_EXPORT int32_t SKYSHINE_NAME(skyshine_pixel_terms)(const SkyTables *tables, size_t count, size_t materials, size_t lines, const SkyPixels *pixels,
                                        const SkyTerms *terms, void *scratch, SkyFailure *failure) {
     Work work = {.tables = tables, .pixels = pixels, .materials = materials, .shared = lines == 1,
                  .tilted = tables->tilted && pixels->source_heading, .ground_code = NOT_A_NUMBER, .bases_kelvin = NOT_A_NUMBER};
@@ -603,4 +608,79 @@ SKYSHINE_EXPORT int32_t SKYSHINE_NAME(skyshine_pixels)(const SkyTables *tables, 
         if (!status) write_terms(terms, pixels->range, from, number, computed);
     }
     return status;
+}
+
+/* ---- Light on faces ---- */
+
+/* The air along a line and the light of the sky on a face at its end, in the channels. */
+static int32_t face_at(Work *work, const Lines *lines, size_t i, const SkyPlaces *places, double kelvin, const double *weights, size_t row,
+                       SkyFailure *failure) {
+    const SkyTables *tables = work->tables;
+    const SkyDatabase *air = &tables->air;
+    const double level[HARMONICS] = {1};
+    double whole = clipped(places->range[row], air->numbers[SKY_RANGE_FIRST], air->numbers[SKY_RANGE_LAST]);
+    int32_t status = take_path(tables, lines, i, whole, row, &work->path, failure);
+    if (!status) status = place_sky(tables, &work->path, places->source_elevation[row], row, &work->sky, failure);
+    if (status) return status;
+    clear(work->level_thermal, 5 * tables->channel_row);
+    add_sky(tables, &tables->thermal_sky, &tables->scattered_sky, &work->sky, level, work->part, work->level_thermal, work->level_source);
+    weigh(tables, &work->path, work->level_thermal);
+    weigh(tables, &work->path, work->level_source);
+    if (!tables->tilted) return SKY_OK;
+    work->ground_emitted = air->numbers[SKY_GROUND_RADIANCE];
+    work->ground_kelvin = kelvin == kelvin ? kelvin : air->numbers[SKY_GROUND_TEMPERATURE];
+    if (kelvin == kelvin) status = read_array(&tables->band, BLACKBODY, &kelvin, row, &work->ground_emitted, failure);
+    if (kelvin == kelvin) work->ground_emitted *= air->numbers[SKY_GROUND_EMISSIVITY];
+    if (!status) status = ground_spectrum(tables, work->ground_kelvin, row, work->ground_spectrum, failure);
+    if (status) return status;
+    face_light(work, weights + 1, work->face_thermal, work->face_source);
+    weigh(tables, &work->path, work->face_thermal);
+    weigh(tables, &work->path, work->face_source);
+    return SKY_OK;
+}
+
+static double sum_of(const double *thermal, const double *source, size_t count) {
+    double sum = 0;
+    for (size_t j = 0; j < count; j++) sum += thermal[j] + source[j];
+    return sum;
+}
+
+int32_t SKYSHINE_NAME(skyshine_ambient)(const SkyTables *tables, int32_t by_wavelength_too, size_t count, const SkyPlaces *places,
+                                        const double *slope, const double *azimuth, const double *ground_temperature, double *values,
+                                        void *scratch, SkyFailure *failure);
+SKYSHINE_EXPORT int32_t SKYSHINE_NAME(skyshine_ambient)(const SkyTables *tables, int32_t by_wavelength_too, size_t count, const SkyPlaces *places,
+                                        const double *slope, const double *azimuth, const double *ground_temperature, double *values,
+                                        void *scratch, SkyFailure *failure) {
+    Work work = {.tables = tables, .tilted = tables->tilted};
+    Lines lines;
+    Faces faces;
+    double tilt[BLOCK], turn[BLOCK], normal[3][BLOCK], weights[BASES];
+    set_rows(&work, scratch);
+    for (size_t from = 0; from < count; from += BLOCK) {
+        size_t number = count - from < BLOCK ? count - from : BLOCK;
+        int32_t status = take_lines(tables, number, places->range + from, places->altitude + from, places->elevation + from, from, &lines, failure);
+        spread(slope, 0, from, number, tilt);
+        spread(azimuth, 0, from, number, turn);
+        face_normals(tilt, turn, normal);
+        weigh_faces(tables, normal, &faces);
+        for (size_t i = 0; i < number && !status; i++) {
+            size_t row = from + i;
+            for (size_t h = 0; h < BASES; h++) weights[h] = tables->tilted ? faces.weight[h][i] : h == 0;
+            if (!is_finite(tilt[i] + turn[i]) || (!tables->tilted && tilt[i] != 0))
+                return refuse(failure, SKY_OUTSIDE, SKY_AIR, row, "slope", tilt[i], 0, tables->tilted ? 180 : 0);
+            status = face_at(&work, &lines, i, places, ground_temperature ? ground_temperature[row] : NOT_A_NUMBER, weights, row, failure);
+            if (status) return status;
+            if (by_wavelength_too) {
+                Pixel pixel = {.row = row, .i = i, .faces = &faces};
+                for (size_t h = 0; h < BASES; h++) faces.weight[h][i] = weights[h];
+                status = take_sky(&work, &pixel, failure);
+                for (size_t b = 0; b < tables->wavelengths; b++) values[row * tables->wavelengths + b] = work.face[b];
+            } else {
+                double level = larger(sum_of(work.level_thermal, work.level_source, tables->channels), 0);
+                values[row] = larger(weights[0] * level + sum_of(work.face_thermal, work.face_source, tables->channels), 0);
+            }
+        }
+        if (status) return status;
+    }
+    return SKY_OK;
 }

@@ -20,7 +20,7 @@
  *     size = skyshine_tables_size(surface, band, air);  tables = memory of that size, aligned to 64 bytes
  *     skyshine_tables_make(tables, surface, band, air, &failure)
  *     scratch = memory of skyshine_scratch_size(tables), aligned to 64 bytes, one for each thread
- *     skyshine_pixels(tables, count, materials, lines, &pixels, &terms, scratch, &failure)
+ *     skyshine_pixel_terms(tables, count, materials, lines, &pixels, &terms, scratch, &failure)
  *
  * What was set is read until the tables are no longer used. Tables are constant once made: any number of threads may
  * read them, each with a scratch of its own.
@@ -53,7 +53,7 @@ enum {
     SKY_VALUES,    /* a database: the array `name` has `found`; allowed `least` to `most` */
     SKY_SUM,       /* a database: a row of shares of the array `name` sums to `found`, not 1 */
     SKY_NUMBER,    /* a database: the number `name` is missing or is `found`; allowed `least` to `most` */
-    SKY_BANDS      /* atmosphere and band have other wavelengths */
+    SKY_BANDS      /* atmosphere and band have other wavelengths: of the band `found`, from `least` to `most` um */
 };
 
 typedef struct {
@@ -189,6 +189,11 @@ typedef struct {
 int32_t skyshine_quantity(const SkyTables *tables, int32_t quantity, int32_t by_wavelength, size_t count,
                           const SkyPlaces *places, double *values, void *scratch, SkyFailure *failure);
 
+/* Light of the sky on faces at the ends of lines, over pi: of a slope and an azimuth from that of the source, (count) each.
+ * `ground_temperature` (count) is that of the ground around; NULL or NaN: as the file states it, without a band. */
+int32_t skyshine_ambient(const SkyTables *tables, int32_t by_wavelength, size_t count, const SkyPlaces *places, const double *slope,
+                         const double *azimuth, const double *ground_temperature, double *values, void *scratch, SkyFailure *failure);
+
 /* ---- Pixels: need all three. ---- */
 
 /* Lists of `count` values where nothing else is said; M is the number of materials of a pixel, L that of lines: `count`,
@@ -225,7 +230,7 @@ typedef struct {
     double *radiance;                         /* their sum, (1) */
 } SkyTerms;
 
-int32_t skyshine_pixels(const SkyTables *tables, size_t count, size_t materials, size_t lines, const SkyPixels *pixels,
+int32_t skyshine_pixel_terms(const SkyTables *tables, size_t count, size_t materials, size_t lines, const SkyPixels *pixels,
                         const SkyTerms *terms, void *scratch, SkyFailure *failure);
 
 /* Temperatures of black bodies of radiances, linear in the table of (7). */

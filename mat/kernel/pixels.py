@@ -193,7 +193,7 @@ class Tables:
         kept = {name: np.ascontiguousarray(v, np.int32 if name in _CODES else float) for name, v in given.items()}
         results = {name: np.empty(count) for name in TERMS}
         pixels, terms = _addresses(PIXELS, kept), _addresses(TERMS, results)
-        self._computed("pixels", c_size_t(count), c_size_t(materials), c_size_t(lines), pixels, terms)
+        self._computed("pixel_terms", c_size_t(count), c_size_t(materials), c_size_t(lines), pixels, terms)
         return results
 
     def quantity(self, quantity: str, places: list[Floats], *, by_wavelength: bool) -> Floats:
@@ -210,6 +210,20 @@ class Tables:
             addresses,
             c_void_p(values.ctypes.data),
         )
+        return values
+
+    def ambient(
+        self, places: list[Floats], slope: Floats, azimuth: Floats, ground: Floats | None, *, by_wavelength: bool
+    ) -> Floats:
+        """Light of the sky (n,) or (n, B) on faces at places: range, altitude, elevation, source elevation; azimuth
+        from the source, temperature of the ground [K] or that which the file states.
+        """
+        kept = {str(number): np.ascontiguousarray(values, float) for number, values in enumerate(places)}
+        faces = [None if v is None else np.ascontiguousarray(v, float) for v in (slope, azimuth, ground)]
+        count = kept["0"].size
+        values = np.empty((count, self.wavelengths) if by_wavelength else count)
+        addresses = [None if array is None else c_void_p(array.ctypes.data) for array in (*faces, values)]
+        self._computed("ambient", c_int32(by_wavelength), c_size_t(count), _addresses(tuple("01234"), kept), *addresses)
         return values
 
     def heated(self, faces: list[npt.NDArray[Any]], absorbed: Floats, hours: Floats) -> Floats:
@@ -251,8 +265,8 @@ class Tables:
         around = {
             "shaded": np.ascontiguousarray(np.broadcast_to(shaded, (rows, STEPS)), float),
             "sky_view": np.ascontiguousarray(np.broadcast_to(sky_view.ravel(), rows), float),
-            "facing": np.full(rows, np.nan if facing is None else facing),
-            "facing_emissivity": np.full(rows, facing_emissivity),
+            "facing": np.full(rows, np.nan if facing is None else facing, float),
+            "facing_emissivity": np.full(rows, facing_emissivity, float),
         }
         values = np.empty((count, STEPS))
         self._computed(

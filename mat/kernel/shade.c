@@ -3,7 +3,7 @@
 #include "film.h"
 
 enum { CORRECTIONS = 8 }; /* times that the excess of the heat loss is applied */
-static const double DAY = 24, STEP = 24.0 / SKY_STEPS, STEFAN_BOLTZMANN = 5.670374419e-8; /* W m^-2 K^-4 */
+static const double DAY = 24, STEP = 24.0 / SKY_STEPS, STEFAN_BOLTZMANN = 5.6703744191844314e-8; /* W m^-2 K^-4 */
 static const double MELTING_RANGE = 0.01;   /* K below its melting point in which a surface counts as melting */
 static const double LOWEST_AUREOLE = 10;    /* degree: light around a lower Sun comes from there */
 static const double WALL_EMISSIVITY = 0.95; /* of masonry, concrete and foliage in the thermal infrared */

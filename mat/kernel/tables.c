@@ -187,7 +187,7 @@ static int32_t compare_wavelengths(const SkyDatabase *band, const SkyDatabase *a
         equal = apart <= most && -apart <= most;
     }
     if (equal) return SKY_OK;
-    return refuse(failure, SKY_BANDS, SKY_BAND, 0, "band_wavelength", (double)theirs->count, ours->nodes[0], ours->nodes[ours->count - 1]);
+    return refuse(failure, SKY_BANDS, SKY_BAND, 0, "band_wavelength", (double)theirs->count, theirs->nodes[0], theirs->nodes[theirs->count - 1]);
 }
 
 static void arrange(SkyTables *tables, const SkyDatabase *surface, const SkyDatabase *band, const SkyDatabase *air, Arena *arena) {

@@ -241,7 +241,7 @@ class Renderer:
     ) -> PixelRadiance:
         """Radiance of some of the pixels that meet the surface, by their rows."""
         seen = place.seen
-        faces = self._faces(place, rows, kelvin[rows], lit[rows], hour).on_ground_of(tables.air, self.tables.surface)
+        faces = self._faces(place, rows, kelvin[rows], lit[rows], hour)
         view = _view(tables.air, place.rays, seen.pixel[rows], seen.range[rows], seen.normal[rows], source)
         return pixel_radiance(self.tables.surface, tables.band, tables.air, faces, view)
 

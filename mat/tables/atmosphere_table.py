@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy.typing as npt
 
 from skyshine.mat.quantities.channels.coordinates import TOP_KM, RayCoordinates
 from skyshine.mat.quantities.formulas import BETA_FACTOR
-from skyshine.mat.tables.ambient import ambient_radiance, stated_ground
+from skyshine.mat.tables.ambient import stated_ground
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS, RADIANCE, VALID
 from skyshine.mat.tables.axes import FOLDED, AxisRule
 from skyshine.mat.tables.band import BandTable
@@ -99,21 +100,25 @@ class AtmosphereTable(Table):
         return self._read(quantity, where, by_wavelength=False)
 
     def _read(self, quantity: str, where: dict[str, Any], *, by_wavelength: bool) -> npt.NDArray[np.float64]:
-        rules = {rule.name: rule for rule in self.rules(quantity)}
+        rules = [rule.name for rule in self.rules(quantity)]
         angle = where.pop(ANGLE, None) if AXES[-1] in rules else None
-        wanted = set(rules) - ({AXES[-1]} if angle is not None else set())
-        for name in where:
-            if name not in wanted:
-                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(wanted))}", file=self.path)
-        if missing := sorted(wanted - set(where)):
-            raise InputError(f"the axis '{missing[0]}' is missing; give a value for it", file=self.path)
+        self._refuse_axes(quantity, where, besides=() if angle is None else (AXES[-1],))
         names = [*(name for name in rules if name in where), *(() if angle is None else (ANGLE,))]
         place = np.broadcast_arrays(*(np.asarray(where.get(name, angle), float) for name in names))
         shape, read = place[0].shape, f"{quantity}_by_angle" if angle is not None else quantity
         with messages():
             flat = [values.ravel() for values in place]
             values = kernel_tables(air=self).quantity(read, flat, by_wavelength=by_wavelength)
-        return values.reshape(*shape, *values.shape[1:])
+        return values.reshape((*shape, *values.shape[1:]))
+
+    def _refuse_axes(self, quantity: str, where: Mapping[str, Any], besides: Collection[str] = ()) -> None:
+        """Refuse axes that a quantity does not have, or lacks."""
+        wanted = {rule.name for rule in self.rules(quantity)} - set(besides)
+        for name in where:
+            if name not in wanted:
+                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(wanted))}", file=self.path)
+        if missing := sorted(wanted - set(where)):
+            raise InputError(f"the axis '{missing[0]}' is missing; give a value for it", file=self.path)
 
     def value_by_wavelength(self, quantity: str, **where: Any) -> npt.NDArray[np.float64]:
         """A quantity parted by wavelength, along a last axis of B: ``band_wavelength`` of the file.
@@ -194,11 +199,25 @@ class AtmosphereTable(Table):
         """
         if ground_temperature is not None and band is None:
             raise InputError("found ground_temperature without band; give the .band table of the same band too")
-        glow = None if band is None else band.blackbody_radiance
-        read = self.value_by_wavelength if by_wavelength else self.value
-        return ambient_radiance(
-            self, read, slope, azimuth, ground_temperature, glow, where, by_wavelength=by_wavelength
-        )
+        if AMBIENT_HARMONICS not in self.quantities and np.any(np.asarray(slope) != 0):
+            raise InputError(
+                f"has no {AMBIENT_HARMONICS}; allowed: slope 0; build the file from a job whose surface_grid.slope_deg"
+                " has tilted faces",
+                file=self.path,
+            )
+        if AMBIENT_HARMONICS in self.quantities:
+            stated_ground(self.path, self.attributes)
+        self._refuse_axes("ambient_radiance", where)
+        given = [*(where[name] for name in AXES[:4]), slope, azimuth]
+        given += [] if ground_temperature is None else [ground_temperature]
+        place = np.broadcast_arrays(*(np.asarray(values, float) for values in given))
+        flat, shape = [values.ravel() for values in place], place[0].shape
+        ground = flat[6] if ground_temperature is not None else None
+        with messages():
+            light = kernel_tables(band=band, air=self).ambient(
+                flat[:4], flat[4], flat[5], ground, by_wavelength=by_wavelength
+            )
+        return light.reshape((*shape, *light.shape[1:]))
 
     def ground_temperature(self, surface: TemperatureTable, *, time: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Temperature of the ground around faces, K.

@@ -319,9 +319,7 @@ class TemperatureTable(Table):
     def _heated(self, material: Any, place: Mapping[str, npt.ArrayLike], absorbed: Floats) -> Floats:
         """Temperatures at places under a change of absorbed heat (..., n); a column is computed once."""
         response.need_response(self.root)
-        if absorbed.ndim == 0:
-            absorbed = absorbed[None]
-        if absorbed.shape[-1] == 0:
+        if absorbed.ndim == 0 or absorbed.shape[-1] == 0:
             raise InputError(
                 "absorbed_change: found no steps or a value that is not finite; allowed: finite W m^-2 by time"
             )

@@ -131,7 +131,7 @@ _TEXTS: dict[int, Callable[[kernel.KernelRefusal], str]] = {
     ),
     kernel.NODES: lambda r: f"the axis '{r.name}' has nodes that are not those of the format; build the file again",
     kernel.BANDS: lambda r: (
-        f"has {r.found:g} wavelengths, others than the atmosphere, {r.least:g} to {r.most:g} um; allowed: the same"
-        " band; build both from one job"
+        f"spans {r.least:g} to {r.most:g} um, at {r.found:g} wavelengths that are not those of the atmosphere; allowed:"
+        " the same band; build both from one job"
     ),
 }

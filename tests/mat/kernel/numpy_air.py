@@ -13,7 +13,7 @@ without air.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -24,6 +24,8 @@ import numpy.typing as npt
 from skyshine.mat.quantities.channels.coordinates import Entry, RayCoordinates, RayPlaces
 from skyshine.mat.quantities.formulas import beta_star, mean_transmittance
 from skyshine.mat.radiometry.scattering_angle import scattering_angle
+from skyshine.mat.radiometry.spherical_harmonics import ambient_of_faces, face_normal
+from skyshine.mat.tables.ambient import stated_ground
 from skyshine.mat.tables.atmosphere_table import _PATH, DEPTH, AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS, VALID
 from skyshine.mat.tables.axes import CLAMP, AxisRule
@@ -299,6 +301,15 @@ class NumpyAir(AtmosphereTable):
     def of(cls, air: AtmosphereTable) -> NumpyAir:
         return cls(air.path, air.filetype, air.root, air.attributes, air.out_of_range)
 
+    def ambient_radiance(
+        self, *, slope, azimuth=0.0, ground_temperature=None, band=None, by_wavelength=False, **where
+    ) -> npt.NDArray[np.float64]:
+        glow = None if band is None else band.blackbody_radiance
+        read = self.value_by_wavelength if by_wavelength else self.value
+        return ambient_radiance(
+            self, read, slope, azimuth, ground_temperature, glow, where, by_wavelength=by_wavelength
+        )
+
     def _read(self, quantity: str, where: dict[str, Any], *, by_wavelength: bool) -> npt.NDArray[np.float64]:
         rules = {rule.name: rule for rule in self.rules(quantity)}
         angle = where.pop(ANGLE, None) if AXES[-1] in rules else None
@@ -387,3 +398,58 @@ def _within(rule: AxisRule, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Values inside an axis, or an error."""
     rule.locate(values)
     return np.asarray(np.clip(values.astype(float), rule.nodes[0], rule.nodes[-1]))
+
+
+def ambient_radiance(
+    table: AtmosphereTable,
+    read: Callable[..., npt.NDArray[np.float64]],
+    slope: npt.ArrayLike,
+    azimuth: npt.ArrayLike,
+    ground_temperature: npt.ArrayLike | None,
+    blackbody: Callable[[npt.ArrayLike], npt.NDArray[np.float64]] | None,
+    where: Mapping[str, Any],
+    *,
+    by_wavelength: bool,
+) -> npt.NDArray[np.float64]:
+    """As `loader.AtmosphereTable.ambient_radiance`, whose values `read` gives, parted by wavelength along a last axis
+    or not; `blackbody` gives the band radiance (7) of temperatures in K.
+    """
+    level = read("ambient_radiance", **where)
+    parts = level.shape[-1:] if by_wavelength else ()
+    if AMBIENT_HARMONICS not in table.quantities:
+        if np.any(np.asarray(slope) != 0):
+            raise InputError(
+                f"has no {AMBIENT_HARMONICS}; allowed: slope 0; build the file from a job whose surface_grid.slope_deg"
+                " has tilted faces",
+                file=table.path,
+            )
+        places = level.shape[:-1] if by_wavelength else level.shape
+        shape = np.broadcast_shapes(places, np.shape(slope), np.shape(azimuth))
+        level = level.reshape((1,) * (len(shape) - len(places)) + level.shape)
+        return np.array(np.broadcast_to(level, shape + parts))
+    stated = stated_ground(table.path, table.attributes)
+    kelvin, emitted = np.asarray(stated.temperature), np.asarray(stated.radiance)
+    if ground_temperature is not None and blackbody is not None:
+        kelvin = np.asarray(ground_temperature, float)
+        emitted = stated.emissivity * blackbody(kelvin)
+    light = _coefficients(table, read, AMBIENT_HARMONICS, "harmonic", where)
+    of_ground = {**where, "ground_temperature": kelvin}
+    ground = _coefficients(table, read, GROUND_HARMONICS, "zonal_harmonic", of_ground)
+    normal = face_normal(slope, azimuth)
+    if by_wavelength:
+        light, ground = np.swapaxes(light, -1, -2), np.swapaxes(ground, -1, -2)
+        emitted, normal = emitted[..., None], normal[..., None, :]
+    return ambient_of_faces(level, light, ground, emitted, normal)
+
+
+def _coefficients(
+    table: AtmosphereTable,
+    read: Callable[..., npt.NDArray[np.float64]],
+    quantity: str,
+    harmonic: str,
+    where: Mapping[str, Any],
+) -> npt.NDArray[np.float64]:
+    """Values of a quantity at places, for all harmonics along the axis behind that of the places."""
+    rules = {rule.name: rule for rule in table.rules(quantity)}
+    place = {name: np.asarray(values)[..., None] for name, values in where.items() if name in rules}
+    return read(quantity, **place, **{harmonic: rules[harmonic].nodes})

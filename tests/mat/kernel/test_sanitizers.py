@@ -36,6 +36,7 @@ def test_the_tests_of_the_kernel_pass_under_address_and_undefined_sanitizers(tmp
     ]
     settings = {"LD_PRELOAD": " ".join(runtimes), "ASAN_OPTIONS": "detect_leaks=0", "PYTHONMALLOC": "malloc"}
     tests = [FOLDER / "test_scattered_light.py", FOLDER / "test_thermal_light.py", FOLDER / "test_cut_layers.py"]
+    tests.append(FOLDER / "test_pixels.py")
     command = [sys.executable, FOLDER / "with_library.py", made, "-q", "-n", "0", "-p", "no:cacheprovider", *tests]
     done = subprocess.run(command, env=os.environ | settings, capture_output=True, text=True, cwd=FOLDER.parents[2])
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-6000:]

@@ -1,4 +1,4 @@
-"""The loaders of databases, in Python, C, Rust and JavaScript, run so that a crash, a hang or a huge allocation is an answer."""
+"""The loaders of databases, in four languages, run so that a crash, a hang or a huge allocation is an answer."""
 
 from __future__ import annotations
 

@@ -26,8 +26,7 @@ export function kernelModule() {
 
 // Lines of text by the status of a failure, from 1.
 const TEXTS = [
-  ({ name, found, least, most }) =>
-    `${name}: found ${Number.isNaN(found) ? "a value that is not finite; allowed: finite numbers" : `${found}; allowed: ${least} to ${most}`}`,
+  ({ name, found, least, most }) => `${name}: found ${found}; allowed: ${least} to ${most}`,
   ({ name, found }) => `${name}: found ${found}; allowed: a code of the file`,
   ({ name, found, least, most }) => `${name}: found ${found}; allowed: ${least} and above, or ${most} and below`,
   ({ name }) => `${name}: found a direction without length; allowed: three finite numbers that are not all 0`,
@@ -42,7 +41,7 @@ const TEXTS = [
   ({ name, found, least, most }) => `'${name}' holds ${found}; allowed: ${least} to ${most}`,
   ({ name, found }) => `a row of '${name}' sums to ${found}; allowed: 1`,
   ({ name, least, most }) => `does not state '${name}', in ${least} to ${most}`,
-  ({ found, least, most }) => `has ${found} wavelengths that are not those of the air, ${least} to ${most} um`,
+  ({ found, least, most }) => `has ${found} wavelengths from ${least} to ${most} um; allowed: those of the air`,
 ];
 
 // The library with memory of its own. Values that stay are placed one behind the other; those of a call are freed with it.

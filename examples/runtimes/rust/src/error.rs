@@ -68,7 +68,6 @@ fn text(failure: &Failure, many: bool) -> String {
     let name = if failure.name.is_null() { "" } else { unsafe { CStr::from_ptr(failure.name) }.to_str().unwrap_or("") };
     let [found, least, most] = [failure.found, failure.least, failure.most].map(shown);
     let line = match failure.status {
-        1 if failure.found.is_nan() => format!("{name}: found a value that is not finite; allowed: finite numbers"),
         1 => format!("{name}: found {found}; allowed: {least} to {most}"),
         2 => format!("{name}: found {found}; allowed: a code of the file"),
         3 => format!("{name}: found {found}; allowed: {least} and above, or {most} and below"),
@@ -84,7 +83,7 @@ fn text(failure: &Failure, many: bool) -> String {
         13 => format!("'{name}' holds {found}; allowed: {least} to {most}"),
         14 => format!("a row of '{name}' sums to {found}; allowed: 1"),
         15 => format!("does not state '{name}', in {least} to {most}"),
-        _ => format!("has {found} wavelengths that are not those of the air, {least} to {most} um"),
+        _ => format!("has {found} wavelengths from {least} to {most} um; allowed: those of the air"),
     };
     if many && failure.status <= 10 { format!("pixel {}: {line}", failure.row) } else { line }
 }

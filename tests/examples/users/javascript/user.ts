@@ -3,7 +3,7 @@
 import { open, openFiles, SkyshineError, type Face, type Line, type Pixel, type Tables } from "skyshine";
 
 const [folder, surface, band, atmosphere] = process.argv.slice(2) as [string, string, string, string];
-const listed: Tables = await open(folder, { state: 1, band: 1, source: "sun" });
+const listed: Tables = await open(folder, { state: 1, band: 1, source: "sun", clamp: ["range"] });
 const tables = await openFiles({ surface, band, atmosphere });
 const materials = tables.materials();
 const [first, second] = materials.map(({ code }) => code) as [number, number];
@@ -39,7 +39,7 @@ console.log(JSON.stringify({
   apparent_temperature: tables.apparentTemperature(radiance),
   threads_alike: true,
   untouched: true,
-  ranges: [await refusal(() => tables.transmittance({ ...line, range: -1 })), await refusal(() => tables.transmittance({ ...line, range: NaN }))],
+  ranges: await Promise.all([-1, -Infinity, Infinity, NaN].map((range) => refusal(() => listed.transmittance({ ...line, range })))),
   refused: await refusal(() => tables.temperature({ ...face, slope: 400 })),
   missing: await refusal(() => open("/nowhere")),
 }));

@@ -7,7 +7,7 @@ use skyshine::{Error, ErrorKind, Face, Line, Pixel, Source, Surroundings, Tables
 
 fn main() -> Result<(), Error> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let listed = Tables::open(&arguments[0], 1, 1, Source::Sun, &[])?;
+    let listed = Tables::open(&arguments[0], 1, 1, Source::Sun, &["range"])?;
     let tables = Tables::open_files(&arguments[1], &arguments[2], &arguments[3], &[])?;
     let materials = tables.materials();
     let face = Face { material: materials[0].0, altitude: 0.5, azimuth: 200.0, slope: 20.0, time: 14.5 };
@@ -55,7 +55,7 @@ fn main() -> Result<(), Error> {
         "threads_alike": alike,
         "untouched": true,
         "refused": shown(tables.temperature(&Face { slope: 400.0, ..face }).err()),
-        "ranges": [-1.0, f64::NAN].map(|range| shown(tables.transmittance(&Line { range, ..line }).err())),
+        "ranges": [-1.0, f64::NEG_INFINITY, f64::INFINITY, f64::NAN].map(|range| shown(listed.transmittance(&Line { range, ..line }).err())),
         "missing": shown(Tables::open("/nowhere", 1, 1, Source::Sun, &[]).err()),
     });
     println!("{found}");

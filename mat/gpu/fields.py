@@ -139,9 +139,9 @@ class AirFields:
         terms = [self.reflected("ambient_radiance", lines, place)]
         if self.harmonics.size:
             ground = _ground_light(self, lines)
-            for code in self.harmonics:
-                light = self.reflected(AMBIENT_HARMONICS, lines, place | {"harmonic": code})
-                terms.append(light + ground.get(int(code), 0.0))
+            wide = {name: np.asarray(values)[..., None] for name, values in place.items()}
+            light = self.reflected(AMBIENT_HARMONICS, lines, wide | {"harmonic": self.harmonics})
+            terms += [light[..., at, :] + ground.get(int(code), 0.0) for at, code in enumerate(self.harmonics)]
         return np.stack(terms, axis=-1)
 
     def direct(self, lines: LinesOfSight, elevation: float) -> Floats:
@@ -150,7 +150,9 @@ class AirFields:
 
     def reflected(self, quantity: str, lines: LinesOfSight, place: dict[str, Any]) -> Floats:
         """Light of a quantity at a place (..., M) that materials reflect and the path lets through."""
-        light = self.air.value_by_wavelength(quantity, **place) * self.transmittance(lines)[..., None]
+        light = self.air.value_by_wavelength(quantity, **place)
+        through = self.transmittance(lines)
+        light *= through.reshape(through.shape + (1,) * (light.ndim - through.ndim))
         spectra = self.band.spectra(material=self.codes, temperature=WARM_K)
         return np.asarray(light @ spectra.reflectance.T)
 

@@ -119,6 +119,7 @@ typedef struct {
     double shift, mean;                      /* weighted sum of `through` */
     double log_tau, absorptance, beta_star;  /* of the band */
     double end_height, thermal_ratio;
+    double emitted, lit; /* sums of what the channels absorb of emitted light and of the source's */
     double *fields;                          /* (field_row) */
 } Path;
 
@@ -230,6 +231,8 @@ static inline int32_t take_path(const SkyTables *tables, const Lines *lines, siz
     }
     path->mean = dot(tables->weight, path->through, count);
     path->absorptance = dot(tables->weight, path->absorbed, count);
+    path->emitted = dot(path->absorbed, tables->thermal_reference, count);
+    path->lit = dot(path->absorbed, tables->source_reference, count);
     path->log_tau = path->absorptance < 0.5 ? log_of_rest(path->absorptance) : logarithm(path->mean) - path->shift;
     double thickness = path->log_tau < 0 ? -path->log_tau : path->log_tau;
     double per_km = range > 0 ? thickness / range : dot(tables->weight, path->extinction, count);
@@ -300,9 +303,8 @@ static inline int32_t path_ratio(const SkyTables *tables, const Path *path, doub
         for (int c = 0; c < 4; c++) factor += weight[c] * tables->source_factor[corner[c] * parts + k];
         scattered += factor * path->fields[tables->absorbers + k];
     }
-    scattered = larger(scattered, 0) * share * dot(path->absorbed, tables->source_reference, tables->channel_row);
-    double thermal = path->thermal_ratio * dot(path->absorbed, tables->thermal_reference, tables->channel_row);
-    *ratio = path->absorptance <= 0 ? 0 : (thermal + scattered) / path->absorptance;
+    scattered = larger(scattered, 0) * share * path->lit;
+    *ratio = path->absorptance <= 0 ? 0 : (path->thermal_ratio * path->emitted + scattered) / path->absorptance;
     return SKY_OK;
 }
 

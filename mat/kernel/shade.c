@@ -12,15 +12,17 @@ enum { MATERIAL, ALTITUDE, AZIMUTH, SLOPE, TIME };
 /* The response of one column, at the hours of the file; H hours, L cells of lag, O offsets. */
 typedef struct {
     const SkyTables *tables;
-    Place hour[SKY_STEPS], forcing[SKY_STEPS]; /* of each step */
+    Place hour[SKY_STEPS], forcing[SKY_STEPS], time[SKY_STEPS]; /* of each step, on the axes of response, light and temperatures */
     uint8_t hours_there[SKY_STEPS];            /* the temperatures have the step's hour */
     double sine_up[SKY_STEPS], cosine_up[SKY_STEPS], sine_turn[SKY_STEPS], cosine_turn[SKY_STEPS], aureole[SKY_STEPS]; /* of the Sun */
     double *kernel_hours, *kernel;  /* (H, L); (L, SKY_STEPS) */
     double *excess, *film_loss, *evaporation; /* (H, O) */
     double *slope_hours;            /* (H) */
+    double *day_nodes;              /* of the time axis */
     double slope[SKY_STEPS], start[SKY_STEPS], base[SKY_STEPS], moved[SKY_STEPS];
     double heat[SKY_STEPS], target[SKY_STEPS], light[SKY_STEPS], evaporated[SKY_STEPS], covered[SKY_STEPS];
-    double twice[2 * SKY_STEPS], totals[2 * SKY_STEPS], before[SKY_STEPS], after[SKY_STEPS];
+    double twice[2 * SKY_STEPS], totals[2 * SKY_STEPS];
+    double normal[SKY_STEPS], diffuse[SKY_STEPS], sky[SKY_STEPS], air[SKY_STEPS], light_altitude; /* at an altitude, NaN: none */
     double own[SKY_STEPS], sunlight[SKY_STEPS], ground[SKY_STEPS], sunlit[SKY_STEPS];
     Film film;
     WetDay open, day;
@@ -34,7 +36,8 @@ size_t SKYSHINE_NAME(skyshine_shade_scratch)(const SkyTables *tables) {
     if (!tables->surface.arrays[KERNEL].values) return sizeof(Shade);
     const Axis *axes = axes_of(tables, KERNEL);
     size_t hours = axes[3].count, lags = axes[4].count, offsets = axes_of(tables, LOSS_EXCESS)[4].count;
-    return sizeof(Shade) + sizeof(double) * (hours * lags + lags * SKY_STEPS + 3 * hours * offsets + hours);
+    size_t times = tables->surface.arrays[TEMPERATURE].values ? axes_of(tables, TEMPERATURE)[TIME].count : 0;
+    return sizeof(Shade) + sizeof(double) * (hours * lags + lags * SKY_STEPS + 3 * hours * offsets + hours + times);
 }
 
 /* Whether the temperatures have an hour. */
@@ -57,13 +60,15 @@ static int32_t begin(Shade *shade, const SkyTables *tables, SkyFailure *failure)
     shade->film_loss = shade->excess + hours * offsets;
     shade->evaporation = shade->film_loss + hours * offsets;
     shade->slope_hours = shade->evaporation + hours * offsets;
-    shade->ground_altitude = NOT_A_NUMBER;
+    shade->day_nodes = shade->slope_hours + hours;
+    shade->ground_altitude = shade->light_altitude = NOT_A_NUMBER;
     for (size_t k = 0; k < SKY_STEPS; k++) {
         double hour = (double)k * STEP;
         int32_t status = find(&axes[3], hour, SKY_SURFACE, 0, &shade->hour[k], failure);
         if (!status && forcing) status = find(forcing, hour, SKY_SURFACE, 0, &shade->forcing[k], failure);
-        if (status) return status;
         shade->hours_there[k] = time && has_hour(time, hour);
+        if (!status && shade->hours_there[k]) status = find(time, hour, SKY_SURFACE, 0, &shade->time[k], failure);
+        if (status) return status;
     }
     return SKY_OK;
 }
@@ -155,14 +160,20 @@ static double offset_of(const Shade *shade, size_t step, double wanted, double c
 
 /* ---- The response ---- */
 
-/* Integrals of step means from the beginning of the first step to the steps less a lag. */
-static void integrals(const Shade *shade, double lag, double *to) {
+/* Where the integral of step means to the steps less a lag is read: `totals` and `values` from a place on, a part of a step
+ * beyond it, and what whole days before give. */
+typedef struct {
+    const double *totals, *values;
+    double part, days;
+} Lagged;
+
+static Lagged lagged(const Shade *shade, double lag) {
     double offset = 0.5 - lag / STEP, whole = floor_of(offset), day = floor_of(whole / SKY_STEPS);
-    double part = offset - whole, all = day * shade->totals[SKY_STEPS];
     size_t from = (size_t)clipped(whole - day * SKY_STEPS, 0, SKY_STEPS - 1);
-    const double *totals = shade->totals + from, *values = shade->twice + from;
-    for (size_t k = 0; k < SKY_STEPS; k++) to[k] = (totals[k] + part * values[k] + all) * STEP;
+    return (Lagged){shade->totals + from, shade->twice + from, offset - whole, day * shade->totals[SKY_STEPS]};
 }
+
+static VectorD integral(const Lagged *of, size_t k) { return load_d(of->totals + k) + of->part * load_d(of->values + k) + of->days; }
 
 /* The kernel applied to a history of heat. */
 static void apply_kernel(Shade *shade, const double *heat, double *moved) {
@@ -174,15 +185,13 @@ static void apply_kernel(Shade *shade, const double *heat, double *moved) {
         total += shade->twice[k];
     }
     for (size_t k = 0; k < SKY_STEPS; k++) moved[k] = 0;
-    double *near = shade->before, *far = shade->after;
-    integrals(shade, lags->nodes[0], near);
     for (size_t l = 0; l < lags->count; l++) {
         double begin = lags->nodes[l], end = l + 1 < lags->count ? lags->nodes[l + 1] : lags->nodes[0] + DAY;
         const double *kernel = shade->kernel + l * SKY_STEPS;
-        integrals(shade, end, far);
-        for (size_t k = 0; k < SKY_STEPS; k++) moved[k] += kernel[k] * (near[k] - far[k]) / (end - begin);
-        double *other = near;
-        near = far, far = other;
+        Lagged near = lagged(shade, begin), far = lagged(shade, end);
+        VectorD scale = all_d(STEP / (end - begin));
+        for (size_t k = 0; k < SKY_STEPS; k += DOUBLES)
+            store_d(moved + k, load_d(moved + k) + load_d(kernel + k) * ((integral(&near, k) - integral(&far, k)) * scale));
     }
 }
 
@@ -272,14 +281,27 @@ static int32_t read_film(Shade *shade, const double *face, const Columns *column
 
 /* Temperatures of a face in the open at the steps of the day; NaN where the table has none. */
 static int32_t sunlit_day(const Shade *shade, const double *face, size_t row, double *sunlit, SkyFailure *failure) {
-    double now[] = {face[MATERIAL], face[ALTITUDE], face[AZIMUTH], face[SLOPE], 0};
-    for (size_t k = 0; k < SKY_STEPS; k++) {
-        now[TIME] = (double)k * STEP;
-        sunlit[k] = NOT_A_NUMBER;
-        if (!shade->hours_there[k]) continue;
-        int32_t status = read_array(&shade->tables->surface, TEMPERATURE, now, row, sunlit + k, failure);
+    const Array *array = &shade->tables->surface.arrays[TEMPERATURE];
+    size_t times = array->axes[TIME].count, corner[8] = {0};
+    double weight[8] = {1};
+    for (int k = 0, corners = 1; k < TIME; k++) {
+        Place place;
+        int32_t status = find(&array->axes[k], face[k], SKY_SURFACE, row, &place, failure);
         if (status) return status;
+        for (int c = 0; c < corners; c++) {
+            if (k != MATERIAL) corner[corners + c] = corner[c] * array->axes[k].count + place.upper, weight[corners + c] = weight[c] * place.weight;
+            corner[c] = corner[c] * array->axes[k].count + place.lower;
+            weight[c] *= 1 - place.weight;
+        }
+        if (k != MATERIAL) corners *= 2;
     }
+    for (size_t t = 0; t < times; t++) {
+        double sum = 0;
+        for (int c = 0; c < 8; c++)
+            if (weight[c] != 0) sum += weight[c] * array->values[corner[c] * times + t];
+        shade->day_nodes[t] = sum;
+    }
+    for (size_t k = 0; k < SKY_STEPS; k++) sunlit[k] = shade->hours_there[k] ? at_step(shade->day_nodes, &shade->time[k]) : NOT_A_NUMBER;
     return SKY_OK;
 }
 
@@ -300,11 +322,13 @@ static int32_t change(Shade *shade, const double *face, double *absorbed, const 
     through_the_day(shade, shade->slope_hours, shade->start);
     mix(tables, MELT, &columns, hours, shade->slope_hours);
     through_the_day(shade, shade->slope_hours, shade->target);
-    for (size_t k = 0; k < SKY_STEPS; k++) {
-        const Place *hour = &shade->hour[k];
-        for (size_t l = 0; l < lags; l++)
+    for (size_t l = 0; l < lags; l++)
+        for (size_t k = 0; k < SKY_STEPS; k++) {
+            const Place *hour = &shade->hour[k];
             shade->kernel[l * SKY_STEPS + k] = (1 - hour->weight) * shade->kernel_hours[hour->lower * lags + l] +
                                                hour->weight * shade->kernel_hours[hour->upper * lags + l];
+        }
+    for (size_t k = 0; k < SKY_STEPS; k++) {
         shade->start[k] = is_finite(sunlit[k]) ? sunlit[k] - shade->start[k] : 0;
         if (sunlit[k] >= limit - MELTING_RANGE) absorbed[k] = smaller(absorbed[k] + shade->target[k], 0);
     }
@@ -433,28 +457,43 @@ typedef struct {
 
 static double fourth_power(double x) { return x * x * (x * x); }
 
-/* Heat that a face absorbs more than in the open, from the sky that surroundings leave; sunlight that reaches it less. */
-static int32_t of_the_sky(Shade *shade, const double *face, const Around *around, size_t row, double *absorbed, double *light, SkyFailure *failure) {
-    const SkyDatabase *surface = &shade->tables->surface;
-    const Axis *altitudes = &surface->arrays[AIR_TEMPERATURE].axes[0];
-    double absorbs, emits, cosine, cosine_face, low_cosine, lowest = sine_and_cosine(LOWEST_AUREOLE, &low_cosine);
-    double sine = sine_and_cosine(face[SLOPE], &cosine), sine_face = sine_and_cosine(face[AZIMUTH], &cosine_face);
-    double view = 0.5 * (1 + cosine), open = around->sky_view, emissivity = around->facing_emissivity;
+/* Light, longwave and air at an altitude, through the day; as before where it is the same. */
+static int32_t light_at(Shade *shade, double altitude, size_t row, SkyFailure *failure) {
+    const Array *arrays = shade->tables->surface.arrays;
+    const Axis *altitudes = &arrays[AIR_TEMPERATURE].axes[0];
     Place place[2];
-    int32_t status = read_array(surface, ABSORPTANCE, face, row, &absorbs, failure);
-    if (!status) status = read_array(surface, EMISSIVITY, face, row, &emits, failure);
-    if (!status) status = find(altitudes, bounded(altitudes, face[ALTITUDE]), SKY_SURFACE, row, &place[0], failure);
+    if (altitude == shade->light_altitude) return SKY_OK;
+    int32_t status = find(altitudes, bounded(altitudes, altitude), SKY_SURFACE, row, &place[0], failure);
     if (status) return status;
     for (size_t k = 0; k < SKY_STEPS; k++) {
         place[1] = shade->forcing[k];
-        double normal = corner_sum(&surface->arrays[DIRECT_NORMAL], place), level = corner_sum(&surface->arrays[DIFFUSE], place);
-        double sky = corner_sum(&surface->arrays[LONGWAVE], place), kelvin = corner_sum(&surface->arrays[AIR_TEMPERATURE], place);
+        shade->normal[k] = corner_sum(&arrays[DIRECT_NORMAL], place);
+        shade->diffuse[k] = corner_sum(&arrays[DIFFUSE], place);
+        shade->sky[k] = corner_sum(&arrays[LONGWAVE], place);
+        shade->air[k] = corner_sum(&arrays[AIR_TEMPERATURE], place);
+    }
+    shade->light_altitude = altitude;
+    return SKY_OK;
+}
+
+/* Heat that a face absorbs more than in the open, from the sky that surroundings leave; sunlight that reaches it less. */
+static int32_t of_the_sky(Shade *shade, const double *face, const Around *around, size_t row, double *absorbed, double *light, SkyFailure *failure) {
+    const SkyDatabase *surface = &shade->tables->surface;
+    double absorbs, emits, cosine, cosine_face, low_cosine, lowest = sine_and_cosine(LOWEST_AUREOLE, &low_cosine);
+    double sine = sine_and_cosine(face[SLOPE], &cosine), sine_face = sine_and_cosine(face[AZIMUTH], &cosine_face);
+    double view = 0.5 * (1 + cosine), open = around->sky_view, emissivity = around->facing_emissivity;
+    int32_t status = read_array(surface, ABSORPTANCE, face, row, &absorbs, failure);
+    if (!status) status = read_array(surface, EMISSIVITY, face, row, &emits, failure);
+    if (!status) status = light_at(shade, face[ALTITUDE], row, failure);
+    if (status) return status;
+    for (size_t k = 0; k < SKY_STEPS; k++) {
+        double normal = shade->normal[k], level = shade->diffuse[k], sky = shade->sky[k];
         double towards = shade->cosine_turn[k] * cosine_face + shade->sine_turn[k] * sine_face; /* cosine of the azimuth from the face's */
         double up = shade->sine_up[k], incidence = larger(cosine * up + sine * shade->cosine_up[k] * towards, 0);
         double above = larger(up, lowest), beside = up > lowest ? shade->cosine_up[k] : low_cosine;
         double aureole = shade->aureole[k], spread = (1 - aureole) * view * level;
         double beam = normal * incidence + aureole * level * (larger(cosine * above + sine * beside * towards, 0) / above);
-        double air = STEFAN_BOLTZMANN * fourth_power(kelvin);
+        double air = STEFAN_BOLTZMANN * fourth_power(shade->air[k]);
         double emitted = is_finite(around->facing) ? STEFAN_BOLTZMANN * fourth_power(around->facing) : air;
         double wall = emissivity * emitted + (1 - emissivity) * (sky + air) / 2;
         light[k] = -(around->shaded[k] * beam + (1 - open) * spread);

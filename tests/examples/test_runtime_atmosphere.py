@@ -225,7 +225,8 @@ def test_a_band_of_other_wavelengths_is_refused_in_one_line(runtime, lines, scen
     other = lines("day", "ground") | {"band": scene["band"]}
     status, shown, complaint = runtime(other | {"pixels": []})
     assert (status, shown) == (1, "") and len(complaint.strip().splitlines()) == 1
-    assert "b01.band.h5: has 9 wavelengths from 8 to 8.4 um; allowed: those of the air" in complaint
+    assert "b01.band.h5: " in complaint and "8 to 8.4 um; allowed: " in complaint
+    assert complaint.endswith("those of the air\n")
     with pytest.raises(InputError, match="spans 8 to 8.4 um"):
         by_library(other)
 

@@ -1,4 +1,4 @@
-"""Reading a database in channels: transmittance, path radiance and light on surfaces from its arrays.
+"""Quantities of lines of sight from the channels of an atmosphere, in numpy: by which the tests judge `quantity.c`.
 
 With D_j the optical depth of channel j along a path, from the absorbers' mean extinction and the path's length,
 
@@ -13,7 +13,7 @@ without air.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -21,8 +21,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.quantities.channels.coordinates import RayCoordinates, RayPlaces
+from skyshine.mat.quantities.channels.coordinates import Entry, RayCoordinates, RayPlaces
 from skyshine.mat.quantities.formulas import beta_star, mean_transmittance
+from skyshine.mat.radiometry.scattering_angle import scattering_angle
+from skyshine.mat.radiometry.spherical_harmonics import ambient_of_faces, face_normal
+from skyshine.mat.tables.ambient import stated_ground
+from skyshine.mat.tables.atmosphere_table import _PATH, DEPTH, AtmosphereTable
+from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS, VALID
 from skyshine.mat.tables.axes import CLAMP, AxisRule
 from skyshine.mat.tables.channel_fields import (
     ABOVE_RISE,
@@ -36,10 +41,12 @@ from skyshine.mat.tables.channel_fields import (
     TARGET,
     THERMAL_SHARE,
 )
+from skyshine.mat.tables.gridded import ANGLE, AXES
 from skyshine.mat.tables.interpolation import interpolate
-from skyshine.mat.tables.night import Night
+from skyshine.mat.tables.night import CIVIL_TWILIGHT, Night
 from skyshine.mat.tables.out_of_range import AS_STATED, OutOfRange
 from skyshine.schemas.arrays import Floats
+from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.hdf5 import Group
 
 # Coordinates of the channels: what lies outside them was refused by range, altitude or elevation before.
@@ -256,8 +263,8 @@ class ChannelReader:
         shape = paths.depth.shape[:-1]
         return logarithm.reshape(shape), absorptance.reshape(shape)
 
-    def _night(self) -> Night:
-        return Night(self._rule(SOURCE_ELEVATION))
+    def _night(self) -> NightShare:
+        return NightShare(self._rule(SOURCE_ELEVATION))
 
     def _fields(self, name: str, places: RayPlaces) -> Floats:
         """A field at places, one for each part in front where it has parts."""
@@ -285,3 +292,164 @@ class ChannelReader:
 
     def _array(self, name: str) -> Floats:
         return np.asarray(self.root.variables[name].data, float)
+
+
+class NumpyAir(AtmosphereTable):
+    """An open atmosphere that reads its quantities in numpy."""
+
+    @classmethod
+    def of(cls, air: AtmosphereTable) -> NumpyAir:
+        return cls(air.path, air.filetype, air.root, air.attributes, air.out_of_range)
+
+    def ambient_radiance(
+        self, *, slope, azimuth=0.0, ground_temperature=None, band=None, by_wavelength=False, **where
+    ) -> npt.NDArray[np.float64]:
+        glow = None if band is None else band.blackbody_radiance
+        read = self.value_by_wavelength if by_wavelength else self.value
+        return ambient_radiance(
+            self, read, slope, azimuth, ground_temperature, glow, where, by_wavelength=by_wavelength
+        )
+
+    def _read(self, quantity: str, where: dict[str, Any], *, by_wavelength: bool) -> npt.NDArray[np.float64]:
+        rules = {rule.name: rule for rule in self.rules(quantity)}
+        angle = where.pop(ANGLE, None) if AXES[-1] in rules else None
+        wanted = set(rules) - ({AXES[-1]} if angle is not None else set())
+        for name in where:
+            if name not in wanted:
+                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(wanted))}", file=self.path)
+        if missing := sorted(wanted - set(where)):
+            raise InputError(f"the axis '{missing[0]}' is missing; give a value for it", file=self.path)
+        place = _aligned(
+            {name: where[name] for name in rules if name in where} | ({} if angle is None else {ANGLE: angle})
+        )
+        for name in _PATH:
+            place[name] = _within(rules[name], place[name])
+        entry = Entry.of(*(place[name] for name in _PATH))
+        line = entry.range_km, entry.altitude_km, entry.elevation_deg
+        reader = ChannelReader.of(self.root, self.attributes, self.out_of_range)
+        if quantity == VALID:
+            return np.asarray(entry.range_km <= reader.rays.locate(*line).ground_distance, float)
+        paths = reader.paths(*line)
+        if np.any(np.isfinite(entry.end_altitude_km)):  # in space the beam alone knows how high
+            high = np.where(np.isfinite(entry.end_altitude_km), entry.end_altitude_km - reader.ground_km, 0.0)
+            end = np.where(np.isfinite(entry.end_altitude_km), high, paths.places.end_height)
+            paths = replace(paths, places=replace(paths.places, end_height=end))
+        if quantity == "beta_star":
+            return reader.beta_star(paths, place["range"])
+        if quantity == DEPTH:
+            return reader.depth_by_wavelength(paths)
+        parted = {"by_wavelength": by_wavelength}
+        if quantity == GROUND_HARMONICS:
+            return reader.ground_harmonics(paths, place["ground_temperature"], place["zonal_harmonic"], **parted)
+        source = place["source_elevation"]
+        if quantity == "ambient_radiance":
+            return reader.ambient_radiance(paths, source, **parted)
+        if quantity == "direct_radiance":
+            _within(rules["source_elevation"], np.maximum(source, rules["source_elevation"].nodes[0]))
+            return reader.direct_radiance(paths, source, **parted)
+        if quantity == AMBIENT_HARMONICS:
+            return reader.harmonics(paths, source, place["harmonic"], **parted)
+        turned = place[ANGLE] if angle is not None else scattering_angle(place["elevation"], source, place[AXES[-1]])
+        if angle is None:
+            source = entry.source_elevation(source, place[AXES[-1]])
+        return reader.path_radiance_ratio(paths, source, turned)
+
+
+@dataclass(frozen=True, eq=False)
+class NightShare(Night):
+    """`Night` with the light that it leaves."""
+
+    def share(self, elevation: npt.ArrayLike) -> Floats:
+        """Share of the light of the lowest node at elevations [degree]; 1 at and above that node.
+
+        Raises
+        ------
+        InputError
+            The lowest node is before the end of civil twilight, and an elevation is between it and the dark.
+        """
+        height = np.asarray(elevation, float)
+        fading = self.lacks(height)
+        if np.any(fading):
+            if self.rule.out_of_range == CLAMP:
+                return np.where(height > self.dark_below, 1.0, 0.0)
+            raise InputError(
+                f"{SOURCE_ELEVATION}: found {np.ravel(height[fading])[0]:g}; allowed: {self.lowest:g} and above, or"
+                f" {self.dark_below:g} and below, where it is dark; for twilight, build the file with a node at"
+                f" {CIVIL_TWILIGHT:g} or below"
+            )
+        width = self.lowest - self.dark_below
+        faded = np.clip((height - self.dark_below) / width, 0.0, 1.0) if width > 0 else np.zeros_like(height)
+        return np.where(height < self.lowest, faded, 1.0)
+
+    def within(self, elevation: npt.ArrayLike) -> Floats:
+        """Elevations [degree], those below the lowest node moved to it."""
+        height = np.asarray(elevation, float)
+        return np.where(np.isfinite(height), np.maximum(height, self.lowest), height)
+
+
+def _aligned(where: Mapping[str, Any]) -> dict[str, npt.NDArray[Any]]:
+    """Values with as many axes each, in front those of length 1."""
+    arrays = {name: np.asarray(values) for name, values in where.items()}
+    dims = max((values.ndim for values in arrays.values()), default=0)
+    return {name: values.reshape((1,) * (dims - values.ndim) + values.shape) for name, values in arrays.items()}
+
+
+def _within(rule: AxisRule, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Values inside an axis, or an error."""
+    rule.locate(values)
+    return np.asarray(np.clip(values.astype(float), rule.nodes[0], rule.nodes[-1]))
+
+
+def ambient_radiance(
+    table: AtmosphereTable,
+    read: Callable[..., npt.NDArray[np.float64]],
+    slope: npt.ArrayLike,
+    azimuth: npt.ArrayLike,
+    ground_temperature: npt.ArrayLike | None,
+    blackbody: Callable[[npt.ArrayLike], npt.NDArray[np.float64]] | None,
+    where: Mapping[str, Any],
+    *,
+    by_wavelength: bool,
+) -> npt.NDArray[np.float64]:
+    """As `loader.AtmosphereTable.ambient_radiance`, whose values `read` gives, parted by wavelength along a last axis
+    or not; `blackbody` gives the band radiance (7) of temperatures in K.
+    """
+    level = read("ambient_radiance", **where)
+    parts = level.shape[-1:] if by_wavelength else ()
+    if AMBIENT_HARMONICS not in table.quantities:
+        if np.any(np.asarray(slope) != 0):
+            raise InputError(
+                f"has no {AMBIENT_HARMONICS}; allowed: slope 0; build the file from a job whose surface_grid.slope_deg"
+                " has tilted faces",
+                file=table.path,
+            )
+        places = level.shape[:-1] if by_wavelength else level.shape
+        shape = np.broadcast_shapes(places, np.shape(slope), np.shape(azimuth))
+        level = level.reshape((1,) * (len(shape) - len(places)) + level.shape)
+        return np.array(np.broadcast_to(level, shape + parts))
+    stated = stated_ground(table.path, table.attributes)
+    kelvin, emitted = np.asarray(stated.temperature), np.asarray(stated.radiance)
+    if ground_temperature is not None and blackbody is not None:
+        kelvin = np.asarray(ground_temperature, float)
+        emitted = stated.emissivity * blackbody(kelvin)
+    light = _coefficients(table, read, AMBIENT_HARMONICS, "harmonic", where)
+    of_ground = {**where, "ground_temperature": kelvin}
+    ground = _coefficients(table, read, GROUND_HARMONICS, "zonal_harmonic", of_ground)
+    normal = face_normal(slope, azimuth)
+    if by_wavelength:
+        light, ground = np.swapaxes(light, -1, -2), np.swapaxes(ground, -1, -2)
+        emitted, normal = emitted[..., None], normal[..., None, :]
+    return ambient_of_faces(level, light, ground, emitted, normal)
+
+
+def _coefficients(
+    table: AtmosphereTable,
+    read: Callable[..., npt.NDArray[np.float64]],
+    quantity: str,
+    harmonic: str,
+    where: Mapping[str, Any],
+) -> npt.NDArray[np.float64]:
+    """Values of a quantity at places, for all harmonics along the axis behind that of the places."""
+    rules = {rule.name: rule for rule in table.rules(quantity)}
+    place = {name: np.asarray(values)[..., None] for name, values in where.items() if name in rules}
+    return read(quantity, **place, **{harmonic: rules[harmonic].nodes})

@@ -8,7 +8,7 @@ pytest.importorskip("netCDF4")
 pytestmark = pytest.mark.shared_data
 
 from skyshine import atmospheres
-from skyshine.mat.maintain.atmospheres.older_continuum import coefficients
+from skyshine.mat.maintain.atmospheres.water_continua import coefficients
 from skyshine.mat.spectroscopy.continua import Continua
 
 

@@ -7,7 +7,7 @@ pytest.importorskip("numba")
 pytest.importorskip("netCDF4")
 pytestmark = pytest.mark.shared_data
 
-from mat.maintain.atmospheres.older_continuum import coefficients
+from mat.maintain.atmospheres.water_continua import coefficients
 from skyshine import atmospheres
 from skyshine.mat.spectroscopy.continua import Continua
 

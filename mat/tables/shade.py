@@ -87,32 +87,44 @@ class OpenAir:
         (P, FORCING_STEPS) ndarray
             [W m^-2]
         """
+        longwave, air = self._at(altitude, self.longwave, self.air)
+        view = 0.5 * (1 + np.cos(np.radians(slope)))[:, None]
+        received, whole = self.sunlight(exposure, altitude, azimuth, slope)
+        sky, others = exposure.longwave(view, longwave, air)
+        open_sky, ground = Surroundings().longwave(view, longwave, air)
+        change: Floats = absorptance[:, None] * (received - whole)
+        change += emissivity[:, None] * (sky + others - open_sky - ground)
+        return change
+
+    def sunlight(
+        self, exposure: Exposure, altitude: Floats, azimuth: Floats, slope: Floats, ground_albedo: float = 0.0
+    ) -> tuple[Floats, Floats]:
+        """Sunlight (P, FORCING_STEPS) on surfaces in their surroundings, and on them without any [W m^-2].
+
+        The arguments are those of `absorbed_change`; ground of an albedo reflects evenly, the same in both.
+        """
+        normal, level = self._at(altitude, self.direct, self.diffuse)
+        planes = slope[:, None], azimuth[:, None]
+        direct, diffuse, reflected = plane_irradiance(
+            *planes, self.elevation, self.azimuth, normal, level, ground_albedo, self.aureole
+        )
+        view = 0.5 * (1 + np.cos(np.radians(slope)))[:, None]
+        beam, spread = exposure.sunlight(view, direct, diffuse, view * (1 - self.aureole) * level)
+        return beam + spread + reflected, direct + diffuse + reflected
+
+    def air_temperature(self, altitude: Floats) -> Floats:
+        """Of the air at altitudes (P,) [km], (P, FORCING_STEPS) [K]."""
+        (air,) = self._at(altitude, self.air)
+        return air
+
+    def _at(self, altitude: Floats, *fields: Floats) -> list[Floats]:
+        """Fields (A, FORCING_STEPS) at altitudes (P,) [km], within those of the database: (P, FORCING_STEPS) each."""
         steps = AxisRule(FORCING_TIME, forcing_hours(), PERIODIC, DAY_H)
         place = {
             "altitude": np.clip(altitude, *self.altitude.nodes[[0, -1]])[:, None],
             FORCING_TIME: forcing_hours()[None, :],
         }
-        direct_normal, diffuse_level, longwave, air = (
-            interpolate(values, [self.altitude, steps], place)
-            for values in (self.direct, self.diffuse, self.longwave, self.air)
-        )
-        direct, diffuse, _ = plane_irradiance(
-            slope[:, None],
-            azimuth[:, None],
-            self.elevation,
-            self.azimuth,
-            direct_normal,
-            diffuse_level,
-            0.0,
-            self.aureole,
-        )
-        view = 0.5 * (1 + np.cos(np.radians(slope)))[:, None]
-        beam, spread = exposure.sunlight(direct, diffuse, view * (1 - self.aureole) * diffuse_level)
-        sky, others = exposure.longwave(view, longwave, air)
-        open_sky, ground = Surroundings().longwave(view, longwave, air)
-        change: Floats = absorptance[:, None] * (beam + spread - direct - diffuse)
-        change += emissivity[:, None] * (sky + others - open_sky - ground)
-        return change
+        return [interpolate(values, [self.altitude, steps], place) for values in fields]
 
 
 def absorbed_change(

@@ -63,7 +63,8 @@ class WallKinds:
             for place, key in zip(new, zip(material.tolist(), tilt.tolist(), turn.tolist(), strict=True), strict=True):
                 self._kind[place] = -1 if key[0] < 0 else self._numbers.setdefault(key, len(self._numbers))
         np.add.at(self._met, side, 1)
-        return self._kind[side]
+        kind: Integers = self._kind[side]
+        return kind
 
     def _normal(self, side: Integers) -> Floats:
         normal: Floats = self._surface.normal[side // 2] * np.where(side % 2, -1.0, 1.0)[:, None]

@@ -105,10 +105,17 @@ class SurfaceResponse:
             total = np.add.reduceat(by_plane, starts, axis=1) / counts.reshape(-1, *[1] * (values.ndim - 1))
             return np.asarray(total.reshape(-1, *values.shape[1:]))
 
-        parts = [mean(v) for v in (self.kernel, self.temperature, self.loss_slope, self.loss_excess, self.melt)]
-        rows = len(parts[0])
-        film = None if self.film is None else FilmResponse.empty(rows, RESPONSE_HOURS.size, OFFSETS.size)
-        return SurfaceResponse(*parts, film)
+        film = (
+            None if self.film is None else FilmResponse.empty(len(mean(self.melt)), RESPONSE_HOURS.size, OFFSETS.size)
+        )
+        return SurfaceResponse(
+            mean(self.kernel),
+            mean(self.temperature),
+            mean(self.loss_slope),
+            mean(self.loss_excess),
+            mean(self.melt),
+            film,
+        )
 
 
 def response_slopes(slopes: Floats) -> Floats:

@@ -64,9 +64,7 @@ def main(folder: Path) -> None:
     (folder / "blender").mkdir(parents=True, exist_ok=True)
     build()
     place_camera()
-    bpy.ops.wm.obj_export(
-        filepath=str(folder / "blender" / "yard.obj"), forward_axis="Y", up_axis="Z", export_materials=False
-    )
+    bpy.ops.wm.obj_export(filepath=str(folder / "blender" / "yard.obj"), forward_axis="Y", up_axis="Z")
     render(folder / "blender" / "yard.exr")
 
 

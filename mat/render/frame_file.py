@@ -22,9 +22,12 @@ from skyshine.mat.render.scene_file import (
     Azimuth,
     HourRange,
     Hours,
-    MeshFile,
+    LoadedScene,
+    Mesh,
     Point,
+    SceneModel,
     Sensor,
+    SurfaceModel,
 )
 from skyshine.mat.runtime.shade import SHADED_SKY
 from skyshine.schemas.documents import Document, StrictModel, mapping_document, parse_model, read_yaml
@@ -180,7 +183,7 @@ class FrameModel(StrictModel):
     default_material: str | None = Field(
         None, min_length=1, description="Of ids that materials lacks; without it they are refused."
     )
-    mesh: MeshFile | None = Field(
+    mesh: Mesh | None = Field(
         None, description="What casts shadows and hides sky, in the renderer's world; in place of buffers.sunlit."
     )
     hours: Hours = Field(description="Local clock: of every frame, one for all, or several of one frame.")
@@ -200,6 +203,19 @@ class FrameModel(StrictModel):
         if self.renderer in ("carla", "airsim") and self.up != "z":
             raise ValueError(f"found up: y; allowed: z, for {self.renderer} has no other; remove it")
         return self
+
+
+class MeshScene(LoadedScene):
+    """The mesh of a frame as a scene without a camera; its errors are at the keys of the frame file."""
+
+    @classmethod
+    def of(cls, frame: LoadedFrame, mesh: Mesh) -> Self:
+        """The scene of a mesh."""
+        surface = SurfaceModel(altitude_km=frame.model.altitude_km, mesh=mesh)
+        return cls(SceneModel.model_construct(surface=surface), frame.document)
+
+    def error(self, location: tuple[str | int, ...], message: str) -> InputError:
+        return super().error(location[1:], message)  # without the key 'surface' of a scene
 
 
 @dataclass(frozen=True)

@@ -24,15 +24,17 @@ from skyshine.mat.render.buffer_geometry import (
 from skyshine.mat.render.buffers import MaterialTable, check_size, depth_of, normals_of, stored, sunlit_of
 from skyshine.mat.render.camera import ViewRays
 from skyshine.mat.render.databases import SceneTables
-from skyshine.mat.render.exposure import exposure_of
-from skyshine.mat.render.frame_file import LoadedFrame
+from skyshine.mat.render.exposure import SeenExposure, exposure_of
+from skyshine.mat.render.frame_file import LoadedFrame, MeshScene
 from skyshine.mat.render.frames import Picture, PictureMaker, SeenScene, check_hours, check_reach, check_source
-from skyshine.mat.render.gltf_surface import shadow_casters
+from skyshine.mat.render.gltf_surface import mesh_surface
 from skyshine.mat.render.rays import FewTriangles, RayCaster, ray_caster, start_height
+from skyshine.mat.render.scene_file import Mesh
 from skyshine.mat.render.seen import SeenSurface
-from skyshine.mat.render.surface import Mixtures
+from skyshine.mat.render.surface import Mixtures, SurfaceMaterials
 from skyshine.mat.render.surface_mesh import SurfaceMesh
-from skyshine.mat.render.temperatures import SeenTemperatures
+from skyshine.mat.render.temperatures import SeenTemperatures, walls_of_day
+from skyshine.mat.render.walls import WallKinds
 from skyshine.mat.tables.axes import EXACT, AxisRule
 from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.interpolation import interpolate
@@ -70,6 +72,31 @@ class SeenFrame:
     unknown: dict[str, int]
 
 
+@dataclass(frozen=True, eq=False)
+class FrameMesh:
+    """What casts shadows and hides sky.
+
+    Attributes
+    ----------
+    surface : SurfaceMesh
+    materials : SurfaceMaterials
+    codes : (2 K,) int array
+        Of the materials in the databases, and once more for those in the shade of a photograph.
+    """
+
+    surface: SurfaceMesh
+    materials: SurfaceMaterials
+    codes: Integers
+
+    @classmethod
+    def of(cls, frame: LoadedFrame, mesh: Mesh, tables: SceneTables) -> FrameMesh:
+        """Read the mesh of a frame; raises InputError where it does not fit the databases."""
+        scene = MeshScene.of(frame, mesh)
+        surface = mesh_surface(scene, mesh)
+        materials = SurfaceMaterials(scene, surface)
+        return cls(surface, materials, np.tile(tables.codes(materials.places, scene.error), 2))
+
+
 class FrameRenderer(PictureMaker):
     """A frame file with its databases open.
 
@@ -93,9 +120,8 @@ class FrameRenderer(PictureMaker):
         places = self._materials.places
         by_name = dict(zip(places, tables.codes(places, frame.error), strict=True))
         codes = np.array([by_name[name] for name in self._materials.names], int)
-        mesh = frame.model.mesh
-        self._mesh: SurfaceMesh | None = None if mesh is None else shadow_casters(mesh, frame.model.altitude_km)
-        caster: RayCaster = _nothing() if self._mesh is None else ray_caster(self._mesh)
+        self._mesh = None if frame.model.mesh is None else FrameMesh.of(frame, frame.model.mesh, tables)
+        caster: RayCaster = _nothing() if self._mesh is None else ray_caster(self._mesh.surface)
         super().__init__(tables, caster, codes, frame.model.source, 1, frame.error)
         self._temperatures = lru_cache(maxsize=32)(lambda hour: HourTemperatures.of(frame, tables.surface, codes, hour))
         self._views = lru_cache(maxsize=thread_count())(lambda pose, size: view_of(frame.model, pose, size))
@@ -191,7 +217,7 @@ class FrameRenderer(PictureMaker):
         check_size(frame, "sunlit", buffer, depth.shape)
         lit = sunlit_of(buffer)[met]
         sky_view = 1.0 - (1.0 - lit) * (1.0 - mask.open_sky)
-        scene = SeenScene(view.rays, seen, None, lit, sky_view, self._by_hour(seen, lit, hours))
+        scene = SeenScene(view.rays, seen, None, lit, sky_view, self._by_hour(seen, lit, hours), None)
         return SeenFrame(hours, scene, taken, materials.unknown)
 
     def _surface(self, mark: str, pose: Pose, view: CameraView, distance: Floats) -> SeenSurface:
@@ -202,10 +228,11 @@ class FrameRenderer(PictureMaker):
         point = view.rays.origin[pixel] + ahead * distance[:, None]
         normal[np.einsum("nx,nx->n", normal, ahead) > 0] *= -1.0
         slope, azimuth = slope_and_azimuth(normal)
-        start = point if self._mesh is None else point + normal * start_height(self._mesh)
+        start = point if self._mesh is None else point + normal * start_height(self._mesh.surface)
         none = Mixtures((), np.zeros((len(pixel), 1), int), np.ones((len(pixel), 1)))
         altitude = frame.model.altitude_km + point[:, 2] * 1e-3
-        return SeenSurface(pixel, point, normal, start, distance * 1e-3, slope, azimuth, altitude, none)
+        face, weights = np.zeros(len(pixel), int), np.zeros((len(pixel), 3))  # of no triangle that is known
+        return SeenSurface(pixel, face, weights, point, normal, start, distance * 1e-3, slope, azimuth, altitude, none)
 
     def _normals(self, mark: str, pose: Pose, view: CameraView, distance: Floats) -> Floats:
         """Unit normals (n, 3) of the pixels that meet a surface, to east, north and up."""
@@ -221,24 +248,22 @@ class FrameRenderer(PictureMaker):
         """In the light, or in the shade of the mesh."""
         lit, view = np.ones(len(seen)), np.ones(len(seen))
         if self._mesh is None:
-            return SeenScene(rays, seen, None, lit, view, self._by_hour(seen, lit, hours))
-        elevation, azimuth = self._sun_of_day
-        exposure = exposure_of(seen, self._mesh, self._caster, elevation, azimuth, self._progress)
+            return SeenScene(rays, seen, None, lit, view, self._by_hour(seen, lit, hours), None)
+        mesh, table = self._mesh, self.tables.surface
+
+        def exposed(points: SeenSurface, kinds: WallKinds | None = None) -> SeenExposure:
+            return exposure_of(points, mesh.surface, self._caster, *self._sun_of_day, silent, kinds)
+
+        kinds = WallKinds(mesh.surface, mesh.materials)
+        exposure = exposed(seen, kinds)
+        walls = walls_of_day(table, kinds, exposed, mesh.codes, mesh.materials.shaded_sky) if len(kinds) else None
         open_sky = np.full(len(self._codes), np.nan)
-        temperatures = SeenTemperatures.of(
-            self.tables.surface,
-            self._within(seen),
-            exposure,
-            self._codes,
-            open_sky,
-            np.array(hours),
-            self._progress,
+        columns = SeenTemperatures.of(
+            table, self._within(seen), exposure, self._codes, open_sky, np.array(hours), walls
         )
-        kelvin = self._own(seen, temperatures.used, temperatures.kelvin[temperatures.column])
-        column = np.arange(len(kelvin))
-        return SeenScene(
-            rays, seen, exposure, lit, exposure.sky_view, SeenTemperatures(temperatures.used, column, kelvin)
-        )
+        kelvin = self._own(seen, columns.used, columns.kelvin[columns.column])
+        temperatures = SeenTemperatures(columns.used, np.arange(len(kelvin)), kelvin)
+        return SeenScene(rays, seen, exposure, lit, exposure.sky_view, temperatures, walls)
 
     def _by_hour(self, seen: SeenSurface, lit: Floats, hours: list[float]) -> SeenTemperatures:
         """Temperatures without shadows of a mesh."""

@@ -9,9 +9,8 @@ import numpy as np
 from skyshine.mat.render.gltf_triangles import gltf_parts
 from skyshine.mat.render.obj_triangles import obj_parts
 from skyshine.mat.render.plan_surface import turned
-from skyshine.mat.render.scene_file import LoadedScene, Mesh, MeshFile
+from skyshine.mat.render.scene_file import LoadedScene, Mesh
 from skyshine.mat.render.surface_mesh import MAX_TRIANGLES, Covering, MeshPart, SurfaceMesh, surface_of
-from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError, nearest
 
 READERS = {".glb": gltf_parts, ".gltf": gltf_parts, ".obj": obj_parts}
@@ -43,30 +42,13 @@ def mesh_surface(scene: LoadedScene, mesh: Mesh) -> SurfaceMesh:
                 ("surface", "mesh", "materials", name),
                 "names a texture, but the file has no texture coordinates for it",
             )
+    triangles = np.concatenate([corners for _, corners, _ in parts])
     uv = np.concatenate([np.zeros((len(c), 3, 2)) if uv is None else uv for _, c, uv in parts])
     numbers = np.concatenate([np.full(len(corners), names.index(name)) for name, corners, _ in parts])
-    return surface_of(_standing(mesh, parts), numbers, coverings, uv, scene.model.surface.altitude_km, mesh.file)
-
-
-def shadow_casters(mesh: MeshFile, altitude: float) -> SurfaceMesh:
-    """The triangles of a mesh without regard to its materials, above a height 0 at an altitude [km].
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or holds no triangle.
-    """
-    triangles = _standing(mesh, _parts(mesh.file))
-    count = len(triangles)
-    return surface_of(triangles, np.zeros(count, int), (), np.zeros((count, 3, 2)), altitude, mesh.file)
-
-
-def _standing(mesh: MeshFile, parts: list[MeshPart]) -> Floats:
-    """Triangles (F, 3, 3) to east, north and up [m]."""
-    triangles = np.concatenate([corners for _, corners, _ in parts])
     if mesh.up == "y":  # x stays; glTF looks along -z where z-up files look along +y
         triangles = np.stack([triangles[..., 0], -triangles[..., 2], triangles[..., 1]], axis=-1)
-    return turned(triangles * mesh.metres_per_unit, mesh.x_azimuth_deg - 90.0)
+    triangles = turned(triangles * mesh.metres_per_unit, mesh.x_azimuth_deg - 90.0)
+    return surface_of(triangles, numbers, coverings, uv, scene.model.surface.altitude_km, mesh.file)
 
 
 def _covering(mesh: Mesh, name: str) -> Covering:

@@ -79,21 +79,16 @@ MeshMaterial = Annotated[
 ]
 
 
-class MeshFile(StrictModel):
+class Mesh(StrictModel):
     """Triangles of a glTF or OBJ file."""
 
     file: SceneFilePath = Field(description="A .glb, .gltf or .obj file.")
-    up: Literal["y", "z"] = Field("y", description="Axis of the file that points up; glTF says y, OBJ says nothing.")
-    x_azimuth_deg: Azimuth = Field(90.0, description="Where the x axis of the file points, from north eastward.")
-    metres_per_unit: float = Field(1.0, gt=0, le=1e6, description="Of the file's coordinates; glTF says 1.")
-
-
-class Mesh(MeshFile):
-    """Triangles with materials."""
-
     materials: dict[str, MeshMaterial] = Field(
         min_length=1, description="Material of the databases, or a texture, for each material of the file by its name."
     )
+    up: Literal["y", "z"] = Field("y", description="Axis of the file that points up; glTF says y, OBJ says nothing.")
+    x_azimuth_deg: Azimuth = Field(90.0, description="Where the x axis of the file points, from north eastward.")
+    metres_per_unit: float = Field(1.0, gt=0, le=1e6, description="Of the file's coordinates; glTF says 1.")
 
 
 class SurfaceModel(StrictModel):
@@ -124,6 +119,11 @@ class SurfaceModel(StrictModel):
         le=1,
         description="Open share of the sky above ground that a texture's layer of shade shows in the shade; no direct"
         " light falls there all day.",
+    )
+    vertices: Literal["centre", "nearest"] | None = Field(
+        None,
+        description="Temperatures at the vertices of the faces alone, as an older runtime has them: of the material in"
+        " the centre of a face, or of the texel nearest to each vertex; without it each pixel has its own.",
     )
 
     @pydantic.model_validator(mode="after")

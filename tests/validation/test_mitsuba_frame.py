@@ -64,7 +64,7 @@ def frame_of(folder, renderer, buffers, materials):
         "camera": VIEW,
         "buffers": buffers,
         "materials": materials,
-        "mesh": {"file": "street.glb"},
+        "mesh": {"file": "street.glb", "materials": MATERIALS},
         "hours": [HOUR],
     }
     ((_, picture),) = skyshine.Frame(model, folder=folder).pictures()

@@ -98,7 +98,10 @@ def content(scene, renderer, **changes):
         "camera": {"field_of_view_deg": FIELD, "pose": pose(renderer).tolist()},
         "buffers": {"depth": {"file": "depth.npy"}, "normals": {"file": "normal.npy"}, "ids": {"file": "ids.npy"}},
         "materials": {GROUND_ID: "asphalt_road", ROOF_ID: "grass_green"},
-        "mesh": {"file": str(scene.model.surface.mesh.file)},
+        "mesh": {
+            "file": str(scene.model.surface.mesh.file),
+            "materials": {"ground": "asphalt_road", "roof": "grass_green"},
+        },
         "hours": [HOUR],
     }
     if renderer == "mitsuba":

@@ -20,6 +20,7 @@ from pydantic import Field
 from skyshine.mat.render.scene_file import (
     MAX_FRAMES,
     Azimuth,
+    Camera,
     HourRange,
     Hours,
     LoadedScene,
@@ -212,7 +213,10 @@ class MeshScene(LoadedScene):
     def of(cls, frame: LoadedFrame, mesh: Mesh) -> Self:
         """The scene of a mesh."""
         surface = SurfaceModel(altitude_km=frame.model.altitude_km, mesh=mesh)
-        return cls(SceneModel.model_construct(surface=surface), frame.document)
+        model = SceneModel.model_construct(
+            skyshine_scene=1, name=frame.model.name, surface=surface, camera=Camera.model_construct()
+        )
+        return cls(model, frame.document)
 
     def error(self, location: tuple[str | int, ...], message: str) -> InputError:
         return super().error(location[1:], message)  # without the key 'surface' of a scene

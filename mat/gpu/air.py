@@ -233,7 +233,7 @@ def export_air(
 
 
 _WHAT = {
-    "ground": "reflected light of the ground over what it emits in the band, by ground_node, material and zonal_harmonic",
+    "ground": "reflected light of the ground over its emission in the band, by ground_node, material, zonal_harmonic",
     "emission": "share of black-body radiance emitted and let through, by material and emission_temperature",
     "thermal_path": "path radiance without the source, W m^-2 sr^-1",
     "path": "path radiance of the source, W m^-2 sr^-1, by source elevation and angle",

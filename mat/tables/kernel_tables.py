@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _RULES = {PERIODIC: kernel.PERIODIC, EXACT: kernel.EXACT}
 _GROUND = ("ground_emissivity", "ground_temperature", "ground_radiance", "ground_albedo")
+_ALWAYS = ("temperature",)  # of a surface without response to shade
 _HEIGHTS = ("ground_altitude_km", "scale_height_km")
 _KEPT, _MOST = "_kernel_tables", 4  # with a table: those of it and of so many others
 
@@ -46,8 +47,9 @@ def kernel_tables(surface: Table | None = None, band: Table | None = None, air: 
 
 def _database(kind: int, table: Table, surface: Table | None) -> kernel.Database:
     root, database = table.root, kernel.Database(kind)
+    lacks_response = kind == kernel.SURFACE and "response_kernel" not in root.variables
     for number, (name, axes) in enumerate(kernel.array_names(kind)):
-        if name not in root.variables:
+        if name not in root.variables or (lacks_response and name not in _ALWAYS):
             continue
         data = root.variables[name].data
         missing = [axis for axis in axes if axis not in root.axes]
@@ -129,6 +131,7 @@ _TEXTS: dict[int, Callable[[kernel.KernelRefusal], str]] = {
     kernel.NOT_FINITE: lambda r: (
         f"{r.name}: found no steps or a value that is not finite; allowed: finite W m^-2 by time"
     ),
+    kernel.LACKS: lambda r: f"lacks '{r.name}', or an axis of it; build the file again",
     kernel.NODES: lambda r: f"the axis '{r.name}' has nodes that are not those of the format; build the file again",
     kernel.BANDS: lambda r: (
         f"spans {r.least:g} to {r.most:g} um, at {r.found:g} wavelengths that are not those of the atmosphere; allowed:"

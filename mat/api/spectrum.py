@@ -181,7 +181,8 @@ def spectrum(
     range : float
         [km]; infinite for space.
     resolution : float, optional
-        Bins [cm^-1], a multiple of the band model's intervals; by default these. With `line_by_line` 0.01 or more, by
+        Bins [cm^-1], a multiple of the band model's intervals: 1 between 700 and 3400 cm^-1, else 5 and more, which is
+        the default. With `line_by_line` 0.01 or more, by
         default 1, a whole number of them between the limits.
     aerosol : str, optional
         Near the ground, by default rural; ``'none'`` for clear air.
@@ -265,7 +266,7 @@ def spectrum(
     if water_continuum is None:
         water_continuum = default_water_continuum() if loaded is None else loaded.trimmed.water_continuum
     table = AbsorptionTable.open(water_continuum=water_continuum)
-    points = table.points(low, high)
+    points = _narrow(table, low, high, resolution) if line_by_line is None else table.points(low, high)
     stated = {"data_version": f"absorption {table.version}", "absorption": f"band model, {table.name}".rstrip(", ")}
     if line_by_line is not None:
         points = _summed(points, line_by_line, continua, low, high, 1.0 if resolution is None else resolution)
@@ -292,6 +293,15 @@ def spectrum(
     }
     stated["job"] = yaml.safe_dump(written, sort_keys=False)
     return Spectrum(**{item.name: getattr(line, item.name) for item in fields(line)}, attributes=stated)
+
+
+def _narrow(table: AbsorptionTable, low: float, high: float, resolution: float | None) -> SpectralPoints:
+    """Points of the table, or of its narrow intervals where the bins [cm^-1] are no multiple of the others."""
+    points = table.points(low, high)
+    if resolution is None or table.fine is None or np.all(resolution % np.diff(points.interval_edges, axis=1) == 0):
+        return points
+    covered = any(first <= low and high <= last for first, last in table.fine.coverage)
+    return table.fine.points(low, high) if covered else points
 
 
 def _summed(

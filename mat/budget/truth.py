@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.transfer.bounds import Bounds
 from skyshine.mat.budget.circumstances import Circumstances
 from skyshine.mat.budget.columns import temperatures_at
@@ -78,7 +78,7 @@ class Prepared:
         job, response = loaded.trimmed, response_of(loaded.trimmed.bands[band - 1])
         written = job.states[state - 1]
         air = over_ground(atmospheric_state(job.site, written), written, response, job_library(job))
-        everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
+        everything = points_of_band(absorption_table(job.water_continuum), response)
         compiled, _ = compiled_band(loaded, written, response, air, everything)
         exact, few = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))
         light = irradiance_of_sources(job, compiled.band)

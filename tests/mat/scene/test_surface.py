@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.gases.absorption import default_water_continuum
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.scene.clear_sky import band_model_sky

@@ -67,7 +67,7 @@ def test_random_filters(builder):
         for first in range(int(np.floor(low)), int(np.ceil(high))):
             spectra = Spectra(builder.sources, builder.continua, float(first), float(first + 1))
             inside = (spectra.wavenumber >= low) & (spectra.wavenumber <= high)
-            micron = 1e4 / spectra.wavenumber[inside] ** 2
+            micron = 1e4 / spectra.wavenumber[inside] ** 2 * (spectra.wavenumber[1] - spectra.wavenumber[0])
             for state, place in zip(states, np.split(np.arange(sum(size)), np.cumsum(size)[:-1]), strict=True):
                 absorption = np.asarray(sum(spectra.at_levels(state).values()))[:, inside]
                 total[place] += state.values(absorption, first + 0.5) @ micron

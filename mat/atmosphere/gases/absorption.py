@@ -40,7 +40,8 @@ COEFFICIENTS = ("self_continuum", "foreign_continuum", "self_exponent")
 FIRST_CONTINUUM = "mt_ckd_4.3"  # of tables that do not name theirs
 # Where the table has MT_CKD 4.3. Measured longwave of clear humid nights is 4 to 5 W m^-2 above that with 4.3 and 2
 # above that with the foreign continuum for closure; pyrgeometers are good to 2 to 5 (tests/validation/
-# test_humid_nights.py, test_payerne.py). MT_CKD 2.4, 1 below, lacks what was measured in the windows at 4 and 2 um since.
+# test_humid_nights.py, test_payerne.py). MT_CKD 2.4, 1 below, lacks what was measured since in the windows at 4 and 2
+# um.
 PREFERRED_CONTINUUM = "mt_ckd_4.3_closure"
 # Codes of a gas in an interval, as the table keeps them; larger codes name the entries of its `sources`.
 NO_DATA, NEGLIGIBLE = 0, 1

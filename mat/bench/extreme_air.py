@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, STRATOSPHERES, Aerosol
 from skyshine.mat.atmosphere.particles.aerosol_layer import HIGHEST, SCALE_HEIGHTS, AerosolLayer
 from skyshine.mat.atmosphere.particles.aerosol_layer import THINNEST as THINNEST_LAYER
@@ -51,7 +51,7 @@ def atmosphere_case(generator: np.random.Generator) -> dict[str, tuple[float, fl
     start, end = table.coverage[generator.integers(len(table.coverage))]
     low = float(np.exp(generator.uniform(np.log(start), np.log(end * 0.99))))
     response = SpectralResponse.rectangular(1e4 / min(low * 1.005 + 5.0, end), 1e4 / low)
-    band = band_points(table.points(*response.wavenumber_range), response)
+    band = points_of_band(table, response)
     air = BandAtmosphere.of(state, band)
     sun = solar_irradiance(band.wavenumber) if generator.random() < 0.7 else np.zeros(band.weight.size)
     ground = state.surface_altitude * 1e-3

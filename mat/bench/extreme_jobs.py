@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from skyshine.mat.atmosphere.band.compile import compile_band
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.profiles import PROFILES
@@ -250,7 +250,7 @@ def compiled_case(generator: np.random.Generator) -> dict[str, tuple[float, floa
     low, high = table.coverage[generator.integers(len(table.coverage))]
     start = float(np.exp(generator.uniform(np.log(low), np.log(high * 0.97))))
     response = SpectralResponse.rectangular(1e4 / min(start * 1.02 + 5.0, high), 1e4 / start)
-    band = band_points(table.points(*response.wavenumber_range), response)
+    band = points_of_band(table, response)
     sun = solar_irradiance(band.wavenumber, band.width)
     ground = state.surface_altitude * 1e-3
     grid = PathGrid(

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.atmosphere.band.reference_paths import PathState, planck_ratio, slab_emission
 from skyshine.mat.atmosphere.band.selection import select_points
+from skyshine.mat.atmosphere.gases.path_states import PathState, planck_ratio, slab_emission
 from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, CrossSectionNodes, water_continuum
 from skyshine.mat.spectroscopy import linebyline, nodes
 from skyshine.mat.spectroscopy.continua import ContinuumModel

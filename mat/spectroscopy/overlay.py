@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.reference_paths import PathState
+from skyshine.mat.atmosphere.gases.path_states import PathState
 from skyshine.mat.spectroscopy import linebyline, nodes
 from skyshine.mat.spectroscopy.cross_sections import CrossSectionSource, spread
 from skyshine.mat.spectroscopy.gases import GASES, LONGEST_COLUMN

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.reference_paths import PathState
+from skyshine.mat.atmosphere.gases.path_states import PathState
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.radiometry.constants import BOLTZMANN
 from skyshine.mat.surface.vapour import saturation_pressure

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.convection import AIR_HEIGHT, STANDARD_PRESSURE, WIND_HEIGHT
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.vapour import saturation_pressure

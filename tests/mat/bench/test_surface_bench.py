@@ -9,7 +9,7 @@ from skyshine.mat.bench import surface as bench
 from skyshine.mat.bench.marching import Grid, march
 from skyshine.mat.bench.surface import Case, batch_planes, case_of, forcing_between, measured
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import solve_columns
 from skyshine.materials.library import load_library

@@ -104,8 +104,8 @@ def _of_job(given: float | str | dict[str, float | str], material: Material) -> 
         return material
 
 
-def moist(material: Material, moisture: float, frozen: bool = False) -> Material:
-    """A material that has soil, with a volume fraction of water in it, up to its porosity; frozen, it is ice."""
+def moist(material: Material, moisture: float, frost: float = 0.0) -> Material:
+    """A material that has soil, with a volume fraction of water in it, up to its porosity: ice in kelvins of frost."""
     if material.soil is None:
         return material
     moisture = min(moisture, material.soil.porosity)
@@ -117,7 +117,7 @@ def moist(material: Material, moisture: float, frozen: bool = False) -> Material
     )
     return replace(
         material,
-        thermal=moist_stack(material.thermal, material.soil, moisture, frozen),
+        thermal=moist_stack(material.thermal, material.soil, moisture, frost),
         moisture=moisture,
         surface=surface,
         reflectance=reflectance,

@@ -22,7 +22,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import expn
 
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.convection import AIR_HEAT_CAPACITY, air_density
 from skyshine.mat.surface.material import Canopy, SurfaceMaterial
 from skyshine.schemas.arrays import Floats, Integers, Reals

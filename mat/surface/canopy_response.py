@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.canopy import CanopyBalance, gap_to_sky, gap_towards, light_shares, seen_temperature
 from skyshine.mat.surface.canopy_conduction import CanopyConduction
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import DAY
 from skyshine.schemas.arrays import Floats, Integers, Reals

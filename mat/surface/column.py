@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.surface.back_boundary import back_drive
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
 from skyshine.mat.surface.canopy import CanopyBalance
 from skyshine.mat.surface.canopy_days import solve_canopy
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import depth_response, frequencies
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.forcing import Scene, Sky, plane_irradiance, sun_cosine

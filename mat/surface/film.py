@@ -13,7 +13,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solution import Solution
 from skyshine.mat.surface.vapour import surface_vapour

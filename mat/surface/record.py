@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.convection import AIR_HEIGHT, STANDARD_PRESSURE, WIND_HEIGHT
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.vapour import saturation_pressure
@@ -96,8 +96,8 @@ class Record:
     def wetting(self) -> Wetting:
         """What of it the skin of a surface needs to know beforehand."""
         moisture = self.values.get("soil_moisture")
-        frozen = float(np.mean(self.values["air_temperature"])) < ZERO_CELSIUS
-        return Wetting("rain" in self.values, None if moisture is None else float(np.mean(moisture)), frozen)
+        frost = max(ZERO_CELSIUS - float(np.mean(self.values["air_temperature"])), 0.0)
+        return Wetting("rain" in self.values, None if moisture is None else float(np.mean(moisture)), frost)
 
     @property
     def steps(self) -> int:

@@ -14,7 +14,8 @@ from typing import Protocol, Self
 import numpy as np
 
 from skyshine.mat.surface.acceleration import Anderson, OwnSlopes, steeper
-from skyshine.mat.surface.balance import MELTING_POINT, Balance, Forcing
+from skyshine.mat.surface.balance import MELTING_POINT, Balance
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.newton import HeatFlux, HeatLoss

@@ -15,8 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
 from skyshine.mat.surface.canopy_response import CanopyResponse
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.film_response import DRY_FILM, FilmResponse, film_response, under_film

@@ -14,7 +14,8 @@ from collections.abc import Callable
 import numpy as np
 
 from skyshine.mat.surface.back_boundary import BackFlux
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.film import WetSkin, solve_with_film
 from skyshine.mat.surface.material import SurfaceMaterial

@@ -26,13 +26,13 @@ _HORIZON = 0.0  # degree; the Sun counts as up above it
 
 @dataclass(frozen=True)
 class Wetting:
-    """Whether a film of water may lie on surfaces, the mean moisture of soil where it is given by time, and whether the
-    ground is frozen.
+    """Whether a film of water may lie on surfaces, the mean moisture of soil where it is given by time, and by how much
+    the mean of the ground is below 0 C [K], 0 where it is not frozen.
     """
 
     rain: bool = False
     soil_moisture: float | None = None
-    frozen: bool = False
+    frost: float = 0.0
 
 
 DRY = Wetting()
@@ -92,15 +92,14 @@ class NearSurfaceAir:
         """What of it the skins of surfaces need to know beforehand."""
         moistures = [air.soil_moisture for _, air in self.before] + [self.soil_moisture]
         known = [moisture for moisture in moistures if moisture is not None]
-        return Wetting(self.rain is not None, float(np.mean(known)) if known else None, self._frozen)
+        return Wetting(self.rain is not None, float(np.mean(known)) if known else None, self._frost)
 
     @property
-    def _frozen(self) -> bool:
-        """Whether the surface of the ground is below 0 C by its season, or else the mean air of all days."""
-        if self.ground is not None:
-            return bool(self.ground.below(0.0) < ZERO_CELSIUS)
+    def _frost(self) -> float:
+        """How much the surface of the ground is below 0 C by its season, or else the mean air of all days [K]."""
         air = [weather.air_temperature for _, weather in self.before] + [self.air_temperature]
-        return float(np.mean(air)) < ZERO_CELSIUS
+        kelvin = float(np.mean(air)) if self.ground is None else float(self.ground.below(0.0))
+        return max(ZERO_CELSIUS - kelvin, 0.0)
 
     def ground_at(self, altitude: Floats) -> dict[str, Floats]:
         """Fields of `Forcing` of the ground's season at altitudes (A,) [m], mean (A, 1) and others (1, 1): cooler

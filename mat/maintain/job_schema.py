@@ -12,6 +12,7 @@ from pathlib import Path
 import pydantic
 
 from skyshine.mat.job.model import Job
+from skyshine.mat.render.frame_file import FrameModel
 from skyshine.mat.render.scene_file import SceneModel
 from skyshine.materials.files import SpecularFile, ThermalFile
 from skyshine.materials.library import Index
@@ -19,6 +20,7 @@ from skyshine.tmm.job.model import TmmJob
 
 MODELS: dict[str, type[pydantic.BaseModel]] = {
     "mat-job.schema.json": Job,
+    "mat-frame.schema.json": FrameModel,
     "mat-scene.schema.json": SceneModel,
     "tmm-job.schema.json": TmmJob,
     "material-index.schema.json": Index,

@@ -84,7 +84,7 @@ class WallKinds:
         seen = SeenSurface(
             np.arange(side.size),
             side // 2,
-            np.full((side.size, 3), 1.0 / 3.0),
+            np.full((side.size, 3), 1 / 3),
             point,
             normal,
             point + normal * start_height(surface),

@@ -14,6 +14,7 @@ Schema = dict[str, Any]
 TITLES = {
     "mat-job.schema.json": "Keys of a job of `mat`",
     "mat-scene.schema.json": "Keys of a scene",
+    "mat-frame.schema.json": "Keys of a frame of another renderer",
     "tmm-job.schema.json": "Keys of a job of `tmm`",
     "material-index.schema.json": "Keys of `mat.yaml`, the index of materials",
     "material-ht.schema.json": "Keys of `ht/NAME.yaml`, the thermal stack of a material",

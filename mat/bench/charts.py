@@ -75,9 +75,9 @@ def front_chart(marks: Sequence[Mark], units: str, floor: float = 0.0, height: f
     Parameters
     ----------
     marks : sequence of Mark
-        At least one.
+        Marks of the chart, at least one.
     units : str
-        Of the error.
+        Units of the error.
     floor : float
         Error of means over the band in exact tables, drawn where it is within the chart.
     """

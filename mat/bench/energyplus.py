@@ -55,7 +55,7 @@ def simulate(text: str, weather: Path, folder: Path) -> str:
     weather : path
         EPW
     folder : path
-        Where it runs, empty.
+        Folder of the run, empty.
 
     Raises
     ------

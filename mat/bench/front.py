@@ -65,7 +65,7 @@ class Front:
     Attributes
     ----------
     loaded : LoadedJob
-        As it is written, with all its states.
+        Job as written, with all its states.
     options : Options
     rungs : list of Rung
         Built and measured.
@@ -107,7 +107,8 @@ def measured(
     ----------
     loaded : LoadedJob
     folder : Path
-        Whose folder ``rungs`` keeps the databases; rungs that it holds of the same job are not built again.
+        Folder whose subfolder ``rungs`` stores the databases; rungs of the same job that it already contains are not
+        built again.
     options : Options
     say : callable
         Told what is done next, in a line of text.

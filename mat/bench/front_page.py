@@ -23,7 +23,7 @@ def render(front: dict[str, Any]) -> str:
     Parameters
     ----------
     front : dict
-        From `front.describe`.
+        Description from `front.describe`.
 
     Returns
     -------

@@ -13,9 +13,9 @@ def sentences(rungs: list[dict[str, Any]], units: str) -> list[str]:
     Parameters
     ----------
     rungs : list of dict
-        In order of their times, with ``name``, ``chosen``, ``time``, ``error``, ``on_the_front``.
+        Rungs in order of their times, with ``name``, ``chosen``, ``time``, ``error``, ``on_the_front``.
     units : str
-        Of the error.
+        Units of the error.
     """
     if not rungs:
         return ["No setting of this job could be built and measured."]

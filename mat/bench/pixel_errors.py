@@ -39,9 +39,9 @@ class Truths:
     Attributes
     ----------
     loaded : LoadedJob
-        As it is written, with the states that are built.
+        Job as written, with the states that are built.
     jobs : sequence of Job
-        At all settings: scenes lie inside the axes of each.
+        Jobs at all settings: scenes lie inside the axes of each.
     library : MaterialLibrary
     scenes, seed : int
         Views of each state, band and source, and what they are drawn with.
@@ -50,7 +50,7 @@ class Truths:
     say : callable
         Told what is computed.
     prepared : dict of (int, int) to Prepared
-        By state and band, as far as they were needed.
+        Prepared atmospheres by state and band, as far as they were needed.
     """
 
     loaded: LoadedJob
@@ -89,7 +89,7 @@ class Truths:
         Parameters
         ----------
         tables : Tables
-            Of any setting: materials, and their lobes.
+            Tables of any setting: materials, and their lobes.
         """
         key = state, band, source
         if key not in self._known:

@@ -95,7 +95,7 @@ class Rung:
     size : int
         Bytes of the databases.
     errors : dict
-        Of the pixel, with the key that says on which scenes; empty before they are measured.
+        Errors of the pixel, with the key that identifies the scenes; empty before they are measured.
     refusal : str
         Why the setting cannot be built, in one line; empty where that is not known.
     """

@@ -42,7 +42,7 @@ class Trial:
     worst : dict of str to float
         Largest of each measure: residuals and violations of bounds.
     seconds : float
-        Of all cases together, by the clock.
+        Wall time of all cases together.
     slowest : float
         Processor seconds of the slowest case, those of its processes with them.
     slowest_case : str

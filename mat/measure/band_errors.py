@@ -45,9 +45,9 @@ def band_accuracy(root: Group, response: SpectralResponse, materials: Sequence[M
         The tables of the band.
     response : SpectralResponse
     materials : (M,) sequence of Material
-        In the order of the table.
+        Materials in the order of the table.
     seed : int
-        Of the random points.
+        Seed of the random points.
     """
     generator = random_stream(seed, Stream.BAND_ERROR)
     errors = [_black_body(root, response, generator)]

@@ -107,13 +107,14 @@ def placed_channels(
         Random lines of sight with the quantities on them, in groups that hold the tolerance each; the first with all
         quantities, the others with those of paths alone.
     nodes : ChannelNodes
-        To start from.
+        Nodes at the start of the refinement.
     scale : Scale
-        In what the tolerance counts.
+        Scale in which the tolerance is measured.
     tolerance : float
-        Of 99 % of the reads of each quantity; all but two in ten thousand are within three times.
+        Tolerance of the 99th percentile of the reads of each quantity; all but two in ten thousand are within three
+        times.
     max_nodes : int
-        Of one field.
+        Maximum number of nodes of one field.
     fewest : bool
         Whether nodes are thinned further where those that hold the tolerance are more than the errors ask for.
     insist : bool

@@ -39,7 +39,7 @@ class FaceProbes:
     Attributes
     ----------
     places : dict of str to (n,) array
-        By the first four of `gridded.AXES`.
+        Coordinates by the first four of `gridded.AXES`.
     normal : (n, F, 3) array
     sky_view : (n, F) array
         Open share of the sky above each face, 1 in the open.
@@ -48,7 +48,7 @@ class FaceProbes:
     wall, even : (n, F) and (n, 1) arrays
         Emitted in the band by black bodies at the temperatures of walls and air, W m^-2 sr^-1.
     transmittance : (n,) array
-        Of the path.
+        Transmittance of the path.
     truth : (n, F) array
         Ambient radiance, W m^-2 sr^-1.
     """

@@ -36,7 +36,7 @@ class PlacedGrid:
     Attributes
     ----------
     tables : dict of str to Gridded
-        By the names of `gridded.QUANTITIES`.
+        Tables by the names of `gridded.QUANTITIES`.
     errors : dict of str to (n,) array
         Errors of each at random places, in the scale's unit.
     own : dict of str to (n,) array

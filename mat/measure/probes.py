@@ -55,11 +55,11 @@ class Probes:
     seen : SceneLines
         n lines at R ranges.
     places : dict of str to array
-        By axis: range (n, R, 1), altitude and elevation (n, 1, 1), source angles (n, 1, S).
+        Coordinates by axis: range (n, R, 1), altitude and elevation (n, 1, 1), source angles (n, 1, S).
     ambient_at : (m,) int array
         The range at which ambient is known, of each of the first m lines for its first source.
     truth : AtmosphericQuantities
-        As `BandAtmosphere.along_lines`.
+        Quantities computed directly, as by `BandAtmosphere.along_lines`.
     """
 
     seen: SceneLines

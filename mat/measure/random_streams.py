@@ -46,9 +46,9 @@ def random_stream(seed: int, stream: Stream, *parts: int) -> np.random.Generator
     Parameters
     ----------
     seed : int
-        Of the job.
+        Seed of the job.
     stream : Stream
     parts : int
-        Of streams that are divided further: the number of the quantity or source.
+        Identifiers of streams that are divided further: the number of the quantity or source.
     """
     return np.random.default_rng([seed, NUMBERS[stream], *parts])

@@ -67,9 +67,10 @@ def refined_axes(
     materials : int
         M.
     tolerance : float
-        Of 99 % of all reads; all but two in ten thousand are within three times [K], as far as the size allows.
+        Tolerance of the 99th percentile of all reads [K]; all but two in ten thousand are within three times, as far as
+        the size allows.
     seed, max_nodes : int
-        Of the random points; nodes that the table may have.
+        Seed of the random points; maximum number of nodes of the table.
     whole_day : bool
         The last time is followed by the first.
     fixed : collection of str
@@ -149,15 +150,15 @@ def placed_times(
     Parameters
     ----------
     temperature : callable
-        As `refined_axes` takes it.
+        Function as in `refined_axes`.
     axes : mapping of str to (n,) array
-        Of the table. Times that are a part of the day may go on beyond 24 h.
+        Axes of the table. Times that are a part of the day may continue beyond 24 h.
     whole_day : bool
         The last time is followed by the first.
     seed : int
-        Of the altitudes, azimuths and slopes at which the day is looked at.
+        Seed of the altitudes, azimuths and slopes at which the day is sampled.
     fixed : collection of str
-        As `refined_axes` takes it.
+        Names of fixed axes, as in `refined_axes`.
 
     Returns
     -------

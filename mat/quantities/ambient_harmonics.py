@@ -70,7 +70,7 @@ class HarmonicSky:
     above : (Z, SE, P, H) array
         Coefficients of the upper hemisphere over that irradiance.
     below : (Z, SE, P, H) array
-        Of the lower hemisphere, without the ground's emission, W m^-2 sr^-1 (cm^-1)^-1.
+        Radiance of the lower hemisphere, without the ground's emission, W m^-2 sr^-1 (cm^-1)^-1.
     ground : (Z, P, L) array
         Coefficients of the harmonics `zonal` of the transmittance to the ground.
     """
@@ -143,7 +143,7 @@ def harmonics_along(band: BandPoints, path: LineOfSight, sky: HarmonicSky, emiss
     path : LineOfSight
     sky : HarmonicSky
     emission : (T, P) array
-        Of `ground_emission`.
+        Emission of the ground, from `ground_emission`.
     """
     weight = np.pi * radiance_weight(band, path)
     radiance, ground = sky.at(path.surface_altitude)
@@ -168,7 +168,7 @@ def ambient_harmonics(atmosphere: BandAtmosphere, grid: PathGrid, irradiance: Fl
     atmosphere : BandAtmosphere
     grid : PathGrid
     irradiance : (P,) array
-        As in `BandAtmosphere.table`.
+        Irradiance of the source, as in `BandAtmosphere.table`.
     count : int
         One of `spherical_harmonics.COUNTS`.
     """

@@ -33,7 +33,8 @@ class SunlitSky:
     elevation : (S,) array
         Geometric [degree].
     radiance : (S, D, A) array
-        Of the upper D cells of zenith angle, by azimuth from the Sun, in the unit of the weights per steradian.
+        Radiance of the upper D cells of zenith angle, by azimuth from the Sun, in the unit of the weights per
+        steradian.
     directions : Directions
     """
 
@@ -48,11 +49,11 @@ class SunlitSky:
         Parameters
         ----------
         air : SpectralAir
-            Of a state with the ground's albedo for this light.
+            Air of a state with the ground's albedo for this light.
         weight : (P,) array
-            Of the points, times the Sun's irradiance outside the atmosphere.
+            Weights of the points, times the Sun's irradiance outside the atmosphere.
         elevation : (S,) array
-            Of the Sun, geometric [degree].
+            Geometric elevation of the Sun [degree].
         directions : Directions
         """
         angle = np.radians(elevation)

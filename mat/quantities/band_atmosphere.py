@@ -57,8 +57,8 @@ class BandAtmosphere:
     scope : PathScope
         Up to which height light on surfaces is tabulated.
     scattering : ScatteringPoints or None
-        Where light scattered along lines of sight is computed, for the one source of which they are; by default at all
-        points.
+        Points at which light scattered along lines of sight is computed, for the one source to which they belong; by
+        default all points.
     """
 
     band: BandPoints
@@ -92,7 +92,7 @@ class BandAtmosphere:
         ----------
         grid : PathGrid
         source_irradiance : (P,) array
-            Of the source outside the atmosphere, normal to the beam, at `band.points`, W m^-2 (cm^-1)^-1.
+            Irradiance of the source outside the atmosphere, normal to the beam, at `band.points`, W m^-2 (cm^-1)^-1.
         wanted : names out of `QUANTITIES`
             Only these are computed; the others are None.
         progress : callable, optional
@@ -137,7 +137,7 @@ class BandAtmosphere:
         Parameters
         ----------
         lines : LinesOfSight
-            With the source; broadcast to (n,).
+            Lines of sight with the source; broadcast to (n,).
         source_irradiance : (P,) array
 
         Returns
@@ -162,7 +162,7 @@ class BandAtmosphere:
         Parameters
         ----------
         lines : LinesOfSight
-            To the faces (n,), with the source.
+            Lines of sight to the faces (n,), with the source.
         source_irradiance : (P,) array
         faces : Facets
         """

@@ -43,7 +43,7 @@ class Facets:
     Attributes
     ----------
     normal : (n, 3) array
-        Of `spherical_harmonics.face_normal`.
+        Normals from `spherical_harmonics.face_normal`.
     ground_temperature : (n,) array
         K.
     altitude : (n,) array or None
@@ -76,7 +76,8 @@ def light_among_walls(
     altitude, source_elevation : (n,) arrays
         m; geometric, rad.
     irradiance : (P,) array
-        Of the source outside the atmosphere, normal to the beam, W m^-2 (cm^-1)^-1; itself no part of the light.
+        Irradiance of the source outside the atmosphere, normal to the beam, W m^-2 (cm^-1)^-1; the ambient light
+        excludes the direct beam.
     faces : Facets
     """
     if not len(faces.normal):

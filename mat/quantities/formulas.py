@@ -22,12 +22,12 @@ def beta_star(length: npt.ArrayLike, ln_tau: Floats, extinction: npt.ArrayLike) 
     Parameters
     ----------
     length : array
-        Of the path, m; behind the ground it continues through the air above the ground, so that beta* of neighbours in
-        a table differs no more than their lines do.
+        Length of the path, m; behind the ground it continues through the air above the ground, so that beta* of
+        neighbours in a table differs no more than their lines do.
     ln_tau : array
         Logarithm of its transmittance.
     extinction : array
-        Of the air at the observer, m^-1: at a length of 0, beta* is its limit.
+        Extinction of the air at the observer, m^-1: the limit of beta* at a length of 0.
     """
     length, extinction = np.asarray(length), np.asarray(extinction)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -24,9 +24,9 @@ class JoinedPaths:
     ----------
     paths : sequence of LineOfSight
     segments : Segments
-        Of all, K of them: between two lines stands one without air.
+        Segments of all lines, K in number: a segment without air separates two lines.
     depths : Depths
-        Of the segments.
+        Optical depths of the segments.
     """
 
     paths: Sequence[LineOfSight]

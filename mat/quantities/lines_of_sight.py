@@ -20,9 +20,9 @@ class LinesOfSight:
     range, altitude : (...) array
         km; the length of the line, and the observer above sea level.
     elevation : (...) array
-        Of the line above the horizontal at the observer, degree.
+        Elevation of the line above the horizontal at the observer, degree.
     source_elevation, source_azimuth : (...) array, optional
-        Of the source, degree; azimuth relative to that of the line.
+        Elevation and azimuth of the source, degree; azimuth relative to that of the line.
 
     Examples
     --------

@@ -33,8 +33,8 @@ class PathLight:
     along : (K+1, S) array
         Path radiance from each line's observer up to each segment end, W m^-2 sr^-1.
     limit : callable
-        Of the number of a line: path radiance over absorptance for short ranges, (S,) [W m^-2 sr^-1]; in space that of
-        the highest air.
+        Function of the number of a line: path radiance over absorptance for short ranges, (S,) [W m^-2 sr^-1]; in space
+        that of the highest air.
     """
 
     along: Floats
@@ -134,7 +134,7 @@ def radiance_along(
     sources : sequence of LineSources
         S of each line.
     irradiance : (P,) array
-        Of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
+        Irradiance of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
     """
     points = ScatteringPoints.every(air, band, irradiance)
     return scattered_light(air, band, lines, sources, points) + thermal_light(air, band, lines)

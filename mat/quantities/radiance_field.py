@@ -35,7 +35,7 @@ class Directions:
     Attributes
     ----------
     cosine, weight : (D,) arrays
-        Of the zenith angle, and its weight; the weights of a hemisphere sum to 1.
+        Cosine of the zenith angle, and its weight; the weights of a hemisphere sum to 1.
     edges : (D, 2) array
         Bounds of the cells in that cosine.
     azimuths : int
@@ -113,9 +113,9 @@ class GroundReflection:
     Attributes
     ----------
     thermal : (P,) array
-        Of the air's emission.
+        Reflection of the air's emission.
     scattered : (S, P) array
-        Of a source's light at each of S elevations, per unit of its irradiance outside the atmosphere.
+        Reflection of a source's light at each of S elevations, per unit of its irradiance outside the atmosphere.
     """
 
     thermal: Floats

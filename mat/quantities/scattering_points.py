@@ -23,7 +23,7 @@ class ScatteringPoints:
     Attributes
     ----------
     air : SpectralAir
-        At these points.
+        Air at these points.
     index : (K,) int array
         Their places among the points of the band.
     weight : (K,) array
@@ -47,7 +47,7 @@ class ScatteringPoints:
         Parameters
         ----------
         light : (n, K) array
-            At the points, per unit of irradiance, sr^-1. Rows with odd numbers only test.
+            Light at the points, per unit of irradiance, sr^-1. Rows with odd numbers are for testing only.
         allowed : float
             Root mean square error on the rows that only test, W m^-2 sr^-1; the largest is within `_WORST` times.
         """

@@ -71,7 +71,7 @@ class SkyTable:
         source_elevation : (SE,) array
             Geometric, at the surfaces, rad.
         irradiance : (P,) array
-            Of the source outside the atmosphere, normal to the beam, W m^-2 (cm^-1)^-1.
+            Irradiance of the source outside the atmosphere, normal to the beam, W m^-2 (cm^-1)^-1.
         """
         altitude = np.unique(np.minimum(altitude, air.shells.top))
 

@@ -31,9 +31,9 @@ def odds_factor(reflectance: Floats, weight: Floats, absorptance: float) -> floa
     Parameters
     ----------
     reflectance, weight : (W,) arrays
-        At the same points; the weight holds the width of each.
+        Reflectance and weight at the same points; the weight includes the width of each.
     absorptance : float
-        Between 0 and 1.
+        Absorptance, between 0 and 1.
 
     Raises
     ------

@@ -94,7 +94,7 @@ def lobe_integral(exponent: float | Floats, source_angle: npt.ArrayLike) -> Floa
     exponent : float or 0-d array
         Shininess, not negative.
     source_angle : array_like, shape (m,)
-        Between source and normal [degree], 0 up to below 90.
+        Angle between source and normal [degree], 0 up to below 90.
 
     Returns
     -------
@@ -133,7 +133,7 @@ def normalisation(fwhm: float, source_angles: npt.ArrayLike = SOURCE_ANGLES) -> 
     fwhm : float
         Full width of the lobe at half maximum [degree], 0.1 to 180.
     source_angles : array_like, shape (m,)
-        Between source and normal [degree], 0 up to below 90.
+        Angle between source and normal [degree], 0 up to below 90.
 
     Returns
     -------

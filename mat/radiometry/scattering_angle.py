@@ -23,9 +23,9 @@ def scattering_angle(
     Parameters
     ----------
     elevation, source_elevation : array_like
-        Of the line of sight and of the source [degree].
+        Elevations of the line of sight and of the source [degree].
     source_azimuth : array_like
-        From that of the line of sight [degree].
+        Azimuth of the source from that of the line of sight [degree].
 
     Returns
     -------
@@ -52,7 +52,7 @@ def azimuth_at(
     Parameters
     ----------
     elevation, source_elevation, angle : array_like
-        Of the line of sight, the source, and between the two [rad].
+        Elevations of the line of sight and the source, and the angle between the two [rad].
 
     Returns
     -------

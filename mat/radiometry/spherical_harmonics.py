@@ -40,7 +40,7 @@ def face_normal(slope: npt.ArrayLike, azimuth: npt.ArrayLike) -> Floats:
     slope : array
         0 faces up, 180 down, degree.
     azimuth : array
-        Of the face relative to the source's, degree.
+        Azimuth of the face relative to the source's, degree.
     """
     tilt, turn = np.radians(slope), np.radians(azimuth)
     return np.stack(
@@ -103,7 +103,7 @@ def ambient_of_faces(
     Parameters
     ----------
     level : (...) array
-        Of a level face, equation (20).
+        Ambient light of a level face, equation (20).
     radiance : (..., H) array
         Coefficients of the radiance around the face, without the light that the ground emits; H is one of `COUNTS`.
     ground : (..., Z) array
@@ -111,7 +111,7 @@ def ambient_of_faces(
     ground_radiance : (...) array
         Radiance that the ground emits.
     normal : (..., 3) array
-        Of `face_normal`.
+        Normals from `face_normal`.
 
     Returns
     -------

@@ -52,9 +52,9 @@ class ContinuumModel(Protocol):
     Attributes
     ----------
     name : str
-        Of the water vapour continuum, as a job names it.
+        Name of the water vapour continuum in a job.
     label : str
-        As provenance names the model.
+        Label of the model in provenance.
     citation, terms, notice : str
         What to cite, on what terms figures may be used, and the notice that travels with them.
     changed_by_water : frozenset of str

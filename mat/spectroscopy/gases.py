@@ -77,7 +77,7 @@ class LineLibrary:
     Attributes
     ----------
     provenance, terms : str
-        Of the lines, as tables name them.
+        Provenance and terms of the lines, as tables name them.
     """
 
     provenance, terms = HITRAN, "figures computed from HITRAN, which asks to be cited (Rothman et al. 2013)"

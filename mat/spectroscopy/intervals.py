@@ -40,9 +40,9 @@ class IntervalPoints:
     continuum : (3, K) array
         Water vapour continuum at the points: self, foreign (m2/molecule per cm^-1), self exponent.
     error : (4,) array
-        On held-out paths: rms and largest error of the mixture's transmittance, rms and largest of single gases.
+        Errors on held-out paths: rms and largest error of the mixture's transmittance, rms and largest of single gases.
     gas_error : dict of float
-        On held-out paths: rms error of the transmittance by each gas.
+        Errors by gas on held-out paths: rms error of the transmittance.
     """
 
     low: float

@@ -53,7 +53,7 @@ class Partner:
     Attributes
     ----------
     share : float
-        In air.
+        Share in air.
     mass : float
         g/mol.
     scale, scale_exponent : float
@@ -62,7 +62,7 @@ class Partner:
         ``power (296 / T)^power_exponent`` is the exponent of L (L + 1).
     beta : float
     distance : float
-        Of the collision, angstrom.
+        Distance of the collision, angstrom.
     """
 
     share: float
@@ -220,7 +220,7 @@ def relaxation_matrix(band: Band, temperature: float, population: Floats, dipole
     band : Band of N lines
     temperature : float, K
     population, dipole : (N,) arrays
-        Of the lower levels, degeneracy included; reduced moments with their signs.
+        Populations of the lower levels, degeneracy included; reduced moments with their signs.
     width : (N,) array
         Pressure-broadened half widths at that temperature, cm^-1/atm: the diagonal.
 

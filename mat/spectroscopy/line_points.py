@@ -49,10 +49,10 @@ class LineByLinePoints(SpectralPoints):
         Parameters
         ----------
         band : SpectralPoints
-            Of the band model, over the same range.
+            Points of the band model, over the same range.
         library : LineLibrary
         continua : ContinuumModel
-            Of single gases; the continuum of water vapour is that of `band`.
+            Continua of single gases; the continuum of water vapour is that of `band`.
         low, high, width : float
             [cm^-1]; the last bin may reach beyond `high`, but not beyond the band's last interval.
 

@@ -203,11 +203,12 @@ class AtmosphereTable(Table):
         slope : degree
             0 faces up, 180 down.
         azimuth : degree
-            Of the face relative to the azimuth of the source.
+            Azimuth of the face relative to the azimuth of the source.
         ground_temperature : K, optional
-            Of the ground around, as from the method `ground_temperature`; by default the one that the file states.
+            Temperature of the surrounding ground, as from the method `ground_temperature`; by default the one that the
+            file states.
         band : BandTable, optional
-            Of the same band; needed with `ground_temperature`.
+            Table of the same band; required with `ground_temperature`.
         by_wavelength : bool
             Parted by wavelength along a last axis, as `value_by_wavelength`.
         **where

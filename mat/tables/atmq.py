@@ -137,7 +137,7 @@ def grid_group(tables: Mapping[str, Gridded], accuracy: Group) -> Group:
     Parameters
     ----------
     tables : mapping of str to Gridded
-        By the names of `gridded.QUANTITIES`, on the same axes.
+        Tables by the names of `gridded.QUANTITIES`, on the same axes.
     accuracy : Group
         The measured errors of interpolation between their nodes.
     """

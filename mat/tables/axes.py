@@ -35,8 +35,8 @@ class AxisRule:
     out_of_range : str
         ``error`` or ``clamp``.
     dark_below : float
-        Of elevations of a source: at and below it the air holds no light of the source; NaN where the file does not
-        say.
+        Elevation of a source at and below which the air has no light of the source; NaN where the file does not state
+        it.
     """
 
     name: str

@@ -51,7 +51,7 @@ class Entry(pydantic.BaseModel):
     state, band : int or None
         Counted from 1, as in the job; None for a database that belongs to none.
     state_name, band_name : str or None
-        That the job gives.
+        Names of state and band in the job.
     date : datetime.date or None
         Local day.
     source : str or None
@@ -86,7 +86,7 @@ class Catalog:
     ----------
     folder : Path
     entries : tuple of Entry
-        In the order of their names.
+        Entries in the order of their names.
     """
 
     folder: Path
@@ -125,7 +125,7 @@ class Catalog:
         filetype : str, optional
             'htt', 'band', 'atmq', 'lunar_atmq' or 'tmm'.
         state, band : int or str, optional
-            By number, from 1, or by the name that the job gives.
+            Number, from 1, or name in the job.
         date : datetime.date or str, optional
             Local day, such as 2026-07-28.
         source : {'sun', 'moon'}, optional

@@ -35,7 +35,7 @@ def broken_channel_laws(root: Group) -> Iterator[str]:
     Parameters
     ----------
     root : Group
-        With the root attributes of the file.
+        Root group, with the root attributes of the file.
     """
     yield from _attributes(root.attributes)
     wanted = _wanted(root)

@@ -75,7 +75,7 @@ class ChannelReader:
     ground_km, scale_height_km : float
         Root attributes of the file.
     out_of_range : OutOfRange
-        For the axes by which a user asks.
+        Policies of the axes on which a user specifies values.
     """
 
     root: Group

@@ -54,14 +54,14 @@ class ChannelContent:
     rays : RayCoordinates
     nodes : ChannelNodes
     wavenumber, weight : (P,) arrays
-        Of the channels, cm^-1, and in the band, of any sum.
+        Wavenumbers of the channels, cm^-1, and their weights in the band, of any sum.
     absorbers : Parts
     light : BandLight
     fields : PathFields
     sources : SourceParts
     surface : SurfaceLight
     shares : WavelengthShares
-        Of the light of the channels.
+        Wavelength shares of the light of the channels.
     bends_paths : bool
         Whether the file says how refraction lowers the ends of paths.
     range_km, altitude_km : pairs of float

@@ -38,7 +38,7 @@ class ColumnFilm:
     capacity : (P,) ndarray
         [kg m^-2]; 0 where no water stays.
     rain : (P, FORCING_STEPS) ndarray
-        On the face [kg m^-2 s^-1].
+        Rain on the face [kg m^-2 s^-1].
     before : (P,) ndarray or None
         Water at midnight before the day [kg m^-2]; None: the film returns after the day.
     """
@@ -81,7 +81,7 @@ class ColumnFilm:
         Parameters
         ----------
         evaporation : (P, N) ndarray
-            Of a wholly wet surface [kg m^-2 s^-1]; dew is negative.
+            Evaporation rate of a wholly wet surface [kg m^-2 s^-1]; dew is negative.
         start : (P,) ndarray
             Water before the day, over the capacity.
         """

@@ -33,9 +33,9 @@ class Gridded:
     ----------
     grid : PathGrid
     values : array
-        On as many axes of the grid as the quantity has, in their order.
+        Values on as many axes of the grid as the quantity has, in their order.
     valid : (R, A, E) bool array
-        As in `AtmosphericQuantities`.
+        Validity of the paths, as in `AtmosphericQuantities`.
     """
 
     grid: PathGrid

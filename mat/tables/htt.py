@@ -62,14 +62,14 @@ def htt_group(
     table : SurfaceTemperatures
         temperature (M, A, Z, S, T) and one diagnostic of each column (M, A, Z, S).
     codes, names : (M,)
-        Of the materials, codes ascending.
+        Codes and names of the materials, codes ascending.
     axes : dict
         altitude_km, azimuth_deg, slope_deg, time_h.
     accuracy : Group
     attributes : dict
         State, site and weather, for the root.
     midnight : str, optional
-        At which the day of the table begins, as `midnight_of` writes it; without it the hours are of no day.
+        Time at which the day of the table begins, as `midnight_of` writes it; without it the hours belong to no date.
     whole_day : bool
         The times close to a day; otherwise they are a part of it, from 0 on and beyond 24 after midnight.
     shade : tuple of dict, optional
@@ -294,7 +294,7 @@ class TemperatureTable(Table):
         material : int, str or array
             Code or name.
         altitude : km
-            By default the lowest of the table.
+            Altitude of the surface; by default the lowest of the table.
         azimuth, slope : degree
             The face looks towards `azimuth`, from north eastward; by default level. A tilted face needs its azimuth.
         time : h
@@ -370,7 +370,7 @@ class TemperatureTable(Table):
         Parameters
         ----------
         exposure : Exposure
-            Of the P surfaces, in 288 steps of the day, each centred on its time, the first on midnight.
+            Exposure of the P surfaces, in 288 steps of the day, each centred on its time, the first on midnight.
         material, altitude, azimuth, slope
             As in `temperature`; together of the shape (P,).
         """

@@ -122,7 +122,7 @@ def refuse_values(path: StrPath, name: str, values: npt.NDArray[np.number]) -> N
     path : path
         Named in messages.
     name : str
-        Of the array in the file, with the groups that it stands in.
+        Name of the array in the file, with its groups.
     values : ndarray
 
     Raises

@@ -60,9 +60,9 @@ class ColumnResponse:
     Attributes
     ----------
     lag : (L,) ndarray
-        Where the cells of lag begin [h].
+        Lower edges of the cells of lag [h].
     offset : (O,) ndarray
-        Of `excess` from `reference` [K].
+        Nodes of the offset of `excess` from `reference` [K].
     kernel : (P, H, L) ndarray
         [K m^2 W^-1]
     reference : (P, H) ndarray
@@ -94,9 +94,9 @@ class ColumnResponse:
         absorbed : (P, FORCING_STEPS) ndarray
             Change of the absorbed heat, means over the steps [W m^-2].
         temperature : (P, FORCING_STEPS) ndarray
-            Of the table [K]; not a number where the table holds no such time.
+            Temperature in the table [K]; NaN where the table has no such time.
         highest : (P,) ndarray
-            That the surfaces cannot exceed because they melt [K].
+            Upper limit of the surface temperature, at which the material melts [K].
 
         Returns
         -------
@@ -192,9 +192,9 @@ class StoredResponse:
     Attributes
     ----------
     altitude, slope : AxisRule
-        Of the columns whose response is stored.
+        Axes of the columns whose response is stored.
     lag, offset : ndarray
-        As in `ColumnResponse`.
+        Nodes of lag and offset, as in `ColumnResponse`.
     kernel, reference, loss_slope, excess, melt : ndarray, shape (M, A, S, H, ...)
     film : StoredFilm or None
         None: surfaces are dry.
@@ -348,7 +348,7 @@ def temperature_change(
     Parameters
     ----------
     root : Group
-        Of the database.
+        Root group of the database.
     history : callable
         Reads its temperatures [K] at values of the axes, by name.
     column : mapping
@@ -356,7 +356,7 @@ def temperature_change(
     hours : array_like
         Clock hours at which the change is wanted, to be broadcast with them.
     absorbed : (..., n) ndarray
-        As in `TemperatureTable.temperature`.
+        Absorbed power, as in `TemperatureTable.temperature`.
 
     Returns
     -------

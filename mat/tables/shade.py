@@ -38,7 +38,7 @@ class OpenAir:
     air : (A, FORCING_STEPS) ndarray
         [K]
     elevation, azimuth : (FORCING_STEPS,) ndarray
-        Of the Sun [degree].
+        Elevation and azimuth of the Sun [degree].
     aureole : (FORCING_STEPS,) ndarray
         Share of the diffuse light that comes from around the Sun.
     """
@@ -76,11 +76,11 @@ class OpenAir:
         Parameters
         ----------
         exposure : Exposure
-            Of the P surfaces, at the steps of the day.
+            Exposure of the P surfaces, at the steps of the day.
         altitude, azimuth, slope : (P,) ndarray
             [km], [degree]
         absorptance, emissivity : (P,) ndarray
-            For sunlight, and for longwave.
+            Absorptance of sunlight, and emissivity for longwave.
 
         Returns
         -------
@@ -130,13 +130,13 @@ def absorbed_change(
     Parameters
     ----------
     root : Group
-        Of the database.
+        Root group of the database.
     around : Surroundings or Exposure
-        Of all places, or of each in the order of the broadcast shape.
+        Surroundings of all points, or of each point in the order of the broadcast shape.
     material, altitude, azimuth, slope : ndarray
         Codes, [km], [degree], to be broadcast.
     ground : Ground, optional
-        Which has the same shade; by default it stays as it is in the open.
+        Ground in the same shade; by default its temperature is that of the open ground.
 
     Returns
     -------
@@ -170,7 +170,7 @@ class Ground:
     Attributes
     ----------
     number : int
-        Of its material in the database.
+        Number of its material in the database.
     emissivity, albedo : float
     temperature : callable
         Temperatures (Z, FORCING_STEPS) [K] of level ground at altitudes (Z,) [km], under an absorbed heat (Z,

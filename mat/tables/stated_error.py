@@ -22,13 +22,13 @@ class ErrorMeasure:
     quantity : str
     points : int
     maximum, p99, p95, rms : float
-        In the quantity's own units.
+        Errors in the units of the quantity.
     maximum_kelvin, p99_kelvin, p95_kelvin, rms_kelvin : float
-        As equivalent temperature.
+        Errors as equivalent temperature.
     maximum_percent, p99_percent : float
-        Of the light that the scene sends, where that is defined.
+        Errors in percent of the light that the scene sends, where that is defined.
     regions : dict of str to ErrorMeasure
-        Over the points of a region alone, by its name.
+        Errors over the points of each region alone, by its name.
     """
 
     quantity: str
@@ -88,7 +88,7 @@ def with_independent(
     kelvin, percent : mappings
         The others by region and then by "max", "p99", "p95" and "rms"; none where there are no others.
     region : str
-        That of all points. Regions of `measured` without others of their own have those of all points.
+        Name of the region of all points. Regions of `measured` without independent errors get those of all points.
     """
     if not kelvin:
         return measured

@@ -39,11 +39,11 @@ class SourceTrack:
     elevation, azimuth : ndarray
         Geometric; from north eastward, 0 to 360 [degree].
     distance : ndarray
-        From the observer: of the Sun [au], of the Moon [km].
+        Distance from the observer: of the Sun [au], of the Moon [km].
     phase_angle : ndarray
         Angle Sun - Moon - observer, 0 for the Sun [degree].
     illuminated_fraction : ndarray
-        Of the disc.
+        Illuminated fraction of the disc.
     """
 
     elevation: Floats
@@ -83,7 +83,7 @@ def source_track(root: Group, source: str, time: npt.ArrayLike) -> SourceTrack:
     Parameters
     ----------
     root : Group
-        Of a ``.htt`` database.
+        Root group of a ``.htt`` database.
     source : {'sun', 'moon'}
     time : array_like
         Local clock [h], 0 to 36.

@@ -29,9 +29,9 @@ class BatchTiming:
     place : str
     workers : int
     seconds : float
-        By the clock; of processes of this machine their start included.
+        Wall time; for processes of this machine it includes their start.
     processor_seconds : float
-        Of all tasks: what does not change with the load of the machine.
+        Processor time of all tasks, which does not depend on the load of the machine.
     stages : dict of str to float
         Seconds by stage, added over all tasks.
     further : float

@@ -83,7 +83,7 @@ def march(material: SurfaceMaterial, forcing: Forcing, steps: int, days: int, ce
     Parameters
     ----------
     forcing : Forcing
-        At times of which `steps` is a multiple.
+        Forcing at times of which `steps` is a multiple.
     theta : float
         0 explicit Euler, 1/2 Crank-Nicolson, 1 implicit Euler.
     """

@@ -60,7 +60,7 @@ def compare(loaded: LoadedJob, folder: Path, seed: int) -> Comparison:
     folder : Path
         Empty; for `kept` and `whole`.
     seed : int
-        Of the places that are read.
+        Seed of the points that are read.
     """
     job, everything = (
         one.model_copy(update={"output": one.output.model_copy(update={"pictures": False})})

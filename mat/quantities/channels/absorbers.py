@@ -24,9 +24,9 @@ def absorbers(depth: Floats, length: Floats, weight: Floats, allowed: float) -> 
     depth : (n, P) array
         Optical depths of n paths.
     length : (n,) array
-        Of the paths; any unit.
+        Length of the paths; any unit.
     weight : (P,) array
-        Of the points in the band.
+        Weights of the points in the band.
     allowed : float
         Root mean square error of transmittance; the largest is within `_WORST` times.
 

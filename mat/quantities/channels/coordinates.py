@@ -39,14 +39,14 @@ class RayPlaces:
     share, height_root, direction : arrays
         Share of the way 0 to 1, cube root of the height above the ground [km^(1/3)], direction.
     length : array
-        By which mean extinction is multiplied to give optical depth [km]: the range, or l times the share.
+        Factor that multiplies mean extinction to give optical depth [km]: the range, or l times the share.
     to_ground : bool array
         The line meets the ground.
     ground_distance : array
         km; infinite for lines to space.
     end_height : array
-        Of the end of the path above the ground [km] on an Earth of the radius rho, 0 at and behind the ground; on long
-        paths through the air kilometres too low (`end_heights`).
+        Height of the end of the path above the ground [km] on an Earth of the radius rho, 0 at and behind the ground;
+        on long paths through the air kilometres too low (`end_heights`).
     """
 
     share: Floats

@@ -30,7 +30,7 @@ def end_rise(rays: RayCoordinates, root: float, elevation: float, path: LineOfSi
     root : float
         Cube root of the observer's height [km^(1/3)].
     elevation : float
-        At the observer, degree.
+        Elevation of the line at the observer, degree.
     path : LineOfSight
     """
     ranges = (path.length + path.beyond) / 1e3
@@ -56,7 +56,7 @@ def largest_change_of_beam(
         Prepared.
     rays : RayCoordinates
     irradiance : (P,) array
-        Of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
+        Irradiance of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
     source_elevation : pair of float
         Lowest and highest, degree.
     lines : arrays

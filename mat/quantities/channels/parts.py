@@ -58,7 +58,7 @@ def fitted_parts(values: Floats, index: Integers, weight: Floats | None = None) 
     values : (m, n) array
     index : (K,) int array
     weight : (m, n) array, optional
-        Of each value's error; by default 1.
+        Weight of each value's error; by default 1.
     """
     base = values[:, index]
     if weight is None:

@@ -40,11 +40,11 @@ class BandLight:
     Attributes
     ----------
     thermal : (P,) array
-        Of a black body at `REFERENCE`, by the points' radiance weights, W m^-2 sr^-1.
+        Radiance of a black body at `REFERENCE`, by the points' radiance weights, W m^-2 sr^-1.
     source : (P,) array
-        Of the source outside the atmosphere, likewise; its sum is 1, or all are 0.
+        Irradiance of the source outside the atmosphere, likewise; its sum is 1, or all are 0.
     scattering : ScatteringPoints
-        Where scattered light of the source is computed.
+        Points at which scattered light of the source is computed.
     """
 
     thermal: Floats
@@ -123,7 +123,7 @@ class LightOver:
     atmosphere : BandAtmosphere
     lines : JoinedPaths
     depth : (L, R, P) array
-        Of `depth_of`.
+        Optical depth from `depth_of`.
     """
 
     atmosphere: BandAtmosphere
@@ -182,12 +182,12 @@ def path_fields(
     rays : RayCoordinates
     nodes : ChannelNodes
     absorbers : Parts
-        Of the band's points.
+        Absorbers of the band's points.
     light : BandLight
     source_elevation, scattering_angle : (K,) arrays
         Directions of the source, rad.
     known : PathFields, optional
-        Under another source, of which all but scattered light is the same.
+        Fields under another source, which share everything but scattered light.
     """
     atmosphere.air.prepare()
     scattered = np.empty((source_elevation.size, *nodes.shape))

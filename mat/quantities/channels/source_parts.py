@@ -63,7 +63,7 @@ def sampled_radiance(
     elevation, angle : (S,) arrays
         Source elevation and scattering angle, degree.
     lines : altitude, elevation (n,), ranges (n, R)
-        Of the sample, km and degree.
+        Lines of the sample, km and degree.
 
     Returns
     -------
@@ -102,8 +102,8 @@ def source_parts(
     elevation, angle : (SE,), (SA,) arrays
         Nodes of source elevation and of scattering angle, degree.
     samples : sequence of `sampled_radiance`
-        Under all directions of the nodes, of one air or of several; none without light. Lines with odd numbers only
-        test.
+        Samples under all directions of the nodes, of one air or of several; none without light. Lines with odd numbers
+        are for testing only.
     allowed : float
         Root mean square error of path radiance on the lines that only test [W m^-2 sr^-1]; the largest is within
         `_WORST` times.

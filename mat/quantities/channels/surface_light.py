@@ -47,8 +47,8 @@ class LightParts:
     value : (K, ...) array
         W m^-2 sr^-1.
     factor : (P, K) array
-        Of each spectrum at the band's points: the light that reaches an observer is the sum over j and k of tau_j
-        factor[j, k] value[k].
+        Factor of each spectrum at the band's points: the light that reaches an observer is the sum over j and k of
+        tau_j factor[j, k] value[k].
     """
 
     value: Floats
@@ -102,7 +102,7 @@ class SurfaceLight:
     ground_harmonics : LightParts or None
         (K, Y, L): transmittance to the ground, without its emission.
     ground_emission : (T, P) array
-        Of `ambient_harmonics.ground_emission`.
+        Emission of the ground from `ambient_harmonics.ground_emission`.
     """
 
     height_km: Floats
@@ -176,11 +176,11 @@ class EmittedLight:
     Attributes
     ----------
     level : (Y, P) array
-        On a level surface, W m^-2 (cm^-1)^-1.
+        Irradiance on a level surface, W m^-2 (cm^-1)^-1.
     harmonics : (Y, P, H) array
-        Of `ambient_harmonics.HarmonicSky`.
+        Harmonics from `ambient_harmonics.HarmonicSky`.
     ground : (Y, P, L) array
-        Of the transmittance to the ground.
+        Harmonics of the transmittance to the ground.
     """
 
     level: Floats
@@ -214,7 +214,7 @@ def surface_light(
     ----------
     atmosphere : BandAtmosphere
     irradiance : (P,) array
-        Of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
+        Irradiance of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
     source_elevation : (SE,) array
         Nodes for diffuse light, degree.
     through : (m, P) array

@@ -58,7 +58,7 @@ class PartedLight:
     wavenumber : (P,) array
         cm^-1.
     thermal, source : (P,) arrays
-        Of a black body and of the source in the band, by the points' radiance weights; any unit.
+        Spectra of a black body and of the source in the band, by the points' radiance weights; any unit.
     """
 
     wavenumber: Floats
@@ -80,7 +80,7 @@ class WavelengthShares:
     wavelength : (B,) array
         um; `band_wavelengths.parted` between them.
     thermal, source : (P, B) arrays
-        Of emitted light, and of the source's; each row sums to 1.
+        Shares of emitted light, and of the source's; each row sums to 1.
     """
 
     wavelength: Floats

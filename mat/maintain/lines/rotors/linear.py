@@ -22,7 +22,7 @@ class LinearState:
     name : str
         Quantum numbers v1 v2 l2 v3.
     e, f : Constants
-        Of its levels of either parity; a state with l = 0 has e alone.
+        Constants of the levels of either parity; a state with l = 0 has e alone.
     """
 
     name: str

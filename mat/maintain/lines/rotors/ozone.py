@@ -58,13 +58,14 @@ class Isotopologue:
     Attributes
     ----------
     number : int
-        Of HITRAN.
+        Number in HITRAN.
     abundance : float
         Natural, of HITRAN.
     masses : (3,) tuple
-        Of the inner atom and the two outer ones, u.
+        Masses of the inner atom and the two outer ones, u.
     origins : dict
-        Of the fundamentals at 9.6 um, where they are not those of the main species, cm^-1 (Flaud et al. 1990).
+        Origins of the fundamentals at 9.6 um, where they differ from those of the main species, cm^-1 (Flaud et al.
+        1990).
     """
 
     number: int
@@ -98,7 +99,7 @@ class Band:
     upper : tuple of str
         One state, or two that Coriolis coupling joins.
     operators : tuple of Moment
-        Of each upper state.
+        Moments of each upper state.
     """
 
     lower: str

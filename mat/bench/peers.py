@@ -110,12 +110,12 @@ def comparisons(
                 seconds = _peer_seconds(program, state, _for_peer(grid), limits)
                 note = "single lines of sight with multiple scattering, in steps of 5 cm^-1"
             except InputError as error:
-                note = f"left out: {error}"
+                note = f"skipped: {error}"
         work = f"a node of the job's axes, {limits[0]:g}-{limits[1]:g} um"
         results.append(Comparison(LOWTRAN, work, seconds, _of_band(rung, number) / lines, lines, note))
     columns = _columns(rung, library)
     if quick:
-        one_day, note = None, "left out: --quick"
+        one_day, note = None, "skipped: --quick"
     else:
         say(f"measuring {ENERGYPLUS}")
         run = energyplus.measure()
@@ -132,8 +132,8 @@ def _for_peer(grid: PathGrid) -> PathGrid:
     """
     up = (grid.elevation_deg > 0) & (grid.elevation_deg < 90)
     far = (grid.range_km >= 1) & (grid.range_km <= 40)
-    known = up.any() and far.any() and (grid.altitude_km < 20).any() and (grid.source_elevation_deg > 0).any()
-    return grid if known else GRID
+    covered = up.any() and far.any() and (grid.altitude_km < 20).any() and (grid.source_elevation_deg > 0).any()
+    return grid if covered else GRID
 
 
 def _peer_seconds(program: Path, state: AtmosphericState, grid: PathGrid, limits: tuple[float, float]) -> float:
@@ -179,12 +179,12 @@ def _median(rung: Rung, chosen: Callable[[Kind, int], bool], without: tuple[str,
     sums = [
         sum(
             spent
-            for task in each.tasks
+            for task in timed.tasks
             if chosen(Kind(task.kind), task.band)
             for stage, spent in task.stages.items()
             if stage not in without
         )
-        for each in rung.builds
+        for timed in rung.builds
     ]
     return float(np.median(sums))
 

@@ -1,7 +1,7 @@
 """Spherical harmonics of the radiance around a surface, weighted as equation (20) weights the level sky.
 
-What the ground emits follows its own temperature, by the hour, and stands apart: of unit radiance, weighted at a few
-temperatures of the ground, since the path weighs the colours of its emission.
+The emission of the ground follows its own temperature, by the hour, and is stored separately: of unit radiance,
+weighted at a few temperatures of the ground, since the path weighs the colours of its emission.
 """
 
 from __future__ import annotations
@@ -186,9 +186,9 @@ def ambient_harmonics(atmosphere: BandAtmosphere, grid: PathGrid, irradiance: Fl
         return harmonics_along(band, path, sky, emission)
 
     reach = np.broadcast_to(ranges, (elevation.size, ranges.size))
-    for place, altitude in enumerate(grid.altitude_km * 1e3):
+    for level, altitude in enumerate(grid.altitude_km * 1e3):
         rays = trace(air.shells, np.full(elevation.size, altitude), elevation, reach)
         lines = parallel_map(partial(line, rays, altitude), range(elevation.size))
         for row, (of_sky, of_ground) in enumerate(lines):
-            radiance[:, place, row], ground[:, place, row] = of_sky, of_ground
+            radiance[:, level, row], ground[:, level, row] = of_sky, of_ground
     return AmbientHarmonics(grid, radiance, ground)

@@ -1,9 +1,9 @@
-"""Diffuse sunlight from around the Sun, which goes where something stands before it.
+"""Circumsolar diffuse sunlight, which an obstacle before the Sun removes.
 
-A beam from the Sun and a sky of even brightness stand for the light of the whole sky. The beam has what the radiative
-transfer of the state finds within `RADIUS_DEG` of the Sun, above the mean brightness of the rest. By this radius what
-walls, buildings and trees before the Sun take is right to a third of the error of an even sky, and of that of the split
-of Hay and Davies (1980): `tests/mat/quantities/test_aureole.py`.
+A beam from the Sun and a sky of uniform brightness approximate the light of the whole sky. The beam has what the
+radiative transfer of the state finds within `RADIUS_DEG` of the Sun, above the mean brightness of the rest. By this
+radius what walls, buildings and trees before the Sun take is right to a third of the error of an even sky, and of that
+of the split of Hay and Davies (1980): `tests/mat/quantities/test_aureole.py`.
 """
 
 from __future__ import annotations
@@ -73,8 +73,8 @@ class SunlitSky:
     @property
     def irradiance(self) -> Floats:
         """Of a level surface, (S,)."""
-        whole: Floats = np.sum(self.weights * self.radiance, axis=(1, 2))
-        return whole
+        total: Floats = np.sum(self.weights * self.radiance, axis=(1, 2))
+        return total
 
     def within(self, hides: Callable[[Floats, Floats], Booleans]) -> tuple[Floats, Floats]:
         """Share of the irradiance that an obstacle takes, and what it would take of an even sky, (S,) each.
@@ -89,8 +89,8 @@ class SunlitSky:
         samples = self.directions.samples[self.directions.cosine > 0]
         covered = self.weights * np.stack([hides(samples, sun).mean(axis=-1) for sun in suns])
         even: Floats = covered.sum(axis=(1, 2)) / self.weights.sum()
-        light, whole = np.sum(covered * self.radiance, axis=(1, 2)), self.irradiance
-        return np.divide(light, whole, out=even.copy(), where=whole > 0), even
+        light, total = np.sum(covered * self.radiance, axis=(1, 2)), self.irradiance
+        return np.divide(light, total, out=even.copy(), where=total > 0), even
 
     @property
     def aureole(self) -> Floats:
@@ -99,8 +99,8 @@ class SunlitSky:
         With h of it from within `RADIUS_DEG`, of which an even sky would have s: (h - s) / (1 - s).
         """
         share, even = self.within(lambda directions, sun: directions @ sun > np.cos(np.radians(RADIUS_DEG)))
-        around: Floats = np.maximum((share - even) / (1 - even), 0.0)
-        return around
+        circumsolar: Floats = np.maximum((share - even) / (1 - even), 0.0)
+        return circumsolar
 
 
 def sunlit_sky(

@@ -52,12 +52,12 @@ def mean_transmittance(depth: Reals, weights: Floats, total: float = 1.0) -> tup
     ln_transmittance, absorptance : (R,) or (R, K) arrays
     """
     absorptance: Floats = -np.expm1(-depth) @ weights.T / total
-    least = depth.min(axis=1, keepdims=True)
-    relative = np.exp(least - depth) @ weights.T / total
+    smallest = depth.min(axis=1, keepdims=True)
+    relative = np.exp(smallest - depth) @ weights.T / total
     if weights.ndim == 1:
-        least = least[:, 0]
+        smallest = smallest[:, 0]
     with np.errstate(divide="ignore"):
-        thick = np.log(relative) - least
+        thick = np.log(relative) - smallest
     for path, *kind in np.argwhere(relative < _UNDERFLOW):
         thick[path, *kind] = logsumexp(-depth[path], b=weights[tuple(kind)]) - np.log(total)
     return np.where(absorptance < 0.5, np.log1p(-np.minimum(absorptance, 0.5)), thick), absorptance

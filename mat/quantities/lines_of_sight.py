@@ -13,7 +13,7 @@ from skyshine.schemas.arrays import Floats
 
 @dataclass(frozen=True, eq=False)
 class LinesOfSight:
-    """Lines of sight of any shape, each from an observer over a range; the source is left out where none matters.
+    """Lines of sight of any shape, each from an observer over a range; the source is None where none matters.
 
     Attributes
     ----------

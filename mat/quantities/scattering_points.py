@@ -65,8 +65,8 @@ class ScatteringPoints:
                 return ScatteringPoints(self.air.part(chosen), self.index[chosen], self.weight[chosen] * factor)
         return self
 
-    def depths(self, whole: Depths) -> Depths:
+    def depths(self, depths: Depths) -> Depths:
         """Optical depths of segments at these points, of those at all points of the band."""
-        if self.index.size == whole.per_segment.shape[1]:
-            return whole
-        return Depths(np.ascontiguousarray(whole.per_segment[:, self.index]), whole.first)
+        if self.index.size == depths.per_segment.shape[1]:
+            return depths
+        return Depths(np.ascontiguousarray(depths.per_segment[:, self.index]), depths.first)

@@ -77,8 +77,8 @@ class SkyTable:
 
         def total(group: Floats) -> Floats:
             sky = sky_irradiance(air, group, source_elevation)
-            own = sky.thermal + night_irradiance(air, group) if air.state.night_sky else sky.thermal
-            return own[:, None] + sky.scattered * irradiance
+            emitted = sky.thermal + night_irradiance(air, group) if air.state.night_sky else sky.thermal
+            return emitted[:, None] + sky.scattered * irradiance
 
         groups = np.array_split(altitude, -(-altitude.size // _GROUP))
         irradiances = np.concatenate(parallel_map(total, groups))

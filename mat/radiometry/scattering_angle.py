@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from skyshine.schemas.arrays import Floats
 
-_LEVEL = 1e-9  # product of cosines below which line or source stands in the zenith or nadir: azimuth is undefined there
+_LEVEL = 1e-9  # product of cosines below which line or source is at the zenith or nadir: azimuth is undefined there
 
 
 def scattering_angle(

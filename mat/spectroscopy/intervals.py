@@ -110,9 +110,9 @@ def targets(spectra: Spectra, states: Sequence[TrainingState]) -> tuple[Singles,
         rows.append(np.exp(-np.asarray(sum(depth.values()))))
         kind += ["mixture"] * len(columns)
         for gas in spectra.tables:
-            one = np.exp(-depth[gas][state.apart])
-            matters = one.min(axis=1) < 0.998
-            rows.append(one[matters])
+            transmittance = np.exp(-depth[gas][state.apart])
+            matters = transmittance.min(axis=1) < 0.998
+            rows.append(transmittance[matters])
             kind += [gas] * int(matters.sum())
         total = np.asarray(sum(levels.values()))
         source = _planck_ratio(0.5 * (spectra.low + spectra.high), state.temperature)
@@ -125,8 +125,8 @@ def targets(spectra: Spectra, states: Sequence[TrainingState]) -> tuple[Singles,
 def _emission(depth: Singles, source: Floats) -> Singles:
     """Radiance of successive slabs of optical depth (S, K), nearest first, that end at the top of the levels; (K,)."""
     through = np.exp(-np.vstack([np.zeros((1, depth.shape[1]), np.float32), np.cumsum(depth, axis=0)]))
-    first = source.size - 1 - len(depth)
-    mean = 0.5 * (source[first:-1] + source[first + 1 :])
+    start = source.size - 1 - len(depth)
+    mean = 0.5 * (source[start:-1] + source[start + 1 :])
     return np.asarray(mean.astype(np.float32) @ -np.diff(through, axis=0), dtype=np.float32)
 
 

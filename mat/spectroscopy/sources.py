@@ -1,4 +1,4 @@
-"""Where the cross sections of a gas come from: its lines and the continuum that belongs to it, or what stands in for
+"""Where the cross sections of a gas come from: its lines and the continuum that belongs to it, or what replaces
 them.
 """
 

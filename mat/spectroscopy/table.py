@@ -324,7 +324,10 @@ def _gas_group(gas: GasSources[Source], parts: Sequence[Part], interval: Axis) -
             {"scale_factor": RATIO_STEP, "add_offset": 0.0},
             chunks=(128, *humid.shape[1:]),
         )
-    about = {"sources": [one.provenance for one in gas.sources], "terms": [one.terms for one in gas.sources]}
+    about = {
+        "sources": [source.provenance for source in gas.sources],
+        "terms": [source.terms for source in gas.sources],
+    }
     return Group(axes=axes, variables=variables, attributes=about)
 
 
@@ -376,11 +379,11 @@ def build(
     folder = Path(parts) if parts else Path(f"{out}.parts")
     edges = np.unique(np.concatenate([interval_edges(*pair) for pair in ranges]), axis=0)
     builder = Builder(lines, continua, lookups, lowtran, cross_sections, settings, generated)
-    for done, (low, high) in enumerate(edges.tolist()):
+    for number, (low, high) in enumerate(edges.tolist()):
         key = builder.key(low, high)
         if not part_is_done(folder, low, key):
             write_part(folder, builder.interval(low, high), key)
         if progress:
-            progress(done + 1, len(edges))
+            progress(number + 1, len(edges))
     finished = [builder.with_measured(dict(np.load(part_path(folder, low)))) for low in edges[:, 0]]
     return assemble(finished, Path(out), sources=builder.gases, continua=builder.continua, settings=settings)

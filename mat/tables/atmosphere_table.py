@@ -119,8 +119,8 @@ class AtmosphereTable(Table):
         paths = reader.paths(*line)
         if np.any(np.isfinite(entry.end_altitude_km)):  # in space the beam alone knows how high
             high = np.where(np.isfinite(entry.end_altitude_km), entry.end_altitude_km - reader.ground_km, 0.0)
-            end = np.where(np.isfinite(entry.end_altitude_km), high, paths.places.end_height)
-            paths = replace(paths, places=replace(paths.places, end_height=end))
+            end = np.where(np.isfinite(entry.end_altitude_km), high, paths.coordinates.end_height)
+            paths = replace(paths, coordinates=replace(paths.coordinates, end_height=end))
         if quantity == "beta_star":
             return reader.beta_star(paths, place["range"])
         if quantity == DEPTH:

@@ -112,8 +112,8 @@ class AxisRule:
             values = np.abs(np.mod(values + self.period / 2, self.period) - self.period / 2)
             values = self._bounded(values, nodes, values.min(initial=nodes[0]), values.max(initial=nodes[0]))
         elif self.period > 0:
-            given, values = values, values - self.period * np.floor((values - nodes[0]) / self.period)
-            values = self._bounded(values, nodes, values.min(initial=nodes[0]), values.max(initial=nodes[0]), given)
+            original, values = values, values - self.period * np.floor((values - nodes[0]) / self.period)
+            values = self._bounded(values, nodes, values.min(initial=nodes[0]), values.max(initial=nodes[0]), original)
         else:
             values = self._bounded(values, nodes, lowest, highest)
         if nodes.size == 1:
@@ -126,12 +126,14 @@ class AxisRule:
         return lower, upper % self.nodes.size if self.interpolation == PERIODIC else upper, weight
 
     def _bounded(
-        self, values: np.ndarray, nodes: np.ndarray, lowest: float, highest: float, given: np.ndarray | None = None
+        self, values: np.ndarray, nodes: np.ndarray, lowest: float, highest: float, original: np.ndarray | None = None
     ) -> np.ndarray:
         if lowest >= nodes[0] and highest <= nodes[-1]:
             return values
         if self.out_of_range == ERROR:
-            outside = np.ravel((values if given is None else given)[(values < nodes[0]) | (values > nodes[-1])])[0]
+            outside = np.ravel((values if original is None else original)[(values < nodes[0]) | (values > nodes[-1])])[
+                0
+            ]
             raise InputError(
                 f"{self.name}: found {outside:g}; allowed: {nodes[0]:g} to {nodes[-1]:g}; stay inside, or read "
                 "the nearest node with table.clamped() or --clamp"
@@ -145,8 +147,8 @@ class AxisRule:
         wrong = self.nodes[position] != values
         if np.any(wrong):
             unknown = np.ravel(np.asarray(values)[wrong])[0] if values.ndim else values
-            known = ", ".join(f"{node:g}" for node in self.nodes[:64])
-            raise InputError(f"{self.name}: found {unknown}; allowed: {known}; name one of them")
+            allowed = ", ".join(f"{node:g}" for node in self.nodes[:64])
+            raise InputError(f"{self.name}: found {unknown}; allowed: {allowed}; name one of them")
         return position, position, np.zeros(values.shape)
 
 

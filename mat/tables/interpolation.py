@@ -22,7 +22,7 @@ def interpolate(values: np.ndarray, rules: Sequence[AxisRule], where: Mapping[st
     values : (n1, n2, ...) ndarray
     rules : one AxisRule for each axis of `values`
     where : mapping of axis name to values
-        Broadcast against each other; axes of one node may be left out.
+        Coordinates, broadcast against each other; axes of one node may be omitted.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Where Sun and Moon stand through a day and the night after it, in a ``.htt`` database."""
+"""Positions of Sun and Moon through a day and the night after it, in a ``.htt`` database."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _DESCRIBED = {
 
 @dataclass(frozen=True, eq=False)
 class SourceTrack:
-    """Where a source stands at some times.
+    """Positions of a source at given times.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ def source_track(root: Group, source: str, time: npt.ArrayLike) -> SourceTrack:
     if source not in SOURCES:
         raise InputError(f"found the source '{source}'; allowed: {', '.join(SOURCES)}")
     if TRACK_TIME not in root.axes or any(name not in root.variables for name in _DESCRIBED):
-        raise InputError("the file holds no tracks of Sun and Moon; build it again")
+        raise InputError("the file contains no tracks of Sun and Moon; build it again")
     rule = AxisRule.of(TRACK_TIME, root.axes[TRACK_TIME])
 
     def at(name: str) -> Floats:

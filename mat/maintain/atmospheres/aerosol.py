@@ -2,7 +2,7 @@
 
     python -m mat.maintain.atmospheres.aerosol lowtran7.f --out atmospheres/aerosol
 
-The tables stand in BLOCK DATA EXTDTA, DSTDTA, MARDTA, PHSDTA and PRFDTA (Kneizys et al. 1988, AFGL-TR-88-0177); the
+The tables are in BLOCK DATA EXTDTA, DSTDTA, MARDTA, PHSDTA and PRFDTA (Kneizys et al. 1988, AFGL-TR-88-0177); the
 models are those of Shettle and Fenn 1979, AFGL-TR-79-0214, Longtin et al. 1988, AFGL-TR-88-0112 (desert), and Gathman
 1983 (Navy maritime).
 """
@@ -171,8 +171,8 @@ def write_phase_functions(data: dict[str, Floats], out: Path) -> None:
     )
     write_csv(out / "phase_functions.csv", (*note, *PROVENANCE), columns, np.column_stack([PHASE_ANGLES, functions.T]))
     rows = []
-    for name, (_, first) in HUMID_MODELS.items():
-        rows += [(name, humidity, *data[f"MUM{first + i}"]) for i, humidity in enumerate(HUMIDITIES)]
+    for name, (_, model_number) in HUMID_MODELS.items():
+        rows += [(name, humidity, *data[f"MUM{model_number + i}"]) for i, humidity in enumerate(HUMIDITIES)]
     rows += [(name, 0, *data[f"MUM{row}"]) for name, (_, row) in DRY_MODELS.items()]
     columns = ("model", "relative_humidity[percent]", *(f"{wavelength:g}" for wavelength in PHASE_WAVELENGTHS))
     about = "Number of the phase function (phase_functions.csv) by model, humidity and wavelength [um]."
@@ -183,7 +183,7 @@ def write_vertical(data: dict[str, Floats], out: Path) -> None:
     """Extinction at 0.55 um against altitude: by visibility below 2 km, by visibility and season to 10 km, by season
     above.
     """
-    levels = slice(0, 33)  # the 34th altitude stands for infinity
+    levels = slice(0, 33)  # the 34th altitude represents infinity
     columns = {"altitude[km]": data["ZHT"][levels]}
     for season, middle, upper in (("spring_summer", "SPSU", "SS"), ("fall_winter", "FAWI", "FW")):
         for number, visibility in enumerate(VISIBILITIES, start=1):

@@ -5,7 +5,7 @@
 writes `atmospheres/continuum/mt_ckd_2.4.csv` from the coefficients before MT_CKD 4 in the folder of the continua, with
 the self continuum of 2000 to 3200 cm^-1 that MT_CKD 2.5 replaced. Against the figures printed with release 2.5.3 the
 self continuum agrees from 750 cm^-1 on (below, later releases changed it), and the foreign continuum to 3 % (its scale
-factor of MT_CKD 2.4 is left out). From 3300 to 5000 cm^-1 nothing was printed: both parts are those of the last release
+factor of MT_CKD 2.4 is omitted). From 3300 to 5000 cm^-1 nothing was printed: both parts are those of the last release
 before MT_CKD 4.
 """
 
@@ -33,8 +33,8 @@ def coefficients(continua: Continua) -> tuple[Floats, Floats, Floats, Floats]:
     wavenumber = np.arange(LOW, HIGH + 1, STEP)
     at_296, at_260, foreign = (continua.before_4(name, wavenumber) for name in ("bs296", "bs260", "bfh2o"))
     replaced = read_csv(atmospheres.path(REPLACED))
-    place = np.searchsorted(wavenumber, replaced["wavenumber[cm-1]"])
-    at_296[place], at_260[place] = replaced["self_296[1e-20 cm3]"], replaced["self_260[1e-20 cm3]"]
+    index = np.searchsorted(wavenumber, replaced["wavenumber[cm-1]"])
+    at_296[index], at_260[index] = replaced["self_296[1e-20 cm3]"], replaced["self_260[1e-20 cm3]"]
     exponent = np.log(at_260 / at_296) / np.log(REFERENCE_TEMPERATURE / COLD)
     return wavenumber, at_296 * UNIT, foreign * UNIT, exponent
 

@@ -1,4 +1,4 @@
-"""Choice of the points that stand for the whole thermal and the whole solar spectrum in fluxes on the ground.
+"""Choice of the points that represent the whole thermal and the whole solar spectrum in fluxes on the ground.
 
 The absorption table's points are reduced by the method that chose them (`atmosphere.selection`), with fluxes at many
 altitudes, under many states, as targets. The error is measured on states of a profile that no choice has seen.

@@ -72,11 +72,11 @@ def _joined(recipe: Recipe, folder: Path) -> tuple[Floats, Floats, Floats, list[
         end, before = upper, piece
     if end < recipe.upper:
         stretches.append((end, recipe.upper, "held", ""))
-    known = np.isfinite(reflectance)
+    measured = np.isfinite(reflectance)
     return (
         fine,
-        np.interp(fine, fine[known], reflectance[known]),
-        np.interp(fine, fine[known], absorptance[known]),
+        np.interp(fine, fine[measured], reflectance[measured]),
+        np.interp(fine, fine[measured], absorptance[measured]),
         stretches,
     )
 

@@ -134,8 +134,8 @@ class Piece(StrictModel):
             return self._pane(folder, wavelength)
         reflectance = self._state(folder, wavelength)
         if self.level is not None:
-            whole = np.geomspace(*self.range, LEVEL_POINTS)
-            reflectance = with_odds(reflectance, self.level.factor(whole, self._state(folder, whole)))
+            levels = np.geomspace(*self.range, LEVEL_POINTS)
+            reflectance = with_odds(reflectance, self.level.factor(levels, self._state(folder, levels)))
         return reflectance, 1.0 - reflectance
 
     def _state(self, folder: Path, wavelength: Floats) -> Floats:
@@ -143,10 +143,10 @@ class Piece(StrictModel):
         reflectance = self._reflectance(folder, wavelength)
         if self.ratio is None:
             return reflectance
-        over, under = (
+        over, divisor = (
             np.interp(wavelength, *readers.read_usgs(folder / file)) for file in (self.ratio.over, self.ratio.under)
         )
-        return reflectance * over / under
+        return reflectance * over / divisor
 
     def _reflectance(self, folder: Path, wavelength: Floats) -> Floats:
         if self.source == "literature":

@@ -46,8 +46,8 @@ def draw(out: Path, job: Path) -> None:
         axis.set_title(title, fontsize=11)
     for question in suggest(entry, folder, library, QUESTIONS).questions:
         circle = {"boxstyle": "circle", "facecolor": "white", "edgecolor": "black"}
-        place = question.answer
-        axes[0].text(place.x, place.y, str(place.number), ha="center", va="center", bbox=circle)
+        answer = question.answer
+        axes[0].text(answer.x, answer.y, str(answer.number), ha="center", va="center", bbox=circle)
     halo = [withStroke(linewidth=5, foreground="white")]
     for name, polygons in entry.seeds.polygons.items():
         for polygon in polygons:

@@ -40,8 +40,8 @@ def absorbers(depth: Floats, length: Floats, weight: Floats, allowed: float) -> 
     through = np.exp(-depth)
     mean = depth / length[:, None]
     exact, order = through @ share, pivots(mean / np.maximum(np.sqrt(np.mean(mean**2, axis=0)), _SMALLEST))
-    most = min(MOST_ABSORBERS, depth.shape[1])
-    for count in range(min(_LEAST, most), most + 1, _STEP):
+    limit = min(MOST_ABSORBERS, depth.shape[1])
+    for count in range(min(_LEAST, limit), limit + 1, _STEP):
         chosen = fitted_parts(depth, np.sort(order[:count]), through + _OPAQUE)
         error = np.exp(-np.maximum(depth[:, chosen.index] @ chosen.factor.T, 0.0)) @ share - exact
         if np.sqrt(np.mean(error**2)) <= allowed and np.abs(error).max() <= _WORST * allowed:

@@ -65,7 +65,7 @@ class Entry:
     Attributes
     ----------
     range_km, altitude_km, elevation_deg : arrays
-        The rest of the path, altitude and elevation at the entry. Lines that do not enter stand at the top of the air,
+        The rest of the path, altitude and elevation at the entry. Lines that do not enter start at the top of the air,
         upwards, with a range of 0.
     turn : array
         Angle at the centre of the Earth between the observer and the entry [rad].
@@ -108,9 +108,9 @@ class Entry:
         """
         up, turn = np.radians(np.asarray(elevation_deg, float)), np.radians(np.asarray(azimuth_deg, float))
         sine = np.cos(self.turn) * np.sin(up) + np.sin(self.turn) * np.cos(up) * np.cos(turn)
-        turned = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
+        at_entry = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
         # Where the line does not turn, no rounding takes an elevation beyond the end of an axis.
-        entered: Floats = np.where(self.turn > 0, turned, np.asarray(elevation_deg, float))
+        entered: Floats = np.where(self.turn > 0, at_entry, np.asarray(elevation_deg, float))
         return entered
 
 

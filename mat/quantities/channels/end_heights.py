@@ -1,7 +1,7 @@
 """How refraction lowers the ends of paths, and what that changes of the beam which reaches them.
 
 The sphere of `coordinates.RayCoordinates` bends every path by as much as the one that grazes the ground. Paths that
-leave the air are bent less: their ends stand higher, by kilometres at ranges of hundreds. Near sunrise that is the
+leave the air are bent less: their ends are higher, by kilometres at ranges of hundreds. Near sunrise that is the
 difference between light and shadow. So the end is counted from that of a straight line over the real Earth, from which
 refraction takes a share of the range that is bounded: the angle by which the path is bent.
 """

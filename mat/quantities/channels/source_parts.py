@@ -77,9 +77,9 @@ def sampled_radiance(
     paths = list(lines_of_sight(atmosphere.air, ranges * 1e3, altitude * 1e3, np.radians(line_elevation)))
     up, away = np.radians(elevation), np.radians(angle)
 
-    def seen(some: slice) -> Floats:
-        reference = LightOver.of(atmosphere, JoinedPaths.of(paths[some]))
-        sources = [LineSources.at_angle(path.elevation, up, away) for path in paths[some]]
+    def seen(group: slice) -> Floats:
+        reference = LightOver.of(atmosphere, JoinedPaths.of(paths[group]))
+        sources = [LineSources.at_angle(path.elevation, up, away) for path in paths[group]]
         divisor = reference.absorbed @ light.source
         return (reference.scattered(sources, light) * divisor[..., None]).reshape(-1, up.size)
 
@@ -117,8 +117,8 @@ def source_parts(
     numbers, radiance = (np.concatenate(part) for part in zip(*samples, strict=True))
     fit = numbers % 2 == 0
     order = pivots(radiance[fit])
-    most = min(MOST_PARTS, radiance.shape[1], int(np.count_nonzero(fit)))
-    for count in range(1, most + 1):
+    limit = min(MOST_PARTS, radiance.shape[1], int(np.count_nonzero(fit)))
+    for count in range(1, limit + 1):
         chosen = fitted_parts(radiance[fit], np.sort(order[:count]))
         error = radiance[~fit][:, chosen.index] @ chosen.factor.T - radiance[~fit]
         if np.sqrt(np.mean(error**2)) <= allowed and np.abs(error).max() <= _WORST * allowed:
@@ -133,8 +133,8 @@ def telling_lines(sample: tuple[Integers, Floats], count: int) -> Integers:
     """Numbers of so many lines of a sample, whose path radiance under all directions gives that of the others."""
     numbers, radiance = sample
     of_rows = numbers[pivots(radiance.T)]
-    _, first = np.unique(of_rows, return_index=True)
-    lines: Integers = np.sort(of_rows[np.sort(first)[:count]])
+    _, row_start = np.unique(of_rows, return_index=True)
+    lines: Integers = np.sort(of_rows[np.sort(row_start)[:count]])
     return lines
 
 

@@ -11,7 +11,7 @@ from skyshine.schemas.arrays import Floats
 
 MOLECULE = 4
 LARGEST_J = 80
-WEAKEST = 2e-25  # cm/molecule; lines below it are left out
+WEAKEST = 2e-25  # cm/molecule; weaker lines are omitted
 ABUNDANCE = 0.990333  # of 14N2 16O, HITRAN
 NUCLEAR_SPIN = 9.0  # weight that the partition sums of HITRAN hold
 

@@ -27,7 +27,7 @@ from skyshine.mat.tables.band import BandSpectra, BandTable
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file
 from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.loader import open_as
-from skyshine.schemas.arrays import Floats, Integers
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import open_tmm
 
@@ -45,6 +45,7 @@ class Tables:
     band: BandTable
     air: AtmosphereTable
     assigned_share: Floats | None
+    textures: tuple[Path, ...] = ()
 
     @classmethod
     def open(cls, folder: Path, state: int, band: int, source: str, job: Job) -> Tables:
@@ -70,8 +71,9 @@ class Tables:
             raise InputError(f"{names[0]} and {names[1]} hold different materials; build the job again", file=folder)
         textures = [folder / f"{texture.name}.tmm.h5" for texture in job.texture_jobs]
         textures += job.finished_textures
-        share = _assigned_shares([file for file in textures if file.is_file()], list(surface.materials))
-        return cls(surface, properties, air, share)
+        textures = [file for file in textures if file.is_file()]
+        share = _assigned_shares(textures, list(surface.materials))
+        return cls(surface, properties, air, share, tuple(textures))
 
     @property
     def materials(self) -> tuple[str, ...]:
@@ -239,15 +241,6 @@ class Tables:
     def _spectra(self, temperature: Floats) -> BandSpectra:
         """Spectra of all materials at temperatures (n, M) [K], or of any number of them, (n, 1)."""
         return self.band.spectra(material=np.array(list(self.band.materials.values())), temperature=temperature)
-
-    def assigned_materials(self, generator: np.random.Generator, shape: tuple[int, int]) -> Integers:
-        """Material that the classifier assigns to each of (n, M) texels, drawn from the shares."""
-        true = np.broadcast_to(np.arange(shape[1]), shape)
-        if self.assigned_share is None:
-            return np.array(true)
-        drawn = generator.random(shape)[..., None]
-        assigned: Integers = np.argmax(np.cumsum(self.assigned_share, axis=1)[true] > drawn, axis=-1)
-        return assigned
 
 
 def _among_walls(

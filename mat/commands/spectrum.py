@@ -83,9 +83,9 @@ if TYPE_CHECKING:
 @click.option("--source-elevation", type=float, default=45.0, show_default=True, help="Geometric, degree.")
 @click.option(
     "--water-continuum",
-    type=click.Choice(["mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]),
+    type=click.Choice(["mt_ckd_4.3_closure", "mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]),
     help="Of water vapour: mt_ckd_2.4 for comparison with codes of its time, lowtran7 in the public domain; default:"
-    " the job's, or that of the packaged band model.",
+    " the job's, or mt_ckd_4.3_closure.",
 )
 @click.option(
     "--compare-continua",

@@ -21,9 +21,11 @@ from skyshine.mat.render.seen import SeenSurface
 from skyshine.mat.render.surface import SurfaceMaterials, surface_of_scene
 from skyshine.mat.render.surface_mesh import SurfaceMesh
 from skyshine.mat.render.temperatures import SeenTemperatures
+from skyshine.mat.render.vertices import SeenVertices
 from skyshine.mat.runtime.equivalent_temperature import equivalent_temperature
 from skyshine.mat.runtime.pixel import Faces, PixelRadiance, View, pixel_radiance, sky_radiance
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.band import BandTable
 from skyshine.mat.tables.dataset import dataset
 from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.night import SOURCE_ELEVATION
@@ -95,7 +97,8 @@ class SeenScene:
     lit_share, sky_view : (n,) array
         Of what is seen: the share that shade of the whole day leaves to direct light, and the open share of the sky.
     temperatures : SeenTemperatures
-        At the hours of the frames of this place.
+        At the hours of the frames of this place: of what is seen, or of `vertices` where there are any.
+    vertices : SeenVertices or None
     """
 
     rays: ViewRays
@@ -104,6 +107,14 @@ class SeenScene:
     lit_share: Floats
     sky_view: Floats
     temperatures: SeenTemperatures
+    vertices: SeenVertices | None = None
+
+    def temperature(self, hour: int, band: BandTable) -> Floats:
+        """Temperatures (n, M) [K] of the materials that are seen, at an hour by its number."""
+        if self.vertices is None:
+            return self.temperatures.at(hour)
+        kelvin = self.vertices.temperature(self.temperatures, hour, band)
+        return np.broadcast_to(kelvin, self.seen.materials.share.shape)
 
 
 class Renderer:
@@ -152,14 +163,21 @@ class Renderer:
     def _see(self, number: int, hours: Floats) -> SeenScene:
         rays = view_rays(self.scene, self.surface, number)
         seen = SeenSurface.of(rays, self.surface, self._materials, self._caster)
-        elevation, azimuth = self._sun_of_day
-        exposure = exposure_of(seen, self.surface, self._caster, elevation, azimuth, self._progress)
-        codes, table = self._codes, self.tables.surface
+        exposure = self._exposure(seen)
         shaded_sky = self._materials.shaded_sky
         mixture = seen.materials
         lit_share, sky_view = exposure.of_mixtures(mixture.share, shaded_sky[mixture.number])
-        temperatures = SeenTemperatures.of(table, seen, exposure, codes, shaded_sky, hours, self._progress)
-        return SeenScene(rays, seen, exposure, lit_share, sky_view, temperatures)
+        texel, vertices, points, history = self.scene.model.surface.vertices, None, seen, exposure
+        if texel is not None:
+            vertices = SeenVertices.of(seen, self.surface, self._materials, texel)
+            points, history = vertices.points, self._exposure(vertices.points)
+        temperatures = SeenTemperatures.of(
+            self.tables.surface, points, history, self._codes, shaded_sky, hours, self._progress
+        )
+        return SeenScene(rays, seen, exposure, lit_share, sky_view, temperatures, vertices)
+
+    def _exposure(self, seen: SeenSurface) -> SeenExposure:
+        return exposure_of(seen, self.surface, self._caster, *self._sun_of_day, self._progress)
 
     @cached_property
     def _sun_of_day(self) -> tuple[Floats, Floats]:
@@ -173,7 +191,7 @@ class Renderer:
         check_reach(self.scene, tables.air, place)
         check_source(self.scene, tables.air, hour, float(source.elevation))
         lit = place.lit_share * ~hidden(seen, self._caster, direction(source.elevation, source.azimuth))
-        kelvin = place.temperatures.at(number)
+        kelvin = place.temperature(number, tables.band)
         radiance, mean, distance = np.empty(count), np.full(count, np.nan), np.full(count, np.inf)
         distance[seen.pixel] = seen.range
         pixel, kind = self._kinds(place, lit, kelvin)
@@ -223,7 +241,7 @@ class Renderer:
     ) -> PixelRadiance:
         """Radiance of some of the pixels that meet the surface, by their rows."""
         seen = place.seen
-        faces = self._faces(place, rows, kelvin[rows], lit[rows], hour).on_ground_of(tables.air, self.tables.surface)
+        faces = self._faces(place, rows, kelvin[rows], lit[rows], hour)
         view = _view(tables.air, place.rays, seen.pixel[rows], seen.range[rows], seen.normal[rows], source)
         return pixel_radiance(self.tables.surface, tables.band, tables.air, faces, view)
 

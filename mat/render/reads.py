@@ -14,6 +14,7 @@ from skyshine.mat.render.rays import ray_caster
 from skyshine.mat.render.scene_file import LoadedScene
 from skyshine.mat.render.seen import SeenSurface
 from skyshine.mat.render.surface import SurfaceMaterials, surface_of_scene
+from skyshine.mat.render.vertices import SeenVertices
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.progress import Progress, silent
 
@@ -92,11 +93,15 @@ def scene_reads(scene: LoadedScene, progress: Progress = silent) -> SceneReads:
             rays = view_rays(scene, surface, number)
             seen = SeenSurface.of(rays, surface, materials, caster)
             pixels, met = pixels + rays.elevation.size, met + len(seen)
+            altitude = [seen.altitude]
+            if scene.model.surface.vertices is not None:
+                vertices = SeenVertices.of(seen, surface, materials, scene.model.surface.vertices)
+                altitude.append(vertices.points.altitude)
             for name, values in (
                 ("observer", rays.altitude),
                 ("elevation", rays.elevation),
                 ("range", seen.range),
-                ("altitude", seen.altitude),
+                ("altitude", np.concatenate(altitude)),
             ):
                 if values.size:
                     spans[name].append((float(values.min()), float(values.max())))
@@ -109,7 +114,7 @@ def scene_reads(scene: LoadedScene, progress: Progress = silent) -> SceneReads:
         named, in_shade = tuple(materials.names), materials.in_shade
     hours = np.array(sorted(arcs))
     seen_materials = {name: float(share) / met for name, share in zip(named, shares, strict=True) if share > 0}
-    observer, elevation, reach, altitude = (_widest(spans[name]) for name in spans)
+    observer, elevation, reach, heights = (_widest(spans[name]) for name in spans)
     assert observer is not None and elevation is not None  # a picture has pixels
     return SceneReads(
         hours,
@@ -117,7 +122,7 @@ def scene_reads(scene: LoadedScene, progress: Progress = silent) -> SceneReads:
         elevation,
         np.array([_joined(arcs[float(hour)]) for hour in hours]),
         reach,
-        altitude,
+        heights,
         1 - met / pixels,
         _largest_first({face: count / met for face, count in faces.items()}),
         _largest_first(seen_materials),

@@ -108,7 +108,7 @@ def library_pixel(
             one(hour),
             temperature=kelvin,
             **faces,
-        ).on_ground_of(air, surface),
+        ),
         view,
     ).radiance[0]
 
@@ -121,17 +121,6 @@ def test_a_pixel_of_a_plan_is_the_pixel_of_the_library(plan, small_build):
     assert frame.radiance == pytest.approx(expected, rel=1e-6)
     band = open_table(small_build / "b01.band.h5")
     assert frame.apparent_temperature == pytest.approx(equivalent_temperature(band, expected), rel=1e-9)
-
-
-def test_faces_lie_on_the_ground_that_the_file_names_at_their_hours(small_build):
-    surface, air = open_table(small_build / "s01.htt.h5"), open_table(small_build / "s01b01.atmq.h5")
-    count = np.zeros(2)
-    faces = Faces(np.zeros((2, 1), int), np.ones((2, 1)), count, count, count + 45.0, np.array([14.0, 4.0]))
-    name = air.attributes["ground_material"]
-    ground = faces.on_ground_of(air, surface).ground_temperature
-    lowest = float(surface.root.axes["altitude"].values[0])
-    expected = [surface.temperature(material=str(name), altitude=lowest, time=hour).item() for hour in (14.0, 4.0)]
-    assert ground == pytest.approx(expected, abs=1e-9) and ground[0] > ground[1] + 5
 
 
 @pytest.mark.parametrize("azimuth", [180.0, 90.0])

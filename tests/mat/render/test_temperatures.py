@@ -31,7 +31,9 @@ def points():
     slope, azimuth = np.array([0.0, 0.0, 45.0, 0.0]), np.array([0.0, 0.0, 180.0, 0.0])
     altitude = np.array([0.1, 0.3, 0.1, 0.1])
     mixtures = Mixtures(("asphalt_road", "grass_green"), number, share)
-    return SeenSurface(np.arange(4), zero, zero, zero, np.ones(4), slope, azimuth, altitude, mixtures)
+    return SeenSurface(
+        np.arange(4), np.arange(4), zero, zero, zero, zero, np.ones(4), slope, azimuth, altitude, mixtures
+    )
 
 
 def test_each_material_of_each_point_has_the_temperature_of_the_table(table, points):

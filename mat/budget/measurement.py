@@ -102,7 +102,8 @@ class Measurement:
     @cached_property
     def _among_walls(self) -> AtmosphereReadings:
         """Quantities of the faces, computed at the few points."""
-        return replace(self._level, ambient=self._ambient(self.around))
+        walls = self.truth.light_of_walls(self.views, self.around)[:, None] * self._level.direct
+        return replace(self._level, ambient=self._ambient(self.around) + walls)
 
     @cached_property
     def _in_the_open(self) -> Floats:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -86,6 +86,14 @@ class SeenSurface:
             azimuth,
             surface.altitude + point[:, 2] * 1e-3,
             materials.at(face, weights, footprint),
+        )
+
+    def take(self, rows: Integers) -> SeenSurface:
+        """Some of them."""
+        mixtures = self.materials
+        parts = {field.name: getattr(self, field.name)[rows] for field in fields(self) if field.name != "materials"}
+        return SeenSurface(
+            **parts, materials=replace(mixtures, number=mixtures.number[rows], share=mixtures.share[rows])
         )
 
     def __len__(self) -> int:

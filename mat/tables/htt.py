@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime as dt
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from skyshine.mat.tables.axes import CLOCK_UNIT, EXACT, LINEAR, PERIODIC, table_
 from skyshine.mat.tables.files import HTT
 from skyshine.mat.tables.kernel_tables import kernel_tables, messages
 from skyshine.mat.tables.named_materials import with_names
+from skyshine.mat.tables.open_air import OpenAir
 from skyshine.mat.tables.table import Table
 from skyshine.mat.tables.tracks import SourceTrack, source_track
 from skyshine.schemas.arrays import Floats
@@ -393,10 +395,16 @@ class TemperatureTable(Table):
         response.need_parts(self.root, light.LIGHT)
         columns = np.broadcast_arrays(self.material_codes(material), *(np.asarray(place[name]) for name in _PLACE))
         faces, view = [values.ravel() for values in columns], np.asarray(exposure.sky_view, float)
+        of_each = isinstance(exposure.facing, np.ndarray)
+        facing = None if of_each else exposure.facing
         with messages(self.path):
-            change = kernel_tables(self).absorbed(
-                faces, exposure.shaded, view, exposure.facing, exposure.facing_emissivity
+            change = kernel_tables(self).absorbed(faces, exposure.shaded, view, facing, exposure.facing_emissivity)
+        if of_each or np.any(exposure.wall_light):
+            absorptance, emissivity = (
+                self.value(name, material=faces[0]) for name in (light.ABSORPTANCE, light.EMISSIVITY)
             )
+            walls = exposure if of_each else replace(exposure, facing=None)
+            change = change + OpenAir.of(self.root).heat_of_walls(walls, faces[1], faces[3], absorptance, emissivity)
         return change.reshape(*columns[0].shape, response.FORCING_STEPS)
 
     def _place(self, slope: npt.ArrayLike | None, **given: npt.ArrayLike | None) -> dict[str, npt.ArrayLike]:

@@ -41,7 +41,8 @@ def test_frames_have_the_bytes_of_the_c_library(shown_by, scene, language):
     draw, count = np.random.default_rng(42), 4097  # not a multiple of any vector
     frame = {
         "altitude": 0.6, "centre_range": 1.5, "centre_elevation": -12.0, "centre_heading": 20.0,
-        "source_elevation": 35.0, "source_heading": 140.0, "time": 14.3, "material": draw.choice(["asphalt_road", "grass_green"], count).tolist(),
+        "source_elevation": 35.0, "source_heading": 140.0, "time": 14.3,
+        "material": draw.choice(["asphalt_road", "grass_green"], count).tolist(),
         "range": draw.uniform(0.01, 9.0, count).tolist(), "elevation": draw.uniform(-40.0, -5.0, count).tolist(),
         "heading": draw.uniform(0.0, 40.0, count).tolist(), "surface_altitude": draw.uniform(0.0, 1.0, count).tolist(),
         "surface_azimuth": draw.uniform(0.0, 360.0, count).tolist(),

@@ -37,7 +37,8 @@ COEFFICIENTS = ("self_continuum", "foreign_continuum", "self_exponent")
 FIRST_CONTINUUM = "mt_ckd_4.3"  # of tables that do not name theirs
 # Where the table has MT_CKD 4.3. Measured longwave of clear humid nights is 4 to 5 W m^-2 above that with 4.3 and 2
 # above that with the foreign continuum for closure, whose like pyrgeometers are not certain of
-# (tests/validation/test_humid_nights.py); of MT_CKD 2.4, 1 below, the windows at 4 and 2 um are not those measured since.
+# (tests/validation/test_humid_nights.py); of MT_CKD 2.4, 1 below, the windows at 4 and 2 um are not those measured
+# since.
 PREFERRED_CONTINUUM = "mt_ckd_4.3_closure"
 # Codes of a gas in an interval, as the table keeps them; larger codes name the entries of its `sources`.
 NO_DATA, NEGLIGIBLE = 0, 1

@@ -633,7 +633,7 @@ class OpenAir:
             self.aureole,
         )
         view = 0.5 * (1 + np.cos(np.radians(slope)))[:, None]
-        beam, spread = exposure.sunlight(direct, diffuse, view * (1 - self.aureole) * diffuse_level)
+        beam, spread = exposure.sunlight(view, direct, diffuse, view * (1 - self.aureole) * diffuse_level)
         sky, others = exposure.longwave(view, longwave, air)
         open_sky, ground = Surroundings().longwave(view, longwave, air)
         change: Floats = absorptance[:, None] * (beam + spread - direct - diffuse)

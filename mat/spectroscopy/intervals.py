@@ -155,7 +155,7 @@ def build_interval(
         Scaled rms error at which no further points are added.
     max_points : int
     reference : list of PathState, optional
-        For `IntervalPoints.reference`.
+        States for `IntervalPoints.reference`.
     """
     spectra = Spectra(sources, continua, low, high)
     rows, kind = targets(spectra, training)

@@ -354,9 +354,9 @@ def _reference_group(parts: Sequence[Part], sources: Sequence[GasSources[Source]
     states = [*fit, *test]
     means = np.concatenate([part["reference"] for part in parts], axis=1)
     cells = [part["low"] + REFERENCE_CELL * (np.arange(part["reference"].shape[1]) + 0.5) for part in parts]
-    summed = [gas.name for gas in sources if not all(isinstance(one, CrossSectionSource) for one in gas.sources)]
+    summed = [gas.name for gas in sources if not all(isinstance(source, CrossSectionSource) for source in gas.sources)]
     deepest = max(len(slabs) for state in states for slabs in state.emission)
-    slabs = [[np.pad(one, ((deepest - len(one), 0), (0, 0))) for one in state.emission] for state in states]
+    slabs = [[np.pad(depths, ((deepest - len(depths), 0), (0, 0))) for depths in state.emission] for state in states]
     level = ("state", "level")
     return Group(
         axes={

@@ -19,9 +19,9 @@ import numpy as np
 
 from skyshine.schemas.process_memory import children_seconds
 
-WALLS = 36
+WALLS = 36  # of the prism, one per 10 degree of azimuth
 COLUMNS = WALLS + 1
-YEAR = 365
+YEAR = 365  # days
 _HEAD = """
 Version, 25.2;
 SimulationControl, No, No, No, No, Yes;

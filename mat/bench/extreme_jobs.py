@@ -38,7 +38,7 @@ MATERIALS = ("asphalt_road", "grass_green", "concrete", "water_sea", "conifer", 
 _TOLERANCE = 1e-3  # relative rms of a compiled band, the default of a job
 # Rms along few new lines of sight over that which the compiled band states of others, or its tolerance.
 _COMPILED_BOUND = 5.0
-_LINES_OF_SIGHT = 40
+_LINES_OF_SIGHT = 40  # random lines of each case
 
 
 def job_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:

@@ -23,7 +23,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
 
 LOWTRAN, ENERGYPLUS = "LOWTRAN7", "EnergyPlus"
-_PEER_CELLS = 24
+_PEER_CELLS = 24  # random cells of the grid for each peer
 # m; with levels above, or with as many levels as it takes otherwise, its multiple scattering gives no numbers.
 _PEER_TOP = 60e3
 _PEER_LEVELS = lowtran.MAX_LEVELS - 1

@@ -26,7 +26,7 @@ from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import CheckFailed
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
-_PASSES = 8
+_PASSES = 8  # refinements at most
 WORST = 3.0  # tolerances, which the worst reads may err
 _MARGIN, _WORST = 0.95, 2.8  # tolerances that 99 % of the reads hold, and nearly all: others are a little worse
 _NEARLY_ALL = 99.98  # % of the reads

@@ -25,7 +25,7 @@ from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS
 from skyshine.mat.tables.gridded import AXES
 from skyshine.schemas.arrays import Booleans, Floats
 
-LINES, FEWEST_LINES, FACES = 16, 6, 24
+LINES, FEWEST_LINES, FACES = 16, 6, 24  # lines of sight in the full scope and at least, faces at the end of each
 GROUND_K = (250.0, 340.0)  # temperatures of the ground, at random between
 WALLED = 0.5  # share of the faces beside a wall
 SKY_VIEWS = (0.3, 0.9)  # open share of the sky above them, at random between

@@ -27,7 +27,7 @@ class Readable(Protocol):
     def read(self, coordinates: dict[str, Floats]) -> Floats: ...
 
 
-LINES = 500
+LINES = 500  # lines of sight on which tables are measured by default
 _SOURCES = 2  # of each line
 # Lines on which sky light is computed too, which takes as long as all the other quantities: its errors have no such
 # tail.

@@ -19,7 +19,7 @@ from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.quantities.radiance_field import Directions, GroundReflection, RadianceField, cell_phases
 from skyshine.schemas.arrays import Booleans, Floats
 
-RADIUS_DEG = 30.0
+RADIUS_DEG = 30.0  # degree from the Sun
 DIRECTIONS = Directions.of(8, 12)  # twice as many each way change no share by more than 0.01
 _POINTS = 24  # with the most sunlight: 0.8 of all of it; the others change no share by more than 0.014
 

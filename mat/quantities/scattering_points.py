@@ -13,7 +13,7 @@ from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.segments import Depths
 from skyshine.schemas.arrays import Floats, Integers
 
-_WORST = 5.0
+_WORST = 5.0  # times the allowed rms error, which no single row may exceed
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,7 +26,7 @@ _FINE_PANEL_RATIO = 1.005
 _EDGE_TOLERANCE = 1e-12
 # Elements of a (temperature, quadrature node) work array: about 16 MB in float64.
 _CHUNK_ELEMENTS = 2_000_000
-_NEWTON_STEPS = 100
+_NEWTON_STEPS = 100  # at most; the iteration ends when it converges
 
 
 def planck_wavenumber(wavenumber: npt.ArrayLike, temperature: npt.ArrayLike) -> Floats:

@@ -9,7 +9,7 @@ from skyshine.mat.radiometry.constants import C2_WAVELENGTH
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
-LEAST_FACTOR, MOST_FACTOR = 1e-4, 1e4
+LEAST_FACTOR, MOST_FACTOR = 1e-4, 1e4  # bounds of the factor on the odds
 
 
 def with_odds(reflectance: Floats, factor: float) -> Floats:

@@ -21,7 +21,7 @@ SOURCE_ANGLES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0)
 # half of the maximum lies below the horizon at normal incidence, so that no such width exists.
 FWHM_LIMITS = (0.1, 180.0)
 
-_AZIMUTHS = 4096
+_AZIMUTHS = 4096  # equal steps of the half vector's azimuth
 
 
 def shininess(fwhm: npt.ArrayLike) -> Floats:

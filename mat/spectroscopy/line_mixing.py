@@ -29,7 +29,7 @@ from skyshine.schemas.arrays import Booleans, Floats, Integers
 
 Complexes = npt.NDArray[np.complex128]
 
-CO2 = 2
+CO2 = 2  # number in HITRAN
 SOURCE = (
     "line mixing by a relaxation matrix (energy-corrected sudden approximation, Rodrigues et al. 1999, JQSRT 61, 153;"
     " Niro et al. 2004, JQSRT 88, 483)"
@@ -38,12 +38,12 @@ RANGE = (2230.0, 2550.0)  # cm^-1, where the matrix takes the place of the lines
 WEAKEST_BAND = 5e-19  # cm^-1 / (molecule cm^-2), sum of the strengths of a band
 WEAKEST_LINE = 1e-27  # weaker ones stay single
 ROTATION = 0.39021  # cm^-1, B of CO2
-MASS_CO2 = 44.0
+MASS_CO2 = 44.0  # g/mol
 ATOMIC_MASS = 1.66053907e-27  # kg
 LIGHT = 2.99792458e10  # cm/s
 ATMOSPHERE = 101325.0  # Pa
 DOPPLER = 4.30140e-7  # as in `linebyline`
-CM2_TO_M2 = 1e-4
+CM2_TO_M2 = 1e-4  # m2 per cm2
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from skyshine.schemas.arrays import Floats, Integers
 CUT_OFF = 25.0  # cm^-1, the convention that MT_CKD is built on (Mlawer et al. 2012)
 ATMOSPHERE = 101325.0  # Pa
 DOPPLER = 4.30140e-7  # 1/e half width: DOPPLER * wavenumber * sqrt(T [K] / M [g/mol]); sqrt(2 R) / c, CODATA 2018
-CM2_TO_M2 = 1e-4
+CM2_TO_M2 = 1e-4  # m2 per cm2
 
 # Line shapes: Voigt; with the value at 25 cm^-1 taken off (H2O: MT_CKD includes that pedestal); with CO2's chi factor.
 PLAIN, PEDESTAL_REMOVED, SUB_LORENTZIAN = 0, 1, 2

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import InputError
 
-RECORD_WIDTH = 160
+RECORD_WIDTH = 160  # characters, since HITRAN 2004
 UNPACKING_LIMIT = 100  # times the size of a packed file; line lists pack about tenfold
 # Columns of the 160-character record, Rothman et al. 2005, JQSRT 96, 139, Table 1: name, first, last (exclusive).
 _COLUMNS = {

@@ -36,6 +36,7 @@ _READ_BY = {
     GROUND_HARMONICS: (*_PATH, "ground_temperature", "zonal_harmonic"),
 }
 _OF_THE_BAND = ("beta_star", "path_radiance_ratio")  # not parted by wavelength
+# Km, first node of range above 0, and number of nodes, of `nodes_of`: equal steps of the logarithm.
 _NEAREST_KM, _SHOWN = 1e-3, 40
 _FARTHEST_KM = 100_000.0  # of observers in space
 _SHOWN_ELEVATIONS = (-90, -60, -40, -20, -10, -5, -3, -2, -1, 0, 1, 2, 3, 5, 10, 20, 40, 60, 90)

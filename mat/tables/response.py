@@ -26,7 +26,7 @@ ALTITUDE, SLOPE, HOUR, LAG, OFFSET = (
 )
 
 FORCING_STEPS = 288  # of a day, at which changes of heat and temperature are computed
-DAY_H = 24.0
+DAY_H = 24.0  # h
 
 
 def forcing_hours() -> Floats:

@@ -15,7 +15,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 TRACK_TIME = "track_time"
-TRACK_END_H, TRACK_STEP_H = 36.0, 1 / 12
+TRACK_END_H, TRACK_STEP_H = 36.0, 1 / 12  # h: the day and the night after it, every 5 minutes
 SOURCES = ("sun", "moon")
 _ABOVE = "above the horizon, without refraction"
 _DESCRIBED = {

@@ -18,7 +18,7 @@ from mat.maintain.atmospheres.fortran import block_data
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.csv_table import write_csv
 
-HUMIDITIES = (0, 70, 80, 99)
+HUMIDITIES = (0, 70, 80, 99)  # percent, of LOWTRAN7's tables
 # Model to the prefix of its arrays in EXTDTA and the rows of the phase function index in PHSDTA (the list of models in
 # the comment of SUBROUTINE PHASEF). With humidity: four rows, four arrays each of extinction, absorption, asymmetry.
 HUMID_MODELS = {"rural": ("RUR", 1), "maritime": ("OCN", 5), "urban": ("URB", 9), "tropospheric": ("TRO", 17)}
@@ -78,7 +78,7 @@ PHASE_WAVELENGTHS = (*_SHORTWAVE, *_LONGWAVE)  # um
 DESERT_WINDS = (0, 10, 20, 30)  # m/s, of the arrays DESEX1 to DESEX4
 # Stratosphere laden by volcanoes: prefix of the arrays of PRFDTA, which end in the season.
 LOADINGS = {"moderate": "VUMO", "high": "HIVU", "extreme": "EXVU"}
-VISIBILITIES = (50, 23, 10, 5, 2)
+VISIBILITIES = (50, 23, 10, 5, 2)  # km, of LOWTRAN7's profiles
 # The last wavelength of EXTDTA (300 um) is a placeholder of zeros that LOWTRAN7 fills at run time.
 TABULATED = slice(0, 46)
 PROVENANCE = (

@@ -63,8 +63,8 @@ ANGLES = np.concatenate(
 ).round(2)
 # Percent.
 HUMIDITY = (0.0, 50.0, 70.0, 80.0, 90.0, 95.0, 98.0, 99.0)
-DRY = (0.0,)
-LOWTRAN_HUMIDITY = (0.0, 70.0, 80.0, 99.0)
+DRY = (0.0,)  # percent
+LOWTRAN_HUMIDITY = (0.0, 70.0, 80.0, 99.0)  # percent
 
 
 @dataclass(frozen=True)

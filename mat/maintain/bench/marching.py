@@ -15,7 +15,7 @@ from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.schemas.arrays import Floats
 
-DAY = 86400.0
+DAY = 86400.0  # s
 # W m^-2 K^-1 of radiation and wind on the surface node, for the stability limit of explicit steps.
 _SURFACE_CONDUCTANCE = 40.0
 

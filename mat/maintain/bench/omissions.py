@@ -25,7 +25,7 @@ from skyshine.schemas.process_memory import children_seconds
 
 # Bounds that the plan states: relative, and in K where columns are solved in other batches to the solver's residual.
 VALUE_BOUND, KELVIN_BOUND = 1e-3, 0.01
-_READS = 5000
+_READS = 5000  # random points at which both tables are read
 _NEAREST_KM = 1e-3  # range from which lines of sight are drawn
 # Two files that each keep a tolerance in 99 % of the reads differ by at most two tolerances in this share of them.
 _SHARE = 0.98

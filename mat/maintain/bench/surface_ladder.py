@@ -47,8 +47,8 @@ MATERIALS = (
 QUICK_MATERIALS = ("concrete", "grass_green")
 # Dry, wet, vegetated: each has other fluxes to compute.
 SPEED_MATERIALS = {"dry": "concrete", "wet": "soil_loam_wet", "vegetated": "grass_green"}
-STEPS = (24, 48, 72, 96, 144, 192, 288, 576)
-BDF2_STEPS = (96, 192, 576)
+STEPS = (24, 48, 72, 96, 144, 192, 288, 576)  # per day, of the periodic scheme
+BDF2_STEPS = (96, 192, 576)  # per day
 # Name, steps a day, days from the start, cells a layer, theta.
 MARCHES = (
     ("implicit Euler, 1 h", 24, 5, 10, 1.0),
@@ -59,14 +59,14 @@ MARCHES = (
     ("one node a layer, implicit, 15 min", 96, 5, 1, 1.0),
 )
 EXPLICIT = ("explicit Euler, stable step", 5, 5)  # days, cells a layer
-MOST_EXPLICIT_STEPS = 5_000
+MOST_EXPLICIT_STEPS = 5_000  # per day; materials that need more are skipped
 _SLOPES, _AZIMUTHS = (0.0, 30.0, 90.0), np.arange(0.0, 360.0, 15.0)
 _ORACLE_PLANES = ((0.0, 0.0), (90.0, 90.0), (30.0, 180.0))
 # Of the oracle: the forcing is linear within each interval. Its error in cells falls with their square, so that it
 # differs by its own error from a solution in 1 / sqrt(2) of them.
 ORACLE_CELLS, _DEGREE = 56, 3
 _COPIES = 16  # of them: a table has as many columns a material
-_REPEATS = 3
+_REPEATS = 3  # timings
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ SHOWN = (
     "basalt",
     "asphalt_road",
 )
-_COLUMNS = 5
+_COLUMNS = 5  # panels in a row
 
 
 @dataclass(frozen=True, eq=False)

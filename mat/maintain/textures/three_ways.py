@@ -17,7 +17,7 @@ from skyshine.tmm.inputs.load import load_texture
 from skyshine.tmm.job.load import load_job
 from skyshine.tmm.mapping.suggest import suggest
 
-QUESTIONS = 8
+QUESTIONS = 8  # patches to label
 UNPAINTED = 0.35  # brightness of the photograph where nothing is painted
 TITLES = (  # of the panels, from the top
     "answer what is asked: tmm suggest, seeds: {suggested: LIST}",

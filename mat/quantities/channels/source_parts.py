@@ -23,7 +23,7 @@ from skyshine.schemas.arrays import Floats, Integers
 
 # For diffuse light on surfaces, which changes more slowly.
 SKY_ELEVATIONS = (-18, -12, -8, -5, -2, 0, 3, 7, 14, 25, 40, 60, 90)
-MOST_PARTS = 40
+MOST_PARTS = 40  # directions of the source: a limit of the file's size
 _WORST = 25.0  # root mean square errors: what the aureole of a low Sun may miss, in which few directions lie
 
 

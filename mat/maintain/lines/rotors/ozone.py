@@ -15,8 +15,8 @@ from mat.maintain.lines.rotors.force_field import MASS, PERMANENT_MOMENT, normal
 from skyshine.mat.spectroscopy.partition import reference_sum
 from skyshine.schemas.arrays import Floats, Integers
 
-MOLECULE = 3
-LARGEST_J = 72
+MOLECULE = 3  # number in HITRAN
+LARGEST_J = 72  # rotational quantum number of the lower level
 WEAKEST = 5e-25  # cm/molecule; weaker lines are omitted
 
 # Constants of the ground state, cm^-1: J.-M. Flaud et al. 1990, Atlas of Ozone Spectral Parameters from Microwave to

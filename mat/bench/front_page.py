@@ -11,7 +11,7 @@ from skyshine.mat.budget.page import template
 MOST_BANDS = 3  # with a column of their own; the JSON has all
 _TEMPLATE = "front.html.j2"
 KEYS = {
-    "circle": "kelvins asked of the pixel",
+    "circle": "tolerance of the pixel in kelvin",
     "diamond": "the job as written, ringed",
 }
 PEER_KEYS = {"triangle": "a peer", "circle": "this job as written"}

@@ -1,4 +1,4 @@
-"""What a front says in words: the job's own point, the next second, the next kelvin."""
+"""Summary of a front in sentences: the job's own point, and the marginal gain of run time and of error."""
 
 from __future__ import annotations
 

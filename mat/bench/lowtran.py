@@ -116,9 +116,9 @@ class PeerSpectra:
     transmittance : (M, V) array
     path_thermal : (M, V) array
         W m^-2 sr^-1 (cm^-1)^-1, with scattered sunlight where the line of sight names the Sun; zeros where
-        transmittances by gas were asked for.
+        transmittances by gas were requested.
     by_gas : dict of (M, V) arrays
-        Transmittance by each gas, to four decimals; empty unless asked for.
+        Transmittance by each gas, to four decimals; empty unless requested.
     seconds : (R, M) array
         Processor time of each repeat of each line of sight.
     """
@@ -142,7 +142,7 @@ def find_source(path: str | os.PathLike[str] | None = None) -> tuple[str | None,
     Returns
     -------
     text : str or None
-        None where nothing was asked for and no package is installed.
+        None where none was requested and no package is installed.
     origin : str
         Where it was found, or why there is none.
 
@@ -245,7 +245,7 @@ def run(
     program : Path
         Program from `build`.
     state : AtmosphericState
-        State of at most 34 levels; gases that LOWTRAN7 knows and the state lacks are 0.
+        State of at most 34 levels; gases of LOWTRAN7 that the state lacks are 0.
     sights : sequence of Sight
     low, high : float
         cm^-1, multiples of 5.

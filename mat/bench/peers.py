@@ -1,4 +1,4 @@
-"""Peers beside a job: they have no pixel, so that they are compared by seconds of a line of sight or of a column."""
+"""Peers of a job: they compute no pixel, so they are compared by seconds per line of sight or per column."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def settings_of(content: Mapping[str, Any], kelvins: Sequence[float]) -> list[Se
     content : mapping
         Keys of the job.
     kelvins : sequence of float
-        99 % of pixels are asked to be within each.
+        Tolerances of the 99th percentile of the pixels.
 
     Returns
     -------

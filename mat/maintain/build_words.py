@@ -1,4 +1,4 @@
-"""What a build of a month of days says while it runs: the lines of its log, and the bar of a terminal at some moments.
+"""Terminal output of a build of a month of days: the lines of its log, and its progress bar at some moments.
 
 `pictures` draws them with all others. It builds 30 states in a folder of its own, in some minutes, and writes
 ``month_build.log`` and ``month_build.svg``.

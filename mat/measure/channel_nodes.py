@@ -1,4 +1,5 @@
-"""Nodes of a database in channels by tolerance: placed where the error is, until random lines of sight hold it.
+"""Nodes of a database in channels by tolerance: refined where the error is largest, until random lines of sight meet
+it.
 
 Where a table misses the tolerance, every second node of each part of each axis is removed in turn. What that changes of
 a read is three times the error that the part leaves there, for linear interpolation errs with the square of the step.

@@ -1,4 +1,4 @@
-"""The streams of random numbers of a job's seed, by what they are drawn for."""
+"""The streams of random numbers of a job's seed, by purpose."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 class Stream(StrEnum):
-    """What random numbers are drawn for."""
+    """Purposes of random numbers."""
 
     ATMOSPHERE_ERROR = "lines of sight on which the atmospheric tables are measured"
     TEMPERATURE_ERROR = "places at which the temperature table is measured"

@@ -1,4 +1,4 @@
-"""Nodes where the error is: the fewest on each axis that hold a tolerance of linear interpolation."""
+"""Nodes where the error is: the fewest on each axis that meet a tolerance of linear interpolation."""
 
 from __future__ import annotations
 

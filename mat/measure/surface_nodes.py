@@ -1,4 +1,4 @@
-"""Nodes of the temperature table where the error is: of all axes by tolerance, or a given number of times of day."""
+"""Nodes of the temperature table, dense where it bends: of all axes by tolerance, or a given number of times of day."""
 
 from __future__ import annotations
 

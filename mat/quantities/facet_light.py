@@ -1,4 +1,4 @@
-"""Ambient radiance of a face of any direction, integrated directly over the hemisphere that it sees."""
+"""Ambient radiance of a face of any direction, integrated directly over its hemisphere."""
 
 from __future__ import annotations
 

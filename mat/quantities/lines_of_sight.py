@@ -1,4 +1,4 @@
-"""Lines of sight, and the direction of a source beside them, as all readers of atmospheric quantities take them."""
+"""Lines of sight, and the direction of a source beside them, for all readers of atmospheric quantities."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ QUANTITIES = ("beta_star", "path_radiance_ratio", "ambient", "direct")
 
 @dataclass(frozen=True, eq=False)
 class AtmosphericQuantities:
-    """The four quantities on a grid, or at points; None in place of a quantity that was not asked for.
+    """The four quantities on a grid, or at points; None in place of a quantity that was not requested.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Blackbody radiance, sensor responses and what a band sees of a temperature.
+"""Blackbody radiance, sensor responses, in-band radiance and brightness temperature.
 
 Wavelengths are in micrometres, wavenumbers in cm^-1, radiance in W m^-2 sr^-1 (per um or per cm^-1
 where it is spectral).

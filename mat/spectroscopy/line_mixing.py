@@ -1,4 +1,4 @@
-"""Line mixing of CO2's bands at 4.3 um: collisions move intensity from the wings of a band into its middle.
+"""Line mixing of CO2's bands at 4.3 um: collisions transfer intensity from the wings of a band to its centre.
 
 Lines of a band are coupled by a relaxation matrix W (energy-corrected sudden approximation: rates of the rotational
 levels from a power law, a correction for the rotation during a collision, and the sum rule that ties the matrix to the

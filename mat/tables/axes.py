@@ -1,4 +1,4 @@
-"""The axes of the tables: names, units, and how a reader interpolates and leaves them."""
+"""The axes of the tables: names, units, and rules of interpolation and of values outside."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class AxisRule:
         Raises
         ------
         InputError
-            The nodes are not ascending numbers, or the rule is none that this reader knows.
+            The nodes are not ascending numbers, or this reader does not support the rule.
         """
         attributes, nodes = axis.attributes, np.asarray(axis.values)
         rule = cls(
@@ -71,7 +71,7 @@ class AxisRule:
             rule.interpolation in (PERIODIC, FOLDED) and not 0 < rule.period < np.inf
         ):
             raise InputError(
-                f"the axis '{name}' is read by '{rule.interpolation}' with period {rule.period:g}; this reader knows "
+                f"the axis '{name}' is read by '{rule.interpolation}' with period {rule.period:g}; supported: "
                 f"{', '.join(RULES)}; upgrade skyshine, or build the file again"
             )
         if rule.out_of_range not in POLICIES:

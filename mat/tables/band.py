@@ -1,4 +1,4 @@
-"""The ``.band`` database, written and read: what a runtime needs of a band beside the atmosphere."""
+"""The ``.band`` database, written and read: band-averaged data of sensor and materials that a runtime needs."""
 
 from __future__ import annotations
 

@@ -212,7 +212,7 @@ def write_catalog(folder: Path, names: Sequence[str]) -> Path:
 
 
 def _values(entry: Entry, key: str) -> list[str]:
-    """What a database is asked for by: a number, a name."""
+    """Criteria for a database: a number, a name."""
     values = [getattr(entry, key), getattr(entry, f"{key}_name", None)]
     return [str(value) for value in values if value is not None]
 

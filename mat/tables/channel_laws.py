@@ -1,4 +1,4 @@
-"""What an atmospheric database in channels must state and hold before anything is read from it."""
+"""Attributes and arrays that an atmospheric database in channels must have before it is read."""
 
 from __future__ import annotations
 

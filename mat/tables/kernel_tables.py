@@ -1,4 +1,4 @@
-"""Open databases as the tables of the library in C, kept with the table that they are of; its refusals as messages."""
+"""Open databases as tables of the C library, cached with their Python table; its refusals become messages."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Opens databases of the table builder, each as the table of its type.
 
-Arrays are read from their file when they are first asked for (a flat export stays on disk, memory-mapped).
+Arrays are read from their file at their first use (a flat export stays on disk, memory-mapped).
 """
 
 from __future__ import annotations

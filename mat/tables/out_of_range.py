@@ -1,4 +1,4 @@
-"""What a reader does with values outside the axes of a file: a policy of the whole table."""
+"""Policy of a table for values outside the axes of its file: refuse or clamp."""
 
 from __future__ import annotations
 

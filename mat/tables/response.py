@@ -1,4 +1,4 @@
-"""Temperatures under a change of absorbed heat: what a runtime computes from the response in a ``.htt`` database.
+"""Temperatures under a change of absorbed heat: computed from the response in a ``.htt`` database.
 
 ``schemas/formats/htt-1.md`` gives the formulas.
 """

@@ -1,4 +1,4 @@
-"""The error that a table states about itself, and the group in which it is stored."""
+"""The stated error of a table, and the group in which it is stored."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def layout_problems(file: h5py.File) -> Iterator[str]:
 
 
 def refuse_layout(file: h5py.File) -> None:
-    """Refuse a file in which an array or axis that the format knows has another type, order or rule.
+    """Refuse a file in which an array or axis of the format has another type, order or rule.
 
     Axes, arrays and groups that the format does not know are those of a later minor version: they are passed over.
 

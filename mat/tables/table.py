@@ -77,7 +77,7 @@ class Table:
         return replace(self, out_of_range=OutOfRange.clamping(axes, self._axis_names()))
 
     def _axis_names(self) -> set[str]:
-        """Names by which the axes of all quantities are asked for."""
+        """Names of the axes of all quantities, as arguments."""
         return {rule.name for quantity in self.quantities for rule in self.rules(quantity)}
 
     def rules(self, quantity: str) -> list[AxisRule]:

@@ -188,7 +188,7 @@ def write_vertical(data: dict[str, Floats], out: Path) -> None:
     for season, middle, upper in (("spring_summer", "SPSU", "SS"), ("fall_winter", "FAWI", "FW")):
         for number, visibility in enumerate(VISIBILITIES, start=1):
             boundary = np.array([data[f"HZ2K({level},{number})"][0] for level in (1, 2, 3)])
-            # Between 2 and 10 km LOWTRAN7 knows 50 and 23 km; lower visibilities take the 23 km profile (SUBROUTINE
+            # Between 2 and 10 km LOWTRAN7 has 50 and 23 km; lower visibilities take the 23 km profile (SUBROUTINE
             # AERPRF).
             troposphere = data[f"{middle}{50 if visibility == 50 else 23}"][3:11]
             stratosphere = data[f"BAST{upper}"][11:27]

@@ -1,4 +1,4 @@
-"""Replacing intervals of an absorption table by those of another: only what changed has to be built again."""
+"""Replacing intervals of an absorption table by those of another: only changed intervals have to be built again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pages of the commands, from what their ``--help`` says."""
+"""Pages of the commands, from the texts of their ``--help``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a page asks of other machines when it is read."""
+"""Requests of a page to other machines when a browser opens it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of what each reader of users' files understands, made from the tables by which they read."""
+"""The page of the input formats of users' files, generated from the tables of their readers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The picture of the three ways to say what is where, on the photograph of an example; `pictures` draws it."""
+"""The picture of the three ways to label training areas, on the photograph of an example; `pictures` draws it."""
 
 from __future__ import annotations
 

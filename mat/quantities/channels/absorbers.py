@@ -13,7 +13,7 @@ _LEAST, _STEP = 4, 2  # number of absorbers at first, and added until the error 
 _SMALLEST = 1e-300  # extinction, of points that absorb nothing
 _MOST_ROWS = 1500  # paths that enter the decomposition: its time grows with their number
 _WORST = 5.0  # root mean square errors; paths that are no sample err by more where the worst of the sample does
-_OPAQUE = 1e-4  # transmittance that counts even so, lest the depth of opaque points be anything
+_OPAQUE = 1e-4  # transmittance added to all, so that the depth of opaque points is determined
 
 
 def absorbers(depth: Floats, length: Floats, weight: Floats, allowed: float) -> Parts:

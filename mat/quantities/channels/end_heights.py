@@ -1,4 +1,4 @@
-"""How refraction lowers the ends of paths, and what that changes of the beam which reaches them.
+"""Lowering of the ends of paths by refraction, and its effect on the direct beam there.
 
 The sphere of `coordinates.RayCoordinates` bends every path by as much as the one that grazes the ground. Paths that
 leave the air are bent less: their ends are higher, by kilometres at ranges of hundreds. Near sunrise that is the

@@ -1,4 +1,4 @@
-"""Nodes of the tables in channels: those from which the placing starts, and others placed by the error between them."""
+"""Nodes of the tables in channels: the initial ones, and those placed by the interpolation error."""
 
 from __future__ import annotations
 

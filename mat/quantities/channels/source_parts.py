@@ -1,4 +1,4 @@
-"""Few directions of the source whose path radiance gives that under all others.
+"""Interpolation of path radiance over all directions of the source from a few of them.
 
 Path radiance as a matrix, lines of sight by directions of the source (elevation and scattering angle), has a low rank:
 a few of its columns span the others. The tables hold those columns on the nodes of the lines, and the factors of all

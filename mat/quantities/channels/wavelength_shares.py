@@ -1,4 +1,4 @@
-"""Where in the band the light of each channel lies: shares of a few wavelengths.
+"""Spectral distribution of the light of each channel within the band: shares of a few wavelengths.
 
 A channel represents an absorption, not a wavelength: light that surfaces emit or reflect in it comes from all
 wavelengths whose points it replaced. Shares are fitted so that sample paths let through of each wavelength what they do

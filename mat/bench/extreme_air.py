@@ -97,9 +97,9 @@ def sky_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
     moments = np.datetime64("2000-01-01") + (generator.uniform(-_FARTHEST_DAYS, _FARTHEST_DAYS, 3) * 86_400).astype(
         "timedelta64[s]"
     )
-    place = latitude, float(generator.uniform(-180, 180)), float(generator.choice([0.0, -430.0, 8848.0]))
-    sun, moon = (position(source, moments, *place) for source in SOURCES)
-    seen = np.concatenate([np.concatenate(list(vars(source).values())) for source in (sun, moon)])
+    site = latitude, float(generator.uniform(-180, 180)), float(generator.choice([0.0, -430.0, 8848.0]))
+    sun, moon = (position(source, moments, *site) for source in SOURCES)
+    positions = np.concatenate([np.concatenate(list(vars(source).values())) for source in (sun, moon)])
     state = random_state(generator)
     low, high = state.altitude[[0, -1]]
     heights = np.unique([low, generator.uniform(low, high)])
@@ -111,7 +111,7 @@ def sky_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
     black = Stefan_Boltzmann * max(float(state.temperature.max()), float(state.surface_temperature)) ** 4
     limit = _SOLAR / 0.98**2
     return {
-        "not finite": (float(np.count_nonzero(~np.isfinite(np.concatenate([seen, values])))), 0.0),
+        "not finite": (float(np.count_nonzero(~np.isfinite(np.concatenate([positions, values])))), 0.0),
         "elevation beyond the zenith, degree": (max(float(np.abs(s.elevation).max()) for s in (sun, moon)) - 90, 0.0),
         "irradiance below 0": (max(0.0, -float(values.min())), 0.0),
         "direct light over that in space": (float(fluxes.direct_normal.max()) / limit, 1.0),

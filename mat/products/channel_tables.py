@@ -441,5 +441,5 @@ class ChannelTables:
     def words(self, placed: PlacedChannels) -> str:
         """What a build says of them."""
         fields = self._fields(placed.table.root.axes["source_part"].values.size)
-        reads = f"{placed.p99:.2g} in 99 % of the reads, {placed.worst:.2g} in nearly all"
+        reads = f"{placed.p99:.2g} in 99 % of the reads, {placed.largest:.2g} in nearly all"
         return f"{fields} fields of {placed.nodes.size:,} nodes for a tolerance of {self.tolerance:g}: {reads}"

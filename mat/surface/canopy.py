@@ -49,7 +49,7 @@ def gap_towards(leaf_area: float, cosine: npt.ArrayLike) -> Floats:
     leaf_area : float
         Leaf area index times clumping [m^2 m^-2].
     cosine : array_like
-        Of the angle between the direction and the normal of the ground, 0 to 1.
+        Cosine of the angle between the direction and the normal of the ground, 0 to 1.
 
     Examples
     --------
@@ -107,7 +107,7 @@ class CanopyBalance:
     forcing : Forcing
         Above the leaves.
     material : SurfaceMaterial
-        With a canopy.
+        Material with a canopy.
 
     Raises
     ------

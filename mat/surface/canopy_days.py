@@ -49,7 +49,7 @@ def solve_canopy(
     ----------
     material : SurfaceMaterial
     days : sequence of callables
-        As `days.solve_days` takes them; one repeats after the period.
+        Functions as in `days.solve_days`; a single one repeats after the period.
     steps, fine_steps, scheme
         As `solver.solve_columns` takes them; several days are solved by BDF2.
     period : float

@@ -46,7 +46,7 @@ class ColumnResult:
     Attributes
     ----------
     time : list of float or str
-        In `time_units`: hours of the local clock, or ISO 8601 (UTC).
+        Times in `time_units`: hours of the local clock, or ISO 8601 (UTC).
     time_units : str
     temperature : ndarray
         [K]
@@ -58,13 +58,13 @@ class ColumnResult:
     method : str
     iterations : int
     depth_temperature : ndarray or None
-        At the depth that was asked for [K].
+        Temperature at the requested depth [K].
     notes : tuple of str
         What stands for what a record does not hold.
     film : ndarray or None
         Water on the surface, of an open stand on its leaves [kg m^-2]; None without rain.
     leaf_temperature, soil_temperature : ndarray or None
-        Of leaves and of the soil in their gaps [K], which `temperature` holds together; None of a skin.
+        Temperatures of leaves and of the soil in their gaps [K], which `temperature` combines; None for a single skin.
     """
 
     time: list[float] | list[str]

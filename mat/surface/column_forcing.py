@@ -26,9 +26,9 @@ class Forcing:
     Attributes
     ----------
     shortwave_direct, shortwave_diffuse, shortwave_reflected : ndarray
-        On the plane of the column [W m^-2].
+        Shortwave irradiance on the plane of the column [W m^-2].
     longwave_sky, longwave_ground : ndarray
-        On the plane, view factors included [W m^-2].
+        Longwave irradiance on the plane, view factors included [W m^-2].
     air_temperature : ndarray
         [K]
     vapour_pressure, pressure : ndarray
@@ -38,23 +38,24 @@ class Forcing:
     cos_slope : ndarray
         1 face up, 0 a wall, -1 face down.
     wind_height, air_height : ndarray
-        At which wind, and air temperature and humidity, were measured [m]; by default 10 and 2.
+        Heights at which wind, and air temperature and humidity, were measured [m]; by default 10 and 2.
     open_light : ndarray
         Sunlight on open level ground, to which leaves open [W m^-2]; by default that on the plane.
     rain : ndarray or None
-        On level ground, mean of the step that ends at the time [kg m^-2 s^-1]; None: surfaces know no film of water.
+        Rain on level ground, mean of the step that ends at the time [kg m^-2 s^-1]; None: surfaces have no film of
+        water.
     film : ndarray or None
         Share of the surface under a film of water, 0 to 1.
     film_below : ndarray or None
-        Of the soil in the gaps of leaves, as `film`.
+        Film on the soil in the gaps of leaves, as `film`.
     soil_moisture : ndarray or None
         Volume fraction of water in soils, 0 to 1.
     snow_age : ndarray or None
         Time since snow fell [d].
     albedo : ndarray or None
-        Of the surface, in place of the material's.
+        Albedo of the surface, which replaces the material's.
     sun_cosine : ndarray or None
-        Of the angle between the Sun and the normal of the plane, 0 where the Sun is behind it; None: not known.
+        Cosine of the angle between the Sun and the normal of the plane, 0 where the Sun is behind it; None: not known.
     ground_mean, ground_amplitude, ground_day : ndarray or None
         Mean [K] and amplitude [K] of the annual wave at the surface of the ground, and time since its coldest day [d];
         None: backs of ground have the mean temperature of the air.

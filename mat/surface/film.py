@@ -186,15 +186,15 @@ def solve_with_film(
     Parameters
     ----------
     skin : WetSkin
-        Of a material with a film.
+        Skin of a material with a film.
     forcing : Forcing
-        With rain.
+        Forcing with rain.
     step : float
         [s]
     solve : callable
         Solves some columns under a forcing with a film.
     before : (columns,) or (columns, sources) ndarray or None
-        As `film_of`.
+        Water before the period, as in `film_of`.
 
     Returns
     -------

@@ -71,7 +71,7 @@ def film_response(
     ----------
     material : SurfaceMaterial
     forcing : Forcing
-        With rain, at H hours.
+        Forcing with rain, at H hours.
     temperatures : sequence of O ndarray, shape (columns, H)
         Those of the offsets [K].
     before : ndarray, shape (columns,)

@@ -49,9 +49,9 @@ def solve_oracle(
     period : float
         [s]
     intervals, degree : int
-        Of the Radau collocation.
+        Number of intervals, and degree of the Radau collocation.
     cells : int
-        In each layer.
+        Number of cells in each layer.
     start : float, optional
         Uniform temperature at the beginning [K], in place of periodicity.
 

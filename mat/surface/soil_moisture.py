@@ -233,7 +233,7 @@ def moist_stack(stack: ThermalStack, soil: Soil, moisture: float, frost: float =
     Parameters
     ----------
     stack : ThermalStack
-        Whose skin and first layer are dry.
+        Stack with dry skin and dry first layer.
     soil : Soil
     moisture : float
         Volume fraction of water, 0 to the porosity.

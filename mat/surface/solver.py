@@ -115,7 +115,7 @@ def by_sturdier_schemes(
     Parameters
     ----------
     scheme : str
-        To begin with.
+        Scheme of the first attempt.
     columns : int
     solve : callable
         Solves an index array of columns by a scheme.
@@ -163,7 +163,7 @@ def solve_by(
     conduction : Conduction
     back_flux : BackFlux
     method : Method
-        That of the scheme, without Newton.
+        Method of the scheme, without Newton iterations.
     names : (columns,) ndarray
         Numbers of the columns in messages.
     film_before : (columns,) ndarray, optional

@@ -45,7 +45,7 @@ class NearSurfaceAir:
     Attributes
     ----------
     altitude : float
-        At which the air is described [m].
+        Altitude at which the air is described [m].
     air_temperature : ndarray
         [K]
     vapour_pressure : ndarray
@@ -59,7 +59,7 @@ class NearSurfaceAir:
     radiation : MeasuredRadiation or None
         None takes sunlight and sky longwave of the atmospheric state.
     wind_height, air_height : float
-        At which wind, and temperature and humidity, are given [m].
+        Heights at which wind, and temperature and humidity, are given [m].
     before : tuple of (SunPath, NearSurfaceAir)
         The days before this one that its ground remembers, oldest first; empty: the day repeats.
     rain : ndarray or None
@@ -69,7 +69,7 @@ class NearSurfaceAir:
     snow_age : ndarray or None
         Time since snow fell [d]; None takes snow as it is.
     ground : GroundSeason or None
-        At `altitude`; None: backs of ground have the mean temperature of the air.
+        Ground temperature at `altitude`; None: backs of ground have the mean temperature of the air.
     """
 
     altitude: float
@@ -121,7 +121,7 @@ class NearSurfaceAir:
         altitude : (A,) ndarray
             [m]
         pressure : (A + 1,) ndarray
-            Of the atmospheric state [Pa] at these altitudes and, last, at the altitude of the weather.
+            Pressure of the atmospheric state [Pa] at these altitudes and, last, at the altitude of the weather.
 
         Returns
         -------
@@ -152,7 +152,8 @@ def from_extremes(
     low, high : float
         [K]
     relative_humidity : float
-        At the mean of both temperatures [percent]; the vapour pressure is constant but where the air is saturated.
+        Relative humidity at the mean of both temperatures [percent]; the vapour pressure is constant except where the
+        air is saturated.
     wind_speed : float
         [m/s]
     cloud_fraction : float
@@ -184,10 +185,10 @@ def from_hours(
     Parameters
     ----------
     altitude : float
-        At which the air is described [m].
+        Altitude at which the air is described [m].
     hours : (n,) ndarray
-        Of the local clock, increasing; without hours before 0 and from 24 on, of the days before and after, the day
-        repeats.
+        Hours of the local clock, increasing; without hours before 0 and from 24 on, of the days before and after, the
+        day repeats.
     air_temperature, relative_humidity, wind_speed, cloud_fraction : float or (n,) array_like
         [K], [percent], [m/s], [1]
     pressure : float or (n,) array_like, optional

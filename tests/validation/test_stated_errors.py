@@ -14,7 +14,7 @@ from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.builder.build import build
 from skyshine.mat.cli import main
 from skyshine.mat.job.load import load_job
-from skyshine.mat.measure.sampling import random_places
+from skyshine.mat.measure.sampling import random_coordinates
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight
@@ -71,7 +71,7 @@ def fresh_points(air, sun, base, points, sky_points):
     of them.
     """
     generator = np.random.default_rng(987654)
-    places = [random_places(getattr(base, name), points, generator) for name in FIELDS]
+    places = [random_coordinates(getattr(base, name), points, generator) for name in FIELDS]
     distance, altitude, elevation, *source = places
     truth = air.along_lines(
         distance[:, None], altitude, elevation, *(a[:, None] for a in source), np.zeros(sky_points, int), sun

@@ -62,7 +62,7 @@ def test_harmonics_hold_their_kelvin(loaded, state, band, monkeypatch):
     points = atmosphere.band
     sunlight = source_irradiance(job, "sun", points.wavenumber, points.width)
     grid = PathGrid([0.0], [0.0], [0.0], SUNS, [0.0])
-    level = atmosphere.table(grid, sunlight, wanted=("ambient",)).ambient[0, 0, 0]
+    level = atmosphere.table(grid, sunlight, quantities=("ambient",)).ambient[0, 0, 0]
     normal = np.random.default_rng(state).normal(size=(FACES, 3))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     normals, ground = np.broadcast_to(normal, (SUNS.size, FACES, 3)), np.full(SUNS.size, GROUND_K)

@@ -77,7 +77,7 @@ def test_path_radiance_follows_the_weather_as_it_follows_a_sounding(airs, band):
     dark = np.zeros(points.weight.size)
     kelvin = []
     for state in states:
-        table = BandAtmosphere.of(state, points).table(grid, dark, wanted=("beta_star", "path_radiance_ratio"))
+        table = BandAtmosphere.of(state, points).table(grid, dark, quantities=("beta_star", "path_radiance_ratio"))
         through = np.exp(-5.5 * np.array(RANGES) / table.beta_star.reshape(-1))
         kelvin.append(table.path_radiance_ratio.reshape(-1) * (1 - through) * kelvin_per_radiance(response))
     change, difference, warmth = kelvin[1] - kelvin[0], kelvin[2] - kelvin[1], kelvin[3] - kelvin[0]

@@ -94,7 +94,7 @@ def band_points(points: SpectralPoints, response: SpectralResponse) -> BandPoint
     Parameters
     ----------
     points : SpectralPoints
-        Of every interval that the response overlaps.
+        Points of every interval that the response overlaps.
     response : SpectralResponse
 
     Returns

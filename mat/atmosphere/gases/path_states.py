@@ -44,9 +44,9 @@ class PathState:
         Parameters
         ----------
         absorption : (L, K) array
-            Of all gases at the levels, m2 per molecule of air.
+            Absorption of all gases at the levels, m2 per molecule of air.
         wavenumber : float or (K,) array
-            Of the black body, cm^-1.
+            Wavenumber of the black body, cm^-1.
 
         Returns
         -------

@@ -242,7 +242,7 @@ def test_ends_of_long_paths_stand_where_traced_rays_end(air, channels):
     def end_height(tables):
         table = tables.table(tables.nodes(NodeCounts(16, 10, 4, 8, 10)))
         reader = ChannelReader.of(table.root, table.attributes)
-        return reader.paths(*place.values()).places.end_height
+        return reader.paths(*place.values()).coordinates.end_height
 
     assert np.abs(end_height(long) - traced).max() < 0.25
     assert np.abs(end_height(with_parts_of(long, tolerance=1e3)) - traced).max() > 2

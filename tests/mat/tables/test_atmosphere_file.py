@@ -64,7 +64,7 @@ def test_the_tables_on_the_axes_of_the_job_are_what_the_channels_give_there(sun,
     ends = [tables.value("beta_star", range=reach, **line) for reach in (5.0, 20.0)]
     assert tables.value("beta_star", range=12.5, **line) == pytest.approx(sum(ends) / 2)
     assert ends[0] == pytest.approx(float(sun.value("beta_star", range=5.0, **line)), rel=1e-6)
-    with pytest.raises(InputError, match="leave grid out"):
+    with pytest.raises(InputError, match="omit grid"):
         skyshine.mat.open(small_build / "b01.band.h5", grid=True)
 
 

@@ -48,7 +48,7 @@ def library_classes(
         if name in materials:
             shares[i, materials.index(name)] = 1
             continue
-        group = [k for k, other in enumerate(materials) if groups.get(other, other) == groups.get(name)]
+        group = [k for k, member in enumerate(materials) if groups.get(member, member) == groups.get(name)]
         alike = [k for k in group if materials[k] not in classes] or group
         shares[i, alike] = 1 / max(len(alike), 1)
     return shares
@@ -58,10 +58,10 @@ def and_unknown(classes: npt.NDArray[np.float64], materials: Sequence[str]) -> n
     """These shares (L, K) with the classes that stand for none of the materials standing for `unknown`, which is the
     last, (L, K + 1), where there are such classes and the seeds have none of it.
     """
-    none = (classes.sum(axis=1) == 0).astype(float)
+    unmatched = (classes.sum(axis=1) == 0).astype(float)
     if UNKNOWN in materials:
-        return np.where(np.array(materials) == UNKNOWN, none[:, np.newaxis], classes)
-    return np.column_stack([classes, none]) if none.any() else classes
+        return np.where(np.array(materials) == UNKNOWN, unmatched[:, np.newaxis], classes)
+    return np.column_stack([classes, unmatched]) if unmatched.any() else classes
 
 
 def translated(

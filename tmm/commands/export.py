@@ -74,8 +74,8 @@ def command(
     if photograph is not None and mesh is None:
         raise click.UsageError("--photograph names an image of a mesh; give --mesh")
     into = None if mesh is None else MeshTarget(mesh, photograph)
-    written = export(file, form, out, load_library(), level, target, into, progress)
+    paths = export(file, form, out, load_library(), level, target, into, progress)
     if as_json:
-        emit_json({"file": file, "format": form, "written": [str(path) for path in written]})
+        emit_json({"file": file, "format": form, "written": [str(path) for path in paths]})
     else:
-        click.echo("\n".join(map(str, written)))
+        click.echo("\n".join(map(str, paths)))

@@ -72,7 +72,7 @@ def _report(suggestion: Suggestion, files: tuple[Path, Path]) -> dict[str, Any]:
         "named_in_job": suggestion.named,
         "picture": str(files[0]),
         "page": str(files[1]),
-        "answered": len(suggestion.kept),
+        "answered": len(suggestion.answers),
         "expected_wrong": None if suggestion.doubt is None else quantity(suggestion.doubt, "1"),
         "expected_gain": quantity(suggestion.gain, "1"),
         "small": not suggestion.measures and suggestion.gain < SMALL,
@@ -99,8 +99,8 @@ def _print(report: dict[str, Any]) -> None:
         click.echo(f"  fill in {report['list']}, then: tmm score DATABASE {report['list']}")
         return
     wrong, gain = report["expected_wrong"], 100 * report["expected_gain"]["value"]
-    known = "nothing is known yet" if wrong is None else f"{100 * wrong['value']:.1f} % of the texels expected wrong"
-    click.echo(f"{report['name']}: {report['answered']} answers so far, {known}")
+    state = "nothing is known yet" if wrong is None else f"{100 * wrong['value']:.1f} % of the texels expected wrong"
+    click.echo(f"{report['name']}: {report['answered']} answers so far, {state}")
     if report["questions"]:
         numbers = [question["number"] for question in report["questions"]]
         click.echo(f"  asked: {numbers[0]} to {numbers[-1]}, expected to put {gain:.1f} % of the texels right")

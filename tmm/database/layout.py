@@ -98,10 +98,10 @@ def level_layout(
         "component": _component_axis(),
     }
     plane, mixed, chunk = ("y", "x"), ("y", "x", "component"), (CHUNK, CHUNK)
-    whole, parts = Streamed(size, np.uint16), Streamed((*size, 3), np.uint16)
+    codes, parts = Streamed(size, np.uint16), Streamed((*size, 3), np.uint16)
     weights = {"total": WEIGHT_TOTAL}
     variables = {
-        "code": Variable(plane, whole, "1", "material code of the largest share, 0 for none", chunks=chunk),
+        "code": Variable(plane, codes, "1", "material code of the largest share, 0 for none", chunks=chunk),
         "mix_code": Variable(mixed, parts, "1", "material codes of the mixture", chunks=(*chunk, 3)),
         "mix_weight": Variable(
             mixed, parts, "1", "shares of the mixture; they sum to `total`", weights, chunks=(*chunk, 3)

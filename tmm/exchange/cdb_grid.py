@@ -103,8 +103,8 @@ class Ground:
         cells = []
         for south in range(max(int(np.floor(self._low[1])), -90), min(int(np.ceil(self._high[1])), 90)):
             width = geocell_width(south)
-            first = int(np.floor(self._low[0] / width)) * width
-            cells += [Geocell(south, west) for west in range(first, int(np.ceil(self._high[0])), width)]
+            west_edge = int(np.floor(self._low[0] / width)) * width
+            cells += [Geocell(south, west) for west in range(west_edge, int(np.ceil(self._high[0])), width)]
         return cells
 
     def touches(self, cell: Geocell, tile: Tile) -> bool:
@@ -146,7 +146,7 @@ class Ground:
             yield row, down @ x_nodes @ weights.T, down @ y_nodes @ weights.T
 
 
-def _linear(place: npt.NDArray[np.float64], steps: int) -> npt.NDArray[np.float64]:
+def _linear(position: npt.NDArray[np.float64], steps: int) -> npt.NDArray[np.float64]:
     """Weights (N, steps + 1) of nodes at places between 0 and `steps`."""
-    weights: npt.NDArray[np.float64] = np.maximum(1 - np.abs(place[:, np.newaxis] - np.arange(steps + 1)), 0)
+    weights: npt.NDArray[np.float64] = np.maximum(1 - np.abs(position[:, np.newaxis] - np.arange(steps + 1)), 0)
     return weights

@@ -106,12 +106,12 @@ def parse_table(text: bytes, path: Path) -> dict[int, Composite]:
 
 
 def _composite(element: Any, path: Path) -> Composite:
-    given = element.get("index", "")
-    if not re.fullmatch(r"\s*[0-9]{1,9}\s*", given):
+    text = element.get("index", "")
+    if not re.fullmatch(r"\s*[0-9]{1,9}\s*", text):
         raise InputError(
-            f"index: found '{given[:40]}'; allowed: a whole number, 0 or more", file=path, line=element.sourceline
+            f"index: found '{text[:40]}'; allowed: a whole number, 0 or more", file=path, line=element.sourceline
         )
-    index = int(given)
+    index = int(text)
     substrates: dict[str, list[Substrate]] = {
         kind: [] for kind in ("Surface_Substrate", "Primary_Substrate", "Secondary_Substrate")
     }
@@ -150,8 +150,8 @@ def _substrate(element: Any, path: Path) -> Substrate:
         weights = [PERCENT / len(names)] * len(names)
     if not sum(weights):
         raise InputError("the weights of a substrate are all 0; give one", file=path, line=element.sourceline)
-    whole = largest_remainders(weights)
-    ranked = sorted(zip(names, whole, strict=True), key=lambda item: -item[1])
+    percent = largest_remainders(weights)
+    ranked = sorted(zip(names, percent, strict=True), key=lambda item: -item[1])
     thickness = (element.findtext("{*}Thickness") or "").strip()
     return Substrate(tuple(item for item in ranked if item[1] > 0), thickness or None)
 
@@ -159,11 +159,11 @@ def _substrate(element: Any, path: Path) -> Substrate:
 def largest_remainders(weights: list[float]) -> list[int]:
     """Whole percents that sum to 100 in proportion to the weights (Hamilton's method)."""
     shares = [weight * PERCENT / sum(weights) for weight in weights]
-    whole = [int(share + 1e-9) for share in shares]
-    order = sorted(range(len(shares)), key=lambda k: whole[k] - shares[k])
-    for k in order[: PERCENT - sum(whole)]:
-        whole[k] += 1
-    return whole
+    integers = [int(share + 1e-9) for share in shares]
+    order = sorted(range(len(shares)), key=lambda k: integers[k] - shares[k])
+    for k in order[: PERCENT - sum(integers)]:
+        integers[k] += 1
+    return integers
 
 
 def write_table(path: str | os.PathLike[str], composites: list[Composite], version: str = "1.0") -> None:

@@ -120,18 +120,18 @@ def _export_cdb(
     from skyshine.tmm.exchange.cdb_bases import add_bases, bases_of, require_bases
     from skyshine.tmm.exchange.imported import kept_raster
 
-    kept = kept_raster(path) if target == CdbTarget() and level is None else None
+    raster = kept_raster(path) if target == CdbTarget() and level is None else None
     materials = load_map(library, target.map_file)
-    if kept is not None:
-        composites = list(kept.table.values())
+    if raster is not None:
+        composites = list(raster.table.values())
     else:
         composites = [materials.composite(name, 1) for name in _used_materials(path)]
     require_bases(root, composites)
-    if kept is not None:
-        written = write_cdb(root, kept)
+    if raster is not None:
+        paths = write_cdb(root, raster)
     else:
-        written = _export_materials(path, root, materials, level, target, progress)
-    return [*written, *add_bases(root, {*materials.recipes.bases, *bases_of(composites)})]
+        paths = _export_materials(path, root, materials, level, target, progress)
+    return [*paths, *add_bases(root, {*materials.recipes.bases, *bases_of(composites)})]
 
 
 def _used_materials(path: str | os.PathLike[str]) -> list[str]:

@@ -104,13 +104,13 @@ class DistinctColours:
         step = max(PIECE_TEXELS // texture.width, 1)
         for top in range(0, texture.height, step):
             pixels, valid = texture.window(slice(top, min(top + step, texture.height)), slice(0, texture.width))
-            whole = valid.all()
-            self.valid_texels += valid.size if whole else int(valid.sum())
+            complete = valid.all()
+            self.valid_texels += valid.size if complete else int(valid.sum())
             # In parts that stay in a processor's cache, by the index type of numpy: half the time.
             rows = max(CACHED_TEXELS // texture.width, 1)
-            for first in range(0, len(pixels) if count else 0, rows):
-                part = _packed(pixels[first : first + rows])
-                present[(part if whole else part[valid[first : first + rows]]).astype(np.intp)] = True
+            for start in range(0, len(pixels) if count else 0, rows):
+                part = _packed(pixels[start : start + rows])
+                present[(part if complete else part[valid[start : start + rows]]).astype(np.intp)] = True
         if count:
             packed = np.flatnonzero(present)
             self.number = len(packed)
@@ -144,8 +144,8 @@ class DistinctColours:
         """Colours of the shared table that a window has, (U, 3), and for each of its texels which of them, (h, w)."""
         if self.colours is None:
             raise ValueError("this texture has no shared table of colours")
-        used, number = np.unique(index, return_inverse=True)
-        return self.colours[used], number.reshape(index.shape)
+        present, number = np.unique(index, return_inverse=True)
+        return self.colours[present], number.reshape(index.shape)
 
 
 def _packed(pixels: npt.NDArray[Any]) -> npt.NDArray[Any]:

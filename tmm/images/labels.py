@@ -41,12 +41,12 @@ class Labels:
     def _colour(self, key: str, grey: bool) -> list[int]:
         if not key.startswith("#"):
             return [int(key)] * self._channels
-        wanted = [int(key[i : i + 2], 16) for i in (1, 3, 5)]
-        if grey and len(set(wanted)) > 1:
+        components = [int(key[i : i + 2], 16) for i in (1, 3, 5)]
+        if grey and len(set(components)) > 1:
             raise InputError(
                 f"the label image is grey and cannot hold {key}; give grey levels in the palette", file=self.path
             )
-        return wanted[: self._channels]
+        return components[: self._channels]
 
     def fits(self, height: int, width: int) -> Labels:
         """Itself, where the label image has the texture's size; else an InputError."""
@@ -62,8 +62,8 @@ class Labels:
         values = self._raster.rows(start, stop)
         material = np.full(values.shape[:2], NONE, np.int16)
         for colour, number in self._colours:
-            same = values[..., 0] == colour[0]
+            matches = values[..., 0] == colour[0]
             for i in range(1, self._channels):
-                same &= values[..., i] == colour[i]
-            material[same] = number
+                matches &= values[..., i] == colour[i]
+            material[matches] = number
         return material

@@ -170,15 +170,15 @@ class TextureFile:
         return ((rows, colours) for rows, colours, _ in self._pieces())
 
     @property
-    def taken(self) -> dict[str, str]:
+    def interpretation(self) -> dict[str, str]:
         """What the image's parts were taken to be, in words, by what it is about."""
-        taken = {**self.intake.taken, "encoding": self.encoding}
+        interpretation = {**self.intake.interpretation, "encoding": self.encoding}
         if self._no_data is not None and self._no_data.value is not None:
             near = " and near it on the collar" if self._no_data.lossy else ""
-            taken["no data"] = f"{self._no_data.value:g}{near}"
+            interpretation["no data"] = f"{self._no_data.value:g}{near}"
         if self._no_data is not None and self._no_data.masked:
-            taken["mask"] = "where it is 0"
-        return taken
+            interpretation["mask"] = "where it is 0"
+        return interpretation
 
 
 def _encoding(path: Path, image: Raster, dtype: np.dtype[Any]) -> str:

@@ -330,19 +330,19 @@ class TextureJob(StrictModel):
 
     @pydantic.model_validator(mode="after")
     def _one_way(self) -> TextureJob:
-        given = [way for way in WAYS if getattr(self, way) is not None]
-        if len(given) != 1 and given != ["seeds", "model"]:
-            ways = " and ".join(given) if given else "none"
+        sources = [way for way in WAYS if getattr(self, way) is not None]
+        if len(sources) != 1 and sources != ["seeds", "model"]:
+            ways = " and ".join(sources) if sources else "none"
             raise ValueError(
                 f"found {ways} of the ways to assign materials; allowed: one of {', '.join(WAYS)}, or seeds and model"
             )
-        if self.classifier.speed == "fast" and given != ["seeds"]:
+        if self.classifier.speed == "fast" and sources != ["seeds"]:
             raise ValueError(
-                f"found classifier.speed fast beside {' and '.join(given)}; allowed: with seeds alone; leave it out"
+                f"found classifier.speed fast beside {' and '.join(sources)}; allowed: with seeds alone; remove it"
             )
-        if self.scene_materials and given != ["model"]:
+        if self.scene_materials and sources != ["model"]:
             raise ValueError(
-                f"found scene_materials beside {' and '.join(given)}; allowed: beside a model alone; leave it out, for"
+                f"found scene_materials beside {' and '.join(sources)}; allowed: beside a model alone; remove it, because"
                 " seeds and the other ways name the materials themselves"
             )
         return self

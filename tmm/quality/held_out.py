@@ -26,12 +26,12 @@ class HeldOut:
 
     quality : Quality
     calibration : Calibration; turns a classifier's own confidence into one that is as often right as it says.
-    places : int; separate places that were left out in turn.
+    areas : int; separate places that were left out in turn.
     """
 
     quality: Quality
     calibration: Calibration
-    places: int = 0
+    areas: int = 0
 
 
 def untested(count: int) -> HeldOut:
@@ -60,7 +60,7 @@ def measure(
     tested = fold >= 0
     columns = HeldOutTexels(seeds.material, assigned, confidence, seeds.region, fold, typicality)
     measured = held_out(len(seeds.names) - (UNKNOWN in seeds.names), columns.only(tested), thresholds)
-    return replace(measured, places=len(np.unique(seeds.region[tested])))
+    return replace(measured, areas=len(np.unique(seeds.region[tested])))
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def folds(job: TextureJob, seeds: SeedTexels) -> npt.NDArray[Any]:
     random = np.random.default_rng(job.held_out.random_seed)
     fold = np.full(len(seeds.rows), -1)
     for k in range(len(seeds.names)):
-        mine = (seeds.material == k) & ~seeds.asked
+        mine = (seeds.material == k) & ~seeds.answered
         if seeds.names[k] == UNKNOWN:
             continue
         regions, region = np.unique(seeds.region[mine], return_inverse=True)

@@ -153,7 +153,8 @@ def test_real_tiles_keep_names_and_codes(tile, shared_data, materials, tmp_path)
     names = [composite.name for composite in raster.table.values()]
     assert names[:3] == ["OCEAN", "DRYGROUND", "CALCAREOUS"] and len(names) == len(raster.table)
     _validate(
-        write_cdb(tmp_path / "ours", from_image(to_image(raster, materials), raster.place, materials))[-1], shared_data
+        write_cdb(tmp_path / "ours", from_image(to_image(raster, materials), raster.location, materials))[-1],
+        shared_data,
     )
 
 
@@ -240,7 +241,7 @@ def test_broken_rasters(image, materials, tmp_path):
     raster = from_image(image, TILE, materials)
     path = write_cdb(tmp_path, raster)[0]
     with pytest.raises(InputError, match="the index 3, which .* has not; allowed: 1, 2"):
-        write_table(raster.place.table(tmp_path), [raster.table[1], raster.table[2]])
+        write_table(raster.location.table(tmp_path), [raster.table[1], raster.table[2]])
         read_cdb(path)
     with pytest.raises(InputError, match="is not in its place in a CDB"):
         read_cdb(path.rename(tmp_path / path.name))

@@ -163,11 +163,11 @@ def refuse_incomplete_back(model: StrictModel, kind: str, keys: dict[str, str]) 
         The model's own key for each value of `BACK_VALUES`.
     """
     for name, key in keys.items():
-        given = getattr(model, key) is not None
-        if given != (name in BACK_VALUES[kind]) and name not in BACK_CHOICES.get(kind, ()):
+        is_stated = getattr(model, key) is not None
+        if is_stated != (name in BACK_VALUES[kind]) and name not in BACK_CHOICES.get(kind, ()):
             raise ValueError(
-                f"a back of kind '{kind}' {'takes no' if given else 'needs a'} '{key}'; "
-                f"{'remove' if given else 'add'} it or change the kind"
+                f"a back of kind '{kind}' {'takes no' if is_stated else 'needs a'} '{key}'; "
+                f"{'remove' if is_stated else 'add'} it or change the kind"
             )
 
 
@@ -202,8 +202,10 @@ class SurfaceFile(StrictModel):
 
     def properties(self, back: str) -> SurfaceProperties:
         """Of a stack on a kind of back."""
-        given = {name: getattr(self, name).value for name in type(self).model_fields if getattr(self, name) is not None}
-        return SurfaceProperties(**{"exposure": "field" if back == "fixed" else "plate"} | given)
+        values = {
+            name: getattr(self, name).value for name in type(self).model_fields if getattr(self, name) is not None
+        }
+        return SurfaceProperties(**{"exposure": "field" if back == "fixed" else "plate"} | values)
 
 
 class SoilFile(StrictModel):
@@ -238,8 +240,10 @@ class StandFile(StrictModel):
     )
 
     def stand(self) -> Stand:
-        given = {name: getattr(self, name).value for name in type(self).model_fields if getattr(self, name) is not None}
-        return Stand(**given)
+        values = {
+            name: getattr(self, name).value for name in type(self).model_fields if getattr(self, name) is not None
+        }
+        return Stand(**values)
 
 
 class PenetratingLightFile(StrictModel):
@@ -287,9 +291,9 @@ class ThermalFile(StrictModel):
         return self
 
     def stack(self) -> ThermalStack:
-        first, second = self.layers
+        outer, second = self.layers
         light = tuple(PenetratingLight(part.share.value, part.extinction.value) for part in self.light)
-        return ThermalStack(self.skin.layer(), (first.layer(), second.layer()), self.back.back(), light)
+        return ThermalStack(self.skin.layer(), (outer.layer(), second.layer()), self.back.back(), light)
 
 
 class SpecularFile(StrictModel):
@@ -346,9 +350,9 @@ def _sources(model: StrictModel, prefix: str = "") -> dict[str, str]:
 def _entries(name: str, value: Any) -> Iterator[tuple[str, Any]]:
     """Dotted names of what stands below a field: members of lists by number, those of mappings by key."""
     if isinstance(value, list):
-        return ((f"{name}.{number}", each) for number, each in enumerate(value, 1))
+        return ((f"{name}.{number}", item) for number, item in enumerate(value, 1))
     if isinstance(value, dict):
-        return ((f"{name}.{key}", each) for key, each in value.items())
+        return ((f"{name}.{key}", item) for key, item in value.items())
     return iter([(name, value)])
 
 
@@ -428,8 +432,8 @@ def _check(table: CsvTable) -> None:
 def _range(file: Path, number: int, text: str) -> SpectralRange:
     span, _, note = text.partition(";")
     try:
-        first, last, kind = span.split()
-        lower, upper = plain_number(first), plain_number(last)
+        start, stop, kind = span.split()
+        lower, upper = plain_number(start), plain_number(stop)
     except ValueError:
         raise InputError(
             f"found 'range:{text[:60]}'; allowed: 'range: LOWER UPPER KIND; note' with wavelengths in um",

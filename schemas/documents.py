@@ -225,11 +225,11 @@ class _Builder:
                 raise _at(key_node, self.file, "found a list or mapping as a key; allowed: plain text keys")
             key = _scalar(key_node, self.file)
             if key in data:
-                first = self.places[(*path, key)]
+                earlier = self.places[(*path, key)]
                 raise _at(
                     key_node,
                     self.file,
-                    f"key '{key}' stands twice (first at line {first[0]}); allowed: each key once; remove one",
+                    f"key '{key}' stands twice (first at line {earlier[0]}); allowed: each key once; remove one",
                 )
             data[key] = self.build(value_node, (*path, key))
             mark = (key_node.start_mark.line + 1, key_node.start_mark.column + 1)

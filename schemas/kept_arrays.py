@@ -43,7 +43,7 @@ def keep_arrays(path: Path, head: bytes, key: str, arrays: Mapping[str, npt.NDAr
     head : bytes
         First line of the file: what it is, with a version.
     key : str
-        Of all that the arrays depend on.
+        Digest of everything that the arrays depend on.
     arrays : mapping of str to array
         Without Python objects.
     """

@@ -144,8 +144,8 @@ def _print(result: JobCheck) -> None:
     loaded, states = result.loaded, result.states
     click.echo(f"{loaded.file}: holds")
     for line, numbers in groupby(range(1, len(states) + 1), lambda number: summary_line(states[number - 1])):
-        first, *others = (f"{number:02d}" for number in numbers)
-        click.echo(f"{f'states {first} to {others[-1]}' if others else f'state {first}'}: {line}")
+        lowest, *others = (f"{number:02d}" for number in numbers)
+        click.echo(f"{f'states {lowest} to {others[-1]}' if others else f'state {lowest}'}: {line}")
     for warning in result.warnings:
         click.echo(f"warning: {warning}")
     click.echo("will be built:")

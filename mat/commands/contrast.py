@@ -90,7 +90,7 @@ def command(
     if out is not None:
         draw_contrast(results, material, background, Path(out))
     if as_json:
-        emit_json({"material": material, "background": background, "bands": [_numbers(each) for each in results]})
+        emit_json({"material": material, "background": background, "bands": [_numbers(single) for single in results]})
         return
     for result in results:
         _print(result, material, background)

@@ -24,20 +24,20 @@ class _Forms(click.Group):
     """A group whose commands are named by ``--to``."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        form, rest = _form_of(args)
-        if form is None and any(word in ctx.help_option_names for word in rest):
+        form, remaining = _form_of(args)
+        if form is None and any(word in ctx.help_option_names for word in remaining):
             return super().parse_args(ctx, ["--help"])
         if form is None:
             raise InputError(f"no format is named; allowed: --to {', --to '.join(FORMS)}")
         if form not in FORMS:
             raise InputError(f"found --to '{form}'; {nearest(form, FORMS)}")
-        return super().parse_args(ctx, [form, *rest])
+        return super().parse_args(ctx, [form, *remaining])
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        name, command, rest = super().resolve_command(ctx, args)
-        return f"--to {name}", command, rest
+        name, command, remaining = super().resolve_command(ctx, args)
+        return f"--to {name}", command, remaining
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(FORMS)

@@ -14,16 +14,16 @@ if TYPE_CHECKING:
     pass
 
 
-def _numbers(_context: click.Context, _parameter: click.Parameter, given: str | None) -> tuple[float, ...] | None:
+def _numbers(_context: click.Context, _parameter: click.Parameter, text: str | None) -> tuple[float, ...] | None:
     """Kelvins of ``--settings``, from the coarsest to the finest."""
-    if given is None:
+    if text is None:
         return None
     try:
-        kelvins = {float(part) for part in given.split(",")}
+        kelvins = {float(part) for part in text.split(",")}
     except ValueError:
         kelvins = set()
     if not kelvins or not all(0.01 <= kelvin <= 100 for kelvin in kelvins):
-        raise click.BadParameter(f"found '{given}'; allowed: kelvins from 0.01 to 100, such as 5,1,0.3")
+        raise click.BadParameter(f"found '{text}'; allowed: kelvins from 0.01 to 100, such as 5,1,0.3")
     return tuple(sorted(kelvins, reverse=True))
 
 

@@ -183,12 +183,12 @@ def _regions(table: AbsorptionTable) -> list[dict[str, Any]]:
     low, high = table.interval_edges.T
     starts = np.flatnonzero(np.append(True, np.abs(np.diff(high - low)) > 1e-3))
     parts = []
-    for first, last in zip(starts, np.append(starts[1:], low.size), strict=True):
-        inside = slice(first, last)
+    for start, stop in zip(starts, np.append(starts[1:], low.size), strict=True):
+        inside = slice(start, stop)
         parts.append(
             {
-                "range": quantity([low[first], high[last - 1]], "cm-1"),
-                "width": quantity(high[first] - low[first], "cm-1"),
+                "range": quantity([low[start], high[stop - 1]], "cm-1"),
+                "width": quantity(high[start] - low[start], "cm-1"),
                 "points_per_interval": float(table.count[inside].mean()),
                 "rms": quantity(float(np.sqrt(np.mean(table.error[inside, 0] ** 2))), "1"),
                 "largest": quantity(float(table.error[inside, 1].max()), "1"),

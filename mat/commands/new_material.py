@@ -48,7 +48,7 @@ def new(
     description: str | None,
     code: int | None,
     as_json: bool,
-    **rest: object,
+    **options: object,
 ) -> None:
     """Write the files of a material NAME that is like one of the library but for the numbers or the spectrum given.
 
@@ -61,14 +61,14 @@ def new(
     from skyshine.materials.library import load_library
     from skyshine.materials.spectrum_files import Said, read_spectrum
 
-    said = Said(**{key: rest[key] for key in ("unit", "scale", "quantity", "wavelengths", "record")})  # type: ignore[arg-type]
-    if spectrum is None and said != Said():
+    spectrum_options = Said(**{key: options[key] for key in ("unit", "scale", "quantity", "wavelengths", "record")})  # type: ignore[arg-type]
+    if spectrum is None and spectrum_options != Said():
         raise InputError(
             "found --unit, --scale, --quantity, --wavelengths or --record without --spectrum; add the file"
         )
-    read = read_spectrum(spectrum, said) if spectrum else None
-    thermal = {key: value for key in THERMAL if isinstance(value := rest[key], float)}
-    written = new_material(
+    read = read_spectrum(spectrum, spectrum_options) if spectrum else None
+    thermal = {key: value for key in THERMAL if isinstance(value := options[key], float)}
+    created = new_material(
         name,
         like=like,
         folder=folder or default_folder(),
@@ -80,20 +80,20 @@ def new(
         description=description,
         code=code,
     )
-    summary = material_summary(load_library(written.folder)[name])
+    summary = material_summary(load_library(created.folder)[name])
     if as_json:
-        files = [str(file) for file in written.files]
-        emit_json({"name": name, "code": written.code, "files": files, "borrowed_um": written.borrowed, **summary})
+        files = [str(file) for file in created.files]
+        emit_json({"name": name, "code": created.code, "files": files, "borrowed_um": created.borrowed, **summary})
         return
     if read:
         click.echo(f"read {read.read_as}: {read.wavelength[0]:g} to {read.wavelength[-1]:g} um")
-        for lower, upper in written.borrowed:
+        for lower, upper in created.borrowed:
             click.echo(f"{lower:g} to {upper:g} um from {like}")
     if emissivity is not None:
         where = "the mean over radiation of 300 K, the shape is that of the spectrum" if read else "beyond 2.5 um"
         click.echo(f"emissivity {emissivity:g}: {where}")
     numbers = ", ".join(f"{key.replace('_', ' ')} {value:.3f}" for key, value in summary.items())
-    click.echo(f"{written.code}  {name}: {numbers}")
-    for file in written.files:
+    click.echo(f"{created.code}  {name}: {numbers}")
+    for file in created.files:
         click.echo(f"  {file}")
-    click.echo(f"use it with MATERIALS_DATABASE={written.folder.resolve()}")
+    click.echo(f"use it with MATERIALS_DATABASE={created.folder.resolve()}")

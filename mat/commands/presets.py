@@ -20,12 +20,12 @@ def command(name: str | None, as_json: bool) -> None:
 
     from skyshine.mat.job.presets import presets
 
-    known = presets()
-    if name is not None and name not in known:
-        raise InputError(f"found the preset '{name}'; {nearest(name, known)}")
+    by_name = presets()
+    if name is not None and name not in by_name:
+        raise InputError(f"found the preset '{name}'; {nearest(name, by_name)}")
     if as_json:
-        emit_json(known if name is None else known[name])
+        emit_json(by_name if name is None else by_name[name])
     elif name is None:
-        echo_table(("preset", "what"), [(key, content["description"]) for key, content in known.items()])
+        echo_table(("preset", "what"), [(key, content["description"]) for key, content in by_name.items()])
     else:
-        click.echo(yaml.safe_dump(known[name], sort_keys=False, allow_unicode=True, width=120), nl=False)
+        click.echo(yaml.safe_dump(by_name[name], sort_keys=False, allow_unicode=True, width=120), nl=False)

@@ -49,8 +49,8 @@ def command(
         _print(measured.numbers)
 
 
-def _job_file(given: str) -> Path:
-    path = Path(given)
+def _job_file(text: str) -> Path:
+    path = Path(text)
     if path.suffix == ".h5":
         raise InputError(
             "is a database; name the job that it was built with, or the folder that holds its job.yaml", file=path

@@ -236,13 +236,15 @@ def command(
 
 def _print_json(result: Spectrum, columns: dict[str, Column]) -> None:
     gases = {f"transmittance_{gas}" for gas in result.transmittance_by_gas}
-    shown: dict[str, Any] = {
+    content: dict[str, Any] = {
         name: quantity(values, unit) for name, (unit, values) in columns.items() if name not in gases
     }
-    shown["transmittance_by_gas"] = {gas: quantity(values, "1") for gas, values in result.transmittance_by_gas.items()}
-    shown["range"] = quantity(result.range / 1e3, "km")
-    shown["ends_at_ground"] = result.ground
-    emit_json(shown)
+    content["transmittance_by_gas"] = {
+        gas: quantity(values, "1") for gas, values in result.transmittance_by_gas.items()
+    }
+    content["range"] = quantity(result.range / 1e3, "km")
+    content["ends_at_ground"] = result.ground
+    emit_json(content)
 
 
 def _limits(text: str | None) -> tuple[float, float] | None:

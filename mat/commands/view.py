@@ -32,8 +32,8 @@ def command(source: str, out: str, texture: str | None, altitude: float | None, 
     under the pointer and the time of a frame are shown.
     """
     if Path(source).suffix.lower() in (".yaml", ".yml"):
-        given = {"--texture": texture, "--altitude": altitude, "--metres-per-texel": metres_per_texel}
-        for option, value in given.items():
+        options = {"--texture": texture, "--altitude": altitude, "--metres-per-texel": metres_per_texel}
+        for option, value in options.items():
             if value is not None:
                 raise InputError(f"{option} goes with a folder; a scene file states it; leave it out")
         click.echo(_scene(Path(source), Path(out)))

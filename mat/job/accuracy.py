@@ -109,23 +109,23 @@ def with_shares(job: Any) -> Any:
     if not isinstance(job, dict):
         return job
     try:
-        written = {"pixel": DEFAULT_PIXEL} | by_number(job.get("accuracy", {}))
-        kelvin = tolerance_parts(pixel_kelvin(written["pixel"]))[0]
+        stated = {"pixel": DEFAULT_PIXEL} | by_number(job.get("accuracy", {}))
+        kelvin = tolerance_parts(pixel_kelvin(stated["pixel"]))[0]
     except (ValueError, TypeError):
         return job
     shares: dict[str, Any] = {
         "spectral_tolerance": float(np.clip(_SPECTRAL * kelvin, 1e-4, 0.05)),
         "negligible_k": _NEGLIGIBLE * kelvin,
-        "solver_steps": next(steps for least, steps in _STEPS if kelvin >= least),
+        "solver_steps": next(steps for limit, steps in _STEPS if kelvin >= limit),
         "tilted_faces_k": float(np.clip(_FACES * kelvin, 0.05, 1.0)),
     }
     tolerances = {"atmosphere_grid": _PATHS * kelvin}
     surface = job.get("surface_grid", {})
     if names_a_pixel(job) or not (isinstance(surface, dict) and _SURFACE_NODES & surface.keys()):
         tolerances["surface_grid"] = _TEMPERATURES * kelvin
-    shared = job | {"accuracy": shares | written}
+    completed = job | {"accuracy": shares | stated}
     for name, share in tolerances.items():
         grid = job.get(name, {})
         if isinstance(grid, dict):
-            shared[name] = {"tolerance": f"{share:g} K"} | grid
-    return shared
+            completed[name] = {"tolerance": f"{share:g} K"} | grid
+    return completed

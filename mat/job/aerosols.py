@@ -79,10 +79,10 @@ class AerosolLayer(StrictModel):
             (("model", "table", "size_distribution"), "say what the particles are"),
             (("height_km", "scale_height_km", "profile"), "say where they are"),
         ):
-            given = [name for name in names if getattr(self, name) is not None]
-            if len(given) != 1:
+            amounts = [name for name in names if getattr(self, name) is not None]
+            if len(amounts) != 1:
                 allowed = ", ".join(names)
-                raise ValueError(f"found {' and '.join(given) or 'none of them'}; allowed: one of {allowed}; {hint}")
+                raise ValueError(f"found {' and '.join(amounts) or 'none of them'}; allowed: one of {allowed}; {hint}")
         if self.profile is None and self.optical_depth is None:
             raise ValueError("found no optical_depth; allowed: 0 to 100, which a profile alone may leave out; add it")
         if self.height_km is not None:

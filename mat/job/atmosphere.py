@@ -87,10 +87,10 @@ class GasAmount(StrictModel):
 
     @pydantic.model_validator(mode="after")
     def _one(self) -> Self:
-        given = [name for name in type(self).model_fields if getattr(self, name) is not None]
-        if len(given) != 1:
+        amounts = [name for name in type(self).model_fields if getattr(self, name) is not None]
+        if len(amounts) != 1:
             raise ValueError(
-                f"found {' and '.join(given) or 'no amount'}; allowed: one of {', '.join(type(self).model_fields)}"
+                f"found {' and '.join(amounts) or 'no amount'}; allowed: one of {', '.join(type(self).model_fields)}"
             )
         return self
 
@@ -303,8 +303,8 @@ class State(StrictModel):
     def _from_preset(cls, data: Any) -> Any:
         if not isinstance(data, dict):
             return data
-        written = with_preset(data)
-        return {"air": "profile", **written} if written.get("sounding") is not None else written
+        state = with_preset(data)
+        return {"air": "profile", **state} if state.get("sounding") is not None else state
 
     @pydantic.model_validator(mode="after")
     def _air_of_a_time(self) -> Self:
@@ -333,10 +333,10 @@ class State(StrictModel):
     @pydantic.model_validator(mode="after")
     def _one_amount_of_aerosol(self) -> Self:
         depth = self.aerosol_optical_depth
-        written = depth if isinstance(depth, str | None) else f"{depth:g}"
+        text = depth if isinstance(depth, str | None) else f"{depth:g}"
         if depth is not None and self.visibility_km is not None:
             raise ValueError(
-                f"found visibility_km {self.visibility_km:g} and aerosol_optical_depth {written};"
+                f"found visibility_km {self.visibility_km:g} and aerosol_optical_depth {text};"
                 " allowed: one of them; remove the other"
             )
         if self.aerosol == "none" and self.aerosol_table is not None:
@@ -346,7 +346,7 @@ class State(StrictModel):
             )
         if self.aerosol == "none" and depth:
             raise ValueError(
-                f"found aerosol none and aerosol_optical_depth {written}; allowed: an aerosol"
+                f"found aerosol none and aerosol_optical_depth {text}; allowed: an aerosol"
                 " with an optical depth; name one, or remove it"
             )
         return self
@@ -382,10 +382,10 @@ class Band(StrictModel):
     @pydantic.model_validator(mode="after")
     def _one(self) -> Self:
         ranges = [name for name in type(self).model_fields if name != "name"]
-        given = [name for name in ranges if getattr(self, name) is not None]
-        if len(given) != 1:
-            raise ValueError(f"found {' and '.join(given) or 'no range'}; allowed: one of {', '.join(ranges)}")
-        for name in given:
+        stated = [name for name in ranges if getattr(self, name) is not None]
+        if len(stated) != 1:
+            raise ValueError(f"found {' and '.join(stated) or 'no range'}; allowed: one of {', '.join(ranges)}")
+        for name in stated:
             edges = getattr(self, name)
             if name != "response" and not 0 < edges[0] < edges[1]:
                 raise ValueError(

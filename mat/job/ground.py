@@ -66,8 +66,8 @@ def ground_of_latitude(latitude_deg: float, altitude_km: float) -> GroundYear:
     (10, 11, 15)
     """
     days = np.arange(1.0, 366.0)
-    first = datetime.date(_ANY_YEAR, 1, 1)
-    celsius = np.array([_sea_level_air(latitude_deg, first + datetime.timedelta(days=int(day) - 1)) for day in days])
+    new_year = datetime.date(_ANY_YEAR, 1, 1)
+    celsius = np.array([_sea_level_air(latitude_deg, new_year + datetime.timedelta(days=int(day) - 1)) for day in days])
     mean, amplitude, coldest = annual_harmonic(days, celsius)
     lapse = LAPSE_RATE * 1e3 * altitude_km
     return GroundYear(mean_c=round(mean - lapse, 1), amplitude_c=round(amplitude, 1), coldest_day=round(coldest, 1))

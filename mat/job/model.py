@@ -171,8 +171,8 @@ class Job(StrictModel):
 
     @pydantic.model_validator(mode="before")
     @classmethod
-    def _shared_out(cls, written: Any) -> Any:
-        return with_shares(written)
+    def _shared_out(cls, data: Any) -> Any:
+        return with_shares(data)
 
     @property
     def observer_altitudes_km(self) -> list[float]:
@@ -237,8 +237,8 @@ class Job(StrictModel):
     @property
     def needed_bands(self) -> list[int]:
         """Numbers of the bands that are built, counted from 1."""
-        wanted = None if self.query_limits is None else self.query_limits.bands
-        return [number for number, name in enumerate(self.band_names, 1) if wanted is None or name in wanted]
+        selected = None if self.query_limits is None else self.query_limits.bands
+        return [number for number, name in enumerate(self.band_names, 1) if selected is None or name in selected]
 
     def band_name(self, index: int) -> str:
         """Name of a band, counted from 1: that of the job, or one by its order."""
@@ -265,9 +265,9 @@ class Job(StrictModel):
             if name in self.temperatures_c:
                 raise ValueError(f"found '{name}' in operated and in temperatures_c; allowed: one of them; remove one")
         if isinstance(self.materials, list):
-            around = {name for state in self.states for name in state.surrounding_materials}
+            surrounding = {name for state in self.states for name in state.surrounding_materials}
             for name in [*self.operated, *self.temperatures_c]:
-                if name not in self.materials and name not in around:
+                if name not in self.materials and name not in surrounding:
                     raise ValueError(
                         f"found the operated '{name}', which is not in materials; add it there or remove it here"
                     )

@@ -43,5 +43,5 @@ def check_snow(covers: dict[str, SnowCover], of_job: Iterable[str], library: Mat
                 f" water are none); {nearest(name, names)}"
             )
         if library[cover.snow].group != "snow":
-            kinds = [each for each in library.names if library[each].group == "snow"]
+            kinds = [candidate for candidate in library.names if library[candidate].group == "snow"]
             raise ValueError(f"found {name} under '{cover.snow}', which is no snow; {nearest(cover.snow, kinds)}")

@@ -293,8 +293,8 @@ class Weather(StrictModel):
     @property
     def measured(self) -> bool:
         """Whether its light is measured."""
-        lit = any(getattr(self.hourly, name, None) is not None for name in (SUNLIGHT[0], TOTAL))
-        return self.radiation == "measured" or (self.radiation is None and lit)
+        has_sunlight = any(getattr(self.hourly, name, None) is not None for name in (SUNLIGHT[0], TOTAL))
+        return self.radiation == "measured" or (self.radiation is None and has_sunlight)
 
     def without_light(self) -> Self:
         """The same without the light of its tables, which is computed."""
@@ -307,9 +307,9 @@ class Weather(StrictModel):
     def water(self) -> dict[str, Any]:
         """What it says of water on and in the ground and of snow, as plain data; empty where it says nothing."""
         days = [day for day in (*self.days_before, self.hourly) if day is not None]
-        found = {name: [getattr(day, name) for day in days] for name in WATER}
-        found = {name: values for name, values in found.items() if values and values[-1] is not None}
-        return found | ({} if self.snow_age_days is None else {"snow_age_days": self.snow_age_days})
+        columns = {name: [getattr(day, name) for day in days] for name in WATER}
+        columns = {name: values for name, values in columns.items() if values and values[-1] is not None}
+        return columns | ({} if self.snow_age_days is None else {"snow_age_days": self.snow_age_days})
 
     @property
     def ground_year(self) -> GroundYear | None:
@@ -319,8 +319,8 @@ class Weather(StrictModel):
     @property
     def heights_m(self) -> tuple[float, float]:
         """Of anemometer and thermometer [m]: as written here, else those of the table by hour, else the defaults."""
-        given = ((name, getattr(self.hourly, name, None)) for name in ("wind_height_m", "air_height_m"))
-        wind, air = (getattr(self, k) if v is None or k in self.model_fields_set else v for k, v in given)
+        heights = ((name, getattr(self.hourly, name, None)) for name in ("wind_height_m", "air_height_m"))
+        wind, air = (getattr(self, k) if v is None or k in self.model_fields_set else v for k, v in heights)
         return wind, air
 
     @property
@@ -384,7 +384,7 @@ class Operation(StrictModel):
     def of_back(cls, back: Back) -> dict[str, Any]:
         """The keys of a job that describe a back boundary of the library."""
         kelvin = back.temperature
-        celsius = [each - ZERO_CELSIUS for each in kelvin] if isinstance(kelvin, tuple) else kelvin
+        celsius = [temperature - ZERO_CELSIUS for temperature in kelvin] if isinstance(kelvin, tuple) else kelvin
         flux = back.heat_flux
         keys = {
             "temperature_c": celsius - ZERO_CELSIUS if isinstance(celsius, float) else celsius,

@@ -34,7 +34,7 @@ class TmmFile:
     materials : dict of int to str
         Material names by code.
     width, height : int
-        Of level 0.
+        Size of level 0 [texel].
     levels : int
         Number of mip levels.
     """

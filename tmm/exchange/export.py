@@ -63,12 +63,12 @@ def export(
     out : path
         Folder; of a CDB, its root.
     library : MaterialLibrary
-        For the composite materials of a CDB.
+        Material library, for the composite materials of a CDB.
     level : int, optional
         The mip level: by default the first; for a CDB tile that is named the one of the tile's size; a model texture
         and tiles that are cut have all.
     mesh : MeshTarget, optional
-        Of glTF: the mesh that the feature IDs go into, in place of a quad.
+        Mesh of a glTF export that receives the feature IDs; without it they go into a quad.
 
     Returns
     -------

@@ -167,7 +167,7 @@ def import_texture(
     Parameters
     ----------
     map_file : path, optional
-        Of a CDB; by default the packaged map.
+        Material map of a CDB; by default the packaged one.
     table : path, optional
         Composite Material Table that an image of indices goes with, which then may stand anywhere; of a raster in a
         CDB, in place of its own.

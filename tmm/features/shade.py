@@ -42,7 +42,7 @@ class RelitTexture(TextureFile):
         fraction : float
             0 to 1.
         masks : callable
-            Of a window's top and left and its shape (h, w): which of its texels they cover.
+            Function of a window's top, left and shape (h, w) that returns the texels in shade.
         """
         self._drawn.append((fraction, masks))
 

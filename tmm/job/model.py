@@ -342,8 +342,8 @@ class TextureJob(StrictModel):
             )
         if self.scene_materials and sources != ["model"]:
             raise ValueError(
-                f"found scene_materials beside {' and '.join(sources)}; allowed: beside a model alone; remove it, because"
-                " seeds and the other ways name the materials themselves"
+                f"found scene_materials beside {' and '.join(sources)}; allowed: beside a model alone; remove it, "
+                "because seeds and the other ways name the materials themselves"
             )
         return self
 

@@ -70,7 +70,7 @@ class Sourced(StrictModel, Generic[Value]):
     @model_validator(mode="before")
     @classmethod
     def _of_the_user(cls, content: Any) -> Any:
-        """A plain number stands for itself: whoever writes one is its source."""
+        """A plain number has no source entry: whoever writes one is its source."""
         return {"value": content, "source": USER} if isinstance(content, int | float | str | list) else content
 
 
@@ -128,7 +128,7 @@ class BackFile(StrictModel):
         ),
     )
     capacity: Sourced[AirCapacity] | None = Field(
-        None, description="Of the enclosed air and what stands in it, J m^-2 K^-1 of this face; of cavity, no default."
+        None, description="Of the enclosed air and what is in it, J m^-2 K^-1 of this face; of cavity, no default."
     )
 
     @model_validator(mode="after")
@@ -271,7 +271,7 @@ class ThermalFile(StrictModel):
     soil: SoilFile | None = Field(
         default=None, description="Its pores, where it answers to soil moisture; without it, moisture changes nothing."
     )
-    stand: StandFile | None = Field(default=None, description="Of leaves: how much of them stands on what soil.")
+    stand: StandFile | None = Field(default=None, description="Canopy: leaf area index and the soil below it.")
     light: Annotated[list[PenetratingLightFile], Field(max_length=3)] = Field(
         default=[],
         description="Sunlight that layers let in (ice), by exponential laws; the rest stays at the surface.",
@@ -348,7 +348,7 @@ def _sources(model: StrictModel, prefix: str = "") -> dict[str, str]:
 
 
 def _entries(name: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """Dotted names of what stands below a field: members of lists by number, those of mappings by key."""
+    """Dotted names of what is below a field: members of lists by number, those of mappings by key."""
     if isinstance(value, list):
         return ((f"{name}.{number}", item) for number, item in enumerate(value, 1))
     if isinstance(value, dict):

@@ -95,7 +95,7 @@ def compare(handbooks: Handbooks, values: Mapping[str, Mapping[str, float]]) -> 
     Parameters
     ----------
     values : mapping of str to mapping of str to float
-        `QUANTITIES` by material; materials without a row are left out.
+        `QUANTITIES` by material; materials without a row are omitted.
     """
     comparisons = []
     for name, numbers in values.items():

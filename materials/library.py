@@ -268,7 +268,7 @@ def _refuse_shared_codes(entries: Iterable[_Place]) -> None:
 
 
 def _read(location: _Place) -> Material:
-    # Their models take .06 s to build, which what asks for codes alone does not wait for.
+    # Their models take 0.06 s to build, which what asks for codes alone does not wait for.
     from skyshine.materials.files import load_spectrum, load_specular, load_thermal
 
     entry = location.entry

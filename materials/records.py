@@ -41,7 +41,7 @@ class Back:
         coefficient to the outdoor air of the hour), "cavity" (a coefficient to enclosed air that floats) or "heated" (a
         heat flux from inside).
     temperature : float, tuple of 24 floats or None
-        [K], of the day or at local clock hours 0 to 23, linear between them; None stands for the day's mean air
+        [K], of the day or at local clock hours 0 to 23, linear between them; None is the day's mean air temperature
         temperature. Only fixed and convective.
     coefficient : float or None
         [W m^-2 K^-1]; convective, open and cavity.

@@ -69,7 +69,7 @@ def byte_planes(values: npt.NDArray[Any]) -> list[npt.NDArray[np.uint8]]:
 
 
 def is_constant(plane: npt.NDArray[np.uint8]) -> bool:
-    """Whether a plane holds one value alone."""
+    """Whether a plane contains one value alone."""
     return bool(plane[-1] == plane[0] and (plane == plane[0]).all())
 
 

@@ -49,7 +49,7 @@ class CommandGroup(click.Group):
     Parameters
     ----------
     package : str
-        Package that holds one module a command, each with a click command named ``command``.
+        Package that contains one module a command, each with a click command named ``command``.
     commands : dict of str to str
         Command names with the line that ``--help`` shows for each.
     moved : dict of str to str, optional

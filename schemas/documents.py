@@ -27,7 +27,7 @@ Text = Annotated[str, pydantic.StringConstraints(strip_whitespace=True, min_leng
 NODE_LIMIT = 200_000
 DEPTH_LIMIT = 64
 BYTE_LIMIT = 20_000_000
-MAPPING = "<mapping>"  # stands for the file of a document that is given as plain data
+MAPPING = "<mapping>"  # represents the file of a document that is given as plain data
 
 
 def _whole_number(value: Any) -> Any:
@@ -125,7 +125,7 @@ class Document:
         return self.places[self.written(location)]
 
     def written(self, location: Location) -> Location:
-        """The parts of a location that stand in the file, without the names of a model's alternatives."""
+        """The parts of a location that are in the file, without the names of a model's alternatives."""
         path: Location = ()
         for part in location:
             path += (part,) if (*path, part) in self.places else ()
@@ -269,7 +269,7 @@ def read_yaml(file: StrPath) -> Document:
 def mapping_document(data: Mapping[str, Any], folder: StrPath) -> Document:
     """A document whose content is given as plain data; its paths are relative to a folder, its errors name no line.
 
-    Numbers and arrays of numpy, paths, tuples and mappings of any kind stand for the plain values that they hold.
+    Numbers and arrays of numpy, paths, tuples and mappings of any kind are read as plain values.
 
     Raises
     ------

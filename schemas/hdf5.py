@@ -137,12 +137,12 @@ class Group:
 
 @dataclass(frozen=True)
 class Filled:
-    """What stands in a file once its `Streamed` arrays are written.
+    """What is in a file once its `Streamed` arrays are written.
 
     Attributes
     ----------
     rest : Group
-        What else the root holds.
+        What else the root contains.
     known : dict of str to bytes
         Digests of `Streamed` arrays by their paths; the others are read back for theirs.
     """

@@ -1,7 +1,7 @@
 """Chunks packed as the filters of HDF5 pack them (shuffle, deflate, Fletcher-32), and faster, for large arrays.
 
 HDF5 deflates a shuffled chunk as one run of bytes. Its planes (the first bytes of all values, the second ones, ...) are
-unlike: those that hold one value alone, as the last bytes of rounded floats and the high bytes of codes do, need no
+unlike: those that contain one value alone, as the last bytes of rounded floats and the high bytes of codes do, need no
 search, and each array has a strategy of zlib that suits its others. The planes become parts of one deflate stream that
 end on whole bytes (RFC 1951, 3.2.4), in the wrapping of RFC 1950, so that every reader of HDF5 reads them.
 """

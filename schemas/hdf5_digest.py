@@ -114,7 +114,7 @@ def _arrays_hash(file: h5py.File) -> str:
 def attributes_of(item: h5py.Group | h5py.Dataset, without: tuple[str, ...] = ()) -> dict[str, Any]:
     """Attributes of a group or an array, text decoded, without those by which HDF5 links axes."""
     left_out, attributes = {*SCALE_ATTRIBUTES, *without}, item.attrs
-    # Those that are left out are not read: references are slow.
+    # Those that are omitted are not read: references are slow.
     return {name: as_text(attributes[name]) for name in attributes if name not in left_out}
 
 
@@ -153,7 +153,7 @@ def _address(identifier: h5py.h5g.GroupID | h5py.h5d.DatasetID) -> int:
 
 
 def is_text(dataset: h5py.Dataset) -> bool:
-    """Whether an array holds text."""
+    """Whether an array contains text."""
     return h5py.check_string_dtype(dataset.dtype) is not None
 
 

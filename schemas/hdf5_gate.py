@@ -27,7 +27,7 @@ ATTRIBUTE_BYTES = 1 << 20
 SHORT_TEXT = 4096  # characters of an attribute that is one line
 JOB_LIMIT = 16_000_000  # bytes of a job's text, those of a job file at most
 CHUNK_BYTES = 1 << 28
-# Deflate packs at most 1032 bytes into one (zlib technical details); a file that claims more holds a forged shape.
+# Deflate packs at most 1032 bytes into one (zlib technical details); a file that claims more contains a forged shape.
 PACKING_LIMIT, SMALL = 1100, 1 << 20
 ARRAY_LIMIT_VARIABLE, ARRAY_LIMIT_GIB = "SKYSHINE_MAX_ARRAY_GIB", 4.0
 READ_BY_ROWS = ("tmm",)  # file types whose arrays may be larger than memory

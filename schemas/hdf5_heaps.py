@@ -23,7 +23,7 @@ def largest_text(path: StrPath) -> int:
     Raises
     ------
     InputError
-        A heap holds an object without length, on which libhdf5 (2.0.0 and before) never gets to the next one.
+        A heap contains an object without length, on which libhdf5 (2.0.0 and before) never gets to the next one.
     OSError
         The file cannot be read.
     """

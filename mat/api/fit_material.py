@@ -71,7 +71,7 @@ class MaterialFit:
     effective_readings : float
         Independent readings that are worth as much as those of the fit.
     notes : tuple of str
-        What stands for what the record lacks, and what it cannot tell.
+        Defaults used for missing columns, and what the record cannot determine.
     errors : tuple of SkinError
         Errors of the fit, of the unchanged material, of the air temperature and of the day before, in fitted and
         held-out days.

@@ -109,8 +109,8 @@ def temperature(
     altitude : float, optional
         Altitude of the surface [km], by default the site's; with `forcing` for a record without pressure, by default 0.
     forcing : path
-        CSV of measured radiation and weather; or `job`. Its first day stands for those before it, and one day or less
-        repeats; `notes` of the result say what stands for what it lacks.
+        CSV of measured radiation and weather; or `job`. Its first day also serves for the days before it, and one day
+        or less repeats; `notes` of the result list the defaults used for missing columns.
     slope, azimuth : float
         Slope of the surface [degree], 0 for one that faces up, and azimuth of its normal from north eastward [degree].
     latitude, longitude : float, optional
@@ -199,7 +199,7 @@ def temperature(
 
 
 def _before(period: float, spin_up: int) -> str:
-    """What stands for the days before a record."""
+    """Weather assumed for the days before a record."""
     if spin_up:
         return f"no days before: the first day, {spin_up} times, stands for them (spin-up)"
     return f"no days before: the record, {period / 3600:g} h, repeats"

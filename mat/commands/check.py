@@ -42,7 +42,7 @@ MANY_STATES = 12  # beyond these their files are not listed one by one
 @allow_outside_option
 @json_option
 def command(job: Path, scene: Path | None, out: Path | None, least_share: float, as_json: bool) -> None:
-    """Check JOB; print what will be built, what is left out and why, which source is up when, and the size.
+    """Check JOB; print what will be built, what is omitted and why, which source is up when, and the size.
 
     With --scene, cast the rays of its cameras and print the ranges, elevations, altitudes, slopes, azimuths, materials,
     hours, bands and source elevations that its frames read: a job with these needs builds nothing else.

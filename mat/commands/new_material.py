@@ -19,7 +19,7 @@ POSITIVE = click.FloatRange(0, min_open=True)
     epilog="Example: mat materials new hangar_roof --absorptance .32 --emissivity .87 --like paint_white_on_metal",
 )
 @click.argument("name")
-@click.option("--like", required=True, metavar="NAME", help="The material of the library that stands for the rest.")
+@click.option("--like", required=True, metavar="NAME", help="Base material for all unspecified properties.")
 @click.option("--absorptance", type=FRACTION, help="Of sunlight at the ground.")
 @click.option(
     "--emissivity", type=FRACTION, help="Of all infrared bands; with --spectrum, of blackbody radiation of 300 K."
@@ -52,7 +52,7 @@ def new(
 ) -> None:
     """Write the files of a material NAME that is like one of the library but for the numbers or the spectrum given.
 
-    Numbers are taken as they are; their source is "user". A spectrum stands where it holds values, that of --like
+    Numbers are taken as they are; their source is "user". The spectrum applies in its own range, that of --like
     elsewhere. --absorptance scales it below 2.5 um. --emissivity is that of all wavelengths beyond, so of every band;
     with --spectrum, whose shape stays, it is the mean over radiation of 300 K.
     """

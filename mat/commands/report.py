@@ -30,7 +30,7 @@ from skyshine.schemas.errors import InputError
 def command(
     job: str, built: str | None, out: str | None, scenes: int, seed: int, band: int | None, as_json: bool
 ) -> None:
-    """Measure the error budget of the databases of JOB, or of the folder DIR that holds a job.yaml.
+    """Measure the error budget of the databases of JOB, or of the folder DIR that contains a job.yaml.
 
     Random scenes, some of them in a shadow or beside a wall, go through the runtime's equations with the tables, and
     through the accurate spectral integrals with temperatures solved for each face; each source of error is switched on

@@ -153,7 +153,7 @@ def _texel_temperature(image: MaterialImage, read: BandTables, radiance: Floats,
 
 
 def _refuse_strangers(database: Path, image: MaterialImage, tables: SceneTables, unknown: str | None) -> None:
-    """Refuse materials that the tables lack, and texels of none where nothing stands for them."""
+    """Refuse materials that the tables lack, and texels without material where no substitute is named."""
     present = [int(code) for code in np.unique(image.level.mix_code[image.level.mix_weight > 0])]
     names = [image.materials[code] for code in present if code] + ([] if unknown is None else [unknown])
     tables.codes(dict.fromkeys(names, ()))

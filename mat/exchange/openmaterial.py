@@ -4,8 +4,8 @@ The layout is that of the schemas ``material_schema.json``, ``material_brdf_sche
 the standard, with the rules of its annex A: the schema named in the second line, tables sorted by column, no URI
 without its file.
 
-A BRDF table holds the diffuse share of the reflectance, (1 - f_s) rho / pi, at the wavelengths of the spectrum; being
-the same in all directions it needs only the corners of the three angles. The specular share stands in
+A BRDF table contains the diffuse share of the reflectance, (1 - f_s) rho / pi, at the wavelengths of the spectrum;
+being the same in all directions it needs only the corners of the three angles. The specular share is in
 ``customProperties.skyshine``, for a table that resolved lobes of 1 to 30 degrees at hundreds of wavelengths would have
 millions of rows. Height and correlation length of roughness, elasticity and refractive index are not in the library.
 """

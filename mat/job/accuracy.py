@@ -16,8 +16,8 @@ from pydantic import Field
 from skyshine.mat.job.fields import Tolerance, tolerance, tolerance_parts
 from skyshine.schemas.documents import StrictModel
 
-# Of the pixel's kelvin: relative error of a compiled band (in 3-5 um 3e-3 leave .016 K and 1e-2 .1 K of 99 % of
-# pixels), ambient light on tilted faces, and what is left out.
+# Of the pixel's kelvin: relative error of a compiled band (in 3-5 um 3e-3 leave 0.016 K and 1e-2 0.1 K of 99 % of
+# pixels), ambient light on tilted faces, and what is omitted.
 _SPECTRAL, _FACES, _NEGLIGIBLE = 6e-3, 0.5, 1 / 15
 _PATHS, _TEMPERATURES = 1.0, 1.0  # of the pixel's kelvin, which the nodes of atmospheric tables and of T may miss
 # Steps of the heat balance a day, from the pixel's kelvin on: 99 % of the temperatures are within 0.04 K with 96,
@@ -53,7 +53,7 @@ class Accuracy(StrictModel):
             "Error of 99 % of the pixels, such as 0.3 K, the worst within three times; in bands that end before 2.5 um"
             " 3 % of the light of a sunlit surface that reflects 0.3 counts as 1 K. It gives the other keys, and the"
             " tolerances of both grids, their values; those that are written keep theirs. A surface_grid with axes of"
-            " its own keeps these unless the job writes an accuracy. Written alone, it may stand in the place of all"
+            " its own keeps these unless the job writes an accuracy. Written alone, it may replace all"
             " keys: accuracy: 0.3 K. mat report measures the sum."
         ),
     )
@@ -63,7 +63,7 @@ class Accuracy(StrictModel):
         ge=0,
         le=1,
         description=(
-            "Kinds of particle, and scattered light of a source, are left out of the atmospheric tables of a band where"
+            "Kinds of particle and scattered light of a source are omitted from the atmospheric tables of a band where"
             " all that provably changes no radiance seen by more, in kelvin at the temperature of the ground (300 K at"
             " most); 0 leaves none out."
         ),
@@ -83,7 +83,7 @@ class Accuracy(StrictModel):
 
 
 def by_number(accuracy: Any) -> Any:
-    """The keys of accuracy where a number alone stands for them.
+    """The keys of accuracy that a single number sets.
 
     Raises
     ------

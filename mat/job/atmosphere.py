@@ -107,7 +107,7 @@ GasName = Annotated[
 
 
 def _preset_brings_the_rest(schema: dict[str, Any]) -> None:
-    """In the JSON Schema of a state, a preset stands for the keys that are required without one."""
+    """In the JSON Schema of a state, a preset supplies the keys that are required without one."""
     schema["properties"]["preset"] = {**schema["properties"]["preset"], "examples": list(presets())}
     schema["anyOf"] = [{"required": ["preset"]}, {"required": schema.pop("required")}]
 

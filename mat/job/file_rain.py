@@ -23,7 +23,7 @@ def hourly_rain(year: YearFile, hours: Sequence[int]) -> Floats:
 
     Notes
     -----
-    A depth stands with the hours over which it was gathered, which end at its reading (EnergyPlus, Auxiliary Programs,
+    A depth is with the hours over which it was gathered, which end at its reading (EnergyPlus, Auxiliary Programs,
     "Liquid Precipitation Depth" and "Quantity"; Wilcox and Marion 2008, table 1-3), one where they are missing. What a
     depth of several hours has beyond those that readings among them tell falls evenly in the others, whose readings
     tell none or 0: files write 0 for hours that nobody read.

@@ -1,4 +1,4 @@
-"""Season of the ground from a weather file that holds a whole year."""
+"""Season of the ground from a weather file that contains a whole year."""
 
 from __future__ import annotations
 

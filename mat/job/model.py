@@ -163,7 +163,7 @@ class Job(StrictModel):
     query_limits: QueryLimits | None = Field(
         None,
         alias="needs",
-        description="What scenes will ask for; nodes and sources that none of that reads are left out.",
+        description="What scenes will ask for; nodes and sources that none of that reads are omitted.",
     )
     output: Annotated[Output, pydantic.BeforeValidator(folder_by_name, json_schema_input_type=Output | str)] = Field(
         Output(), description="Where the files go, by a folder alone or by keys, and how large they may be."

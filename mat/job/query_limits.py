@@ -62,7 +62,7 @@ class QueryLimits(StrictModel):
         None,
         description=(
             "Local clock, first and last; over midnight where the first is later. Times of the temperature tables,"
-            " elevations that a source never has then, and sources that are below all of their tables, are left out."
+            " elevations that a source never has then, and sources that are below all of their tables, are omitted."
         ),
     )
     shade: bool = Field(

@@ -86,7 +86,7 @@ class JobSounding:
         return replace(self, levels=read_levels(self.path, choice))
 
     def remarks(self, site: Site, day: date) -> list[str]:
-        """What stands in the place of what the file lacks, and a sounding of another season."""
+        """Defaults used for what the file lacks, and a sounding of another season."""
         assert self.levels is not None
         lines = [f"sounding {self.name} {note}" for note in self.levels.notes]
         if self.levels.time is not None:
@@ -153,7 +153,7 @@ def soundings_of_folder(folder: Path, name: str, utc_offset_h: float) -> list[di
     Raises
     ------
     InputError
-        There is no such folder, or a file in it holds no sounding.
+        There is no such folder, or a file in it contains no sounding.
     """
     directory = folder / name
     if not directory.is_dir():

@@ -29,8 +29,8 @@ from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import nearest
 
 # Default nodes of the temperature table, and the number of its times: with them 99 % of reads of all library materials
-# in the Atacama in November err by .53 K or less, those of a single material by .5 K in the middle and 1.15 K at most,
-# of a black roof membrane.
+# in the Atacama in November err by 0.53 K or less, those of a single material by 0.5 K in the middle and 1.15 K at
+# most, of a black roof membrane.
 SURFACE_HEIGHTS_KM = (0, 0.75, 1.5, 2.25, 3)
 _AZIMUTHS, _SLOPES, _TIMES = 30, 21, 40
 
@@ -361,7 +361,7 @@ class Operation(StrictModel):
         description="Of a cavity's air with the outdoor air, by ventilation and other faces, for each m2 of this face.",
     )
     capacity_j_m2_k: float | None = Field(
-        None, ge=0, le=1e7, description="Of a cavity's air and of what stands in it, for each m2 of this face."
+        None, ge=0, le=1e7, description="Of a cavity's air and of what is in it, for each m2 of this face."
     )
     heat_flux_w_m2: Annotated[float | list[float], by_hour(OperatedHeat)] | None = Field(
         None,

@@ -21,7 +21,7 @@ from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
-# What stands in the place of a quantity that a typical year lacks for longer than linear interpolation may bridge.
+# Substitute for a quantity that a typical year lacks for longer than linear interpolation may bridge.
 _INSTEAD = {
     "relative_humidity_percent": "weather.relative_humidity_percent of the job, or its default, is taken",
     "wind_speed_m_s": "weather.wind_speed_m_s of the job, or its default, is taken",

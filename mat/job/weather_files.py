@@ -40,7 +40,7 @@ class FileWeather:
     utc_offset_h : float or None
         Clock offset from UTC [h] of a typical year; None for files whose times name their zone.
     notes : tuple of str
-        What stands in the place of what the file lacks.
+        Defaults used for what the file lacks.
     """
 
     hourly: HourlyWeather

@@ -41,7 +41,7 @@ def read_point(file: Path) -> tuple[Readings, tuple[float, float] | None, tuple[
     Raises
     ------
     InputError
-        It is no netCDF that can be read, holds more than one place, or lacks temperature or time.
+        It is no netCDF that can be read, contains more than one place, or lacks temperature or time.
     """
     with opened(file) as data:
         return _read(data, file)

@@ -114,7 +114,7 @@ def _spread(states: int) -> list[int]:
 
 
 def _faint(what: str, cases: list[tuple[float, float, str]], part: str) -> LeftOut:
-    """Particles or light that can be left out at some places."""
+    """Particles or light that can be omitted at some places."""
     kelvin, radiance, _ = max(cases)
     tables = [table for *_, table in cases]
     more = f" and {len(tables) - 3} more" if len(tables) > 3 else ""

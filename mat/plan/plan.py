@@ -1,4 +1,4 @@
-"""What a job needs: the tasks that build its files, what is left out and why, and how large the result is."""
+"""What a job needs: the tasks that build its files, what is omitted and why, and how large the result is."""
 
 from __future__ import annotations
 

@@ -163,7 +163,7 @@ def _scope(loaded: LoadedJob) -> dict[str, Any]:
 
 
 def _gases_left_out(compiled: CompiledBand) -> str:
-    """Gases left out of a compiled band, with the largest change each makes in a transmittance."""
+    """Gases omitted from a compiled band, with the largest change each makes in a transmittance."""
     return ", ".join(f"{gas} ({change:.1e})" for gas, change in compiled.dropped.items()) or "none"
 
 
@@ -212,7 +212,7 @@ class _SourceTables:
         )
 
     def group(self, names: dict[str, str], notes: dict[str, Any], report: TaskReport) -> tuple[Group, ChannelNodes]:
-        """The channels on nodes that hold the job's tolerance, and the tables on its axes, arranged for writing; and
+        """The channels on nodes that meet the job's tolerance, and the tables on its axes, arranged for writing; and
         the nodes.
         """
         job, seed = self.loaded.trimmed, self.loaded.trimmed.accuracy.seed

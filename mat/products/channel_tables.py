@@ -381,7 +381,7 @@ class ChannelTables:
         return PlacedChannels(table, common.nodes, p99, largest) if accepted else None
 
     def shared(self, similar: Sequence[ChannelTables], most_nodes: int) -> SharedNodes:
-        """The fewest nodes that hold the tolerance, with directions of the source for this air and similar ones;
+        """The fewest nodes that meet the tolerance, with directions of the source for this air and similar ones;
         most_nodes : of all fields together.
         """
         nodes = self.placed(most_nodes, fewest=True).nodes
@@ -391,7 +391,7 @@ class ChannelTables:
         return SharedNodes(nodes, source_parts(nodes.source_elevation, nodes.scattering_angle, samples, allowed))
 
     def placed(self, most_nodes: int, *, fewest: bool = False, insist: bool = True) -> PlacedChannels:
-        """The table on few nodes that hold the tolerance.
+        """The table on few nodes that meet the tolerance.
 
         Parameters
         ----------

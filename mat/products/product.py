@@ -58,7 +58,7 @@ class TaskReport:
     peak_memory : int or None
         Largest resident size of the process so far, bytes.
     notes : list of str
-        What was left out inside the task, and the like.
+        What was omitted inside the task, and the like.
     error_kelvin : dict of str to dict
         Errors by file: the quantity with the largest error, its 99th percentile and its maximum [K]; only of tables
         that state them.

@@ -88,7 +88,7 @@ class TemperatureProduct:
         return (TableIdentity(context.task.files[0], HTT, f"materials {library.version}", resolved),)
 
     def compute(self, context: Context, report: TaskReport) -> Iterator[Group]:
-        """The temperatures of all materials, on nodes that the job names or that hold its tolerance."""
+        """The temperatures of all materials, on nodes that the job names or that meet its tolerance."""
         job, state = context.loaded.trimmed, context.task.index
         materials = [context.library[name] for name in context.materials]
         solver = state_solver(job, materials, state)
@@ -241,7 +241,7 @@ def state_solver(job: Job, materials: Sequence[Material], state: int) -> Solver:
 
 
 def tolerance_axes(job: Job, solver: Solver, start: StartAxes, most_nodes: int, *, insist: bool) -> RefinedAxes:
-    """Axes that hold the tolerance of the job's surface_grid; arguments and errors as `refined_axes`."""
+    """Axes that meet the tolerance of the job's surface_grid; arguments and errors as `refined_axes`."""
 
     def temperature(at: Axes) -> Floats:
         return solver.table(at, job.accuracy.solver_steps).temperature.astype(float)

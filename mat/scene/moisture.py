@@ -129,7 +129,7 @@ def moist(material: Material, moisture: float, frozen: bool = False) -> Material
     )
 
 
-# Volume fractions between which absorptance and emissivity of a soil are linear: within .001 of the law.
+# Volume fractions between which absorptance and emissivity of a soil are linear: within 0.001 of the law.
 _MOISTURES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8)
 _FILM = 3e-4  # m: of the optical properties of a film of rain; chosen: between those of a wall and of a road
 
@@ -160,7 +160,7 @@ def film_skin(material: Material) -> FilmSkin | None:
     return FilmSkin(*optics(replace(material, reflectance=wet, absorptance=1.0 - wet)), capacity)
 
 
-# um at which a surface of which no spectrum is known stands for its whole range: chosen, where sunlight and thermal
+# um at which a surface without a spectrum is evaluated for its whole range: chosen, where sunlight and thermal
 # radiation are strongest.
 _GREY = {"solar_absorptance": 0.55, "thermal_emissivity": 10.0}
 

@@ -12,7 +12,7 @@ POSTERIOR_ONE = 65535  # posteriors are summed as 16 bit integers: with MAX_RADI
 
 
 class Cells:
-    """The cells, squares of `side` texels from the top left corner on, that hold a stretch of rows or of columns.
+    """The cells, squares of `side` texels from the top left corner on, that contain a stretch of rows or of columns.
 
     wide : slice; these cells and `reach` more to each side, as far as the texture goes.
     inner : slice; they themselves, within `wide`.

@@ -1,6 +1,6 @@
 """Materials from seeds, alone or with a library model: posteriors, spread over superpixels, at full resolution.
 
-Seeds know the texture and a library knows the materials; what its classes stand for is learned from the seeds too. The
+Seeds know the texture and a library knows the materials; what its classes represent is learned from the seeds too. The
 product of their posteriors is pooled over superpixels, spread over their graph, and carried to the texels by a guided
 filter (He, Sun and Tang 2013, IEEE TPAMI 35:1397-1409), whose coefficients are found on a coarse grid (He and Sun 2015,
 arXiv:1505.00996).
@@ -37,29 +37,31 @@ BAND_TEXELS, BAND_COLUMNS = 1 << 19, 1 << 11
 BLOCK_TEXELS = 1 << 16  # of the grid that a posterior is found of at a time
 LEAST = 1e-4  # share that no material goes below
 # What seeds may say least of a material: a normal distribution of one click is far surer than right. With one click a
-# material on aerial sheets, .1 instead of LEAST took the mean IoU of superpixels from .56 to .59; with six it is alike.
+# material on aerial sheets, 0.1 instead of LEAST took the mean IoU of superpixels from 0.56 to 0.59; with six it is
+# alike.
 DOUBT = 0.1
 LEAST_OWN = 0.02  # that neither colour nor texture goes below, so that one does not overrule the other
 # What seeds say, for each place of a material up to MANY, of what the library knows and none of them is. On twelve of
-# those 25 aerial sheets 44 % of a material left out are found with six clicks a class, beside 0.5 % of the others.
+# those 25 aerial sheets 44 % of a material omitted are found with six clicks a class, beside 0.5 % of the others.
 UNSEEN, MANY = 0.05, 6.0
 # Weight of seeds of the class `unknown`, which may look like anything. On nine of those sheets six answers a class
 # without it find 96 % of what is unknown and lose 5 % of the others; with it 88 and 1.4, without a library 71 and 1.1.
 STRANGE = 0.1
 LEAST_SPREAD = 1e-3  # of a feature over a flat texture: far below any that is seen
-# Share of the seeds in the product. The library learns from the seeds as well: with six clicks a material a share of .5
-# lowers the mean IoU on 46 aerial sheets, by which it was chosen, from .76 to .75, with two from .70 to .67.
+# Share of the seeds in the product. The library learns from the seeds as well: with six clicks a material a share of
+# 0.5 lowers the mean IoU on 46 aerial sheets, by which it was chosen, from 0.76 to 0.75, with two from 0.70 to 0.67.
 SEEDS_SHARE = 0.3
 # Power of the shares that makes them as sure as they are right: the product and the graph leave them too even. On those
-# sheets the calibration error is .02, .03 and .03 with one, two and six clicks a material; without it .14, .16, .19.
+# sheets the calibration error is 0.02, 0.03 and 0.03 with one, two and six clicks a material; without it 0.14, 0.16,
+# 0.19.
 SURER = 2.5
 # Of the guided filter: texels of the grid; CIELAB units below which L* is flat. On 25 aerial sheets a radius of 4 for 2
-# takes the mean IoU of six clicks a class from .572 to .583, with a library from .621 to .634; 6 gains .005 more, but
-# loses stems two texels wide: IoU of dead wood on the demo's photograph is .38, .22 and .1 with 2, 4 and 6.
+# takes the mean IoU of six clicks a class from 0.572 to 0.583, with a library from 0.621 to 0.634; 6 gains 0.005 more,
+# but loses stems two texels wide: IoU of dead wood on the demo's photograph is 0.38, 0.22 and 0.1 with 2, 4 and 6.
 FILTER_RADIUS, FILTER_SPREAD = 4, 4.0
 # The kinds of ground are not alike large. With n places of seeds a material their shares by a first estimate count as
 # what is likely before (one damped step of Saerens, Latinne and Decaestecker 2002, Neural Computation 14:21-41), by the
-# power (n - 1) / (n + EXTENT): on those sheets six clicks a class gain .016 of mean IoU, with a library .014.
+# power (n - 1) / (n + EXTENT): on those sheets six clicks a class gain 0.016 of mean IoU, with a library 0.014.
 EXTENT = 5.0
 TYPICAL_RADIUS = 8  # texels of the box whose colour and contrast tell what is typical
 REACH = 2 * FILTER_RADIUS  # of that filter: coefficients are means over means

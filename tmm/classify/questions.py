@@ -1,4 +1,4 @@
-"""Where the next seed of a texture is worth most.
+"""Where the next seed of a texture improves the map most.
 
 An answer tells a superpixel and, less surely, those that look like it. Its gain is what it takes off the expected share
 of texels with a wrong material; places are chosen one by one, each for what those before it leave (the greedy choice of
@@ -58,7 +58,7 @@ def reach(means: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
 
 
 def strangeness(similarity: npt.NDArray[Any], seeded: npt.NDArray[np.bool_]) -> npt.NDArray[np.float64]:
-    """How little (N,), 0 to 1, the superpixels with seeds (N,) tell of each."""
+    """Novelty (N,) of each superpixel, 0 to 1: how little it resembles those with seeds (N,)."""
     strange: npt.NDArray[np.float64] = np.prod(1 - similarity[seeded], axis=0, dtype=np.float64)
     return strange
 

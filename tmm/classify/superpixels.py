@@ -16,13 +16,13 @@ import numpy.typing as npt
 NUMBER = 4000  # superpixels of a texture, about: a solve takes a fraction of a second
 LEAST_TEXELS = 16  # of a superpixel, about
 # Of SLIC, in units of CIELAB: nearly squares. On two fifths of the aerial sheets six clicks a class reach a mean IoU of
-# .64 where it asks and .66 at random; superpixels that follow borders (20) .63 and .65.
+# 0.64 where it asks and 0.66 at random; superpixels that follow borders (20) 0.63 and 0.65.
 COMPACTNESS = 1000.0
 ROUNDS = 5  # of SLIC: borders hardly move after
 ALIKE = 8  # edges from each superpixel to those most alike
 SETTLED = 1e-10  # relative residual of a solve
-# Weight of an edge between two alike. On aerial sheets by which it was not chosen 10 for 1 is worth .007 to .020
-# of a sheet's mean IoU with one to six clicks a class, and .004 to .006 of accuracy; 100 takes small things away.
+# Weight of an edge between two alike. On aerial sheets by which it was not chosen 10 for 1 gains 0.007 to 0.020
+# of a sheet's mean IoU with one to six clicks a class, and 0.004 to 0.006 of accuracy; 100 takes small things away.
 STIFFNESS = 10.0
 HOLD = 50.0  # weight of seeds, where 1 is that of what is thought of a superpixel at first
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @click.argument("job", type=click.Path())
 @click.option("--out", type=click.Path(), help="Output folder; by default the one that the job names.")
 @click.option(
-    "--fresh", is_flag=True, help="Classify everything again; without it, databases that still hold are kept."
+    "--fresh", is_flag=True, help="Classify everything again; without it, databases that are still current are kept."
 )
 @click.option("--jobs", type=click.IntRange(1, 256), default=1, show_default=True, help="Textures at a time.")
 @allow_outside_option

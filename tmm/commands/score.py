@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @click.argument("labels", type=click.Path())
 @json_option
 def command(file: str, labels: str, as_json: bool) -> None:
-    """Compare FILE with the label image that the YAML file LABELS names, or with the answers that it holds.
+    """Compare FILE with the ground truth in LABELS: a YAML file that names a label image, or a list of answers.
 
     A list of answers at places drawn at random ('tmm suggest --random') gives the share of right texels, with its
     interval of 95 % confidence.

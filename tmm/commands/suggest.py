@@ -1,4 +1,4 @@
-"""``tmm suggest``: ask for the materials of the places where an answer is worth most."""
+"""``tmm suggest``: select patches to label (active learning)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from skyshine.tmm.mapping.suggest import Suggestion
 
-SMALL = 0.01  # expected gain of a whole sheet of questions below which they are hardly worth it
+SMALL = 0.01  # expected gain of a whole sheet of questions below which they bring little
 
 
 @click.command(epilog="Example: tmm suggest demo.tmm.yaml --count 12")
@@ -27,8 +27,8 @@ SMALL = 0.01  # expected gain of a whole sheet of questions below which they are
 @allow_outside_option
 @json_option
 def command(job: str, out: str | None, count: int, at_random: bool, as_json: bool) -> None:
-    """Ask where an answer is worth most: for each texture of JOB a picture of numbered patches, NAME.suggest.png, the
-    same as a page to fill in, NAME.suggest.html, and the list of answers.
+    """Select patches to label (active learning): for each texture of JOB a picture of numbered patches,
+    NAME.suggest.png, the same as a page to fill in, NAME.suggest.html, and the list of answers.
 
     The list is the one that the job names as `suggested` in `seeds`, else NAME.answers.yaml beside the job. Fill in
     material names, name the list in the job, and run again until the expected gain is small. Answers that are there

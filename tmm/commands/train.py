@@ -14,7 +14,7 @@ from skyshine.schemas.quantity import quantity
 def command(job: str, out: str, as_json: bool) -> None:
     """Train one classifier on the seeds of all textures of JOB, with the classifier settings of its first texture.
 
-    Quality and calibration are measured on textures left out of the training.
+    Quality and calibration are measured on textures omitted from the training.
     """
     import yaml
 

@@ -111,7 +111,7 @@ class TmmFile:
             return Level(*parts)
 
     def has(self, name: str) -> bool:
-        """Whether the file holds an array of this path."""
+        """Whether the file contains an array of this path."""
         return name in self._file
 
     @property

@@ -17,7 +17,7 @@ from skyshine.tmm.images.gdal import WGS84, find_system, transformed
 from skyshine.tmm.images.georeference import Affine
 
 # The place of a texel is computed at the nodes of a grid and taken as linear between them. In the whole geocell of
-# level 0 a step is 1/32 of a degree, over which a UTM grid bends by .1 m at most: a thousandth of a texel.
+# level 0 a step is 1/32 of a degree, over which a UTM grid bends by 0.1 m at most: a thousandth of a texel.
 _STEPS = 32
 _BAND = 256  # rows of texels whose places are worked out at a time
 _SLACK = 0.25  # of a level: texels of a tile may be 1.19 times those of the texture before a finer level is taken

@@ -48,10 +48,10 @@ class Composite:
 
 
 def read_table(path: str | os.PathLike[str]) -> dict[int, Composite]:
-    """Read a table leniently: any namespace or none, weights left out, indices in any order.
+    """Read a table leniently: any namespace or none, weights omitted, indices in any order.
 
-    Raises InputError: the file is missing or is not XML, it holds no composite material, an index stands twice or is no
-    whole number, or a composite has no base material.
+    Raises InputError: the file is missing or is not XML, it contains no composite material, an index stands twice or is
+    no whole number, or a composite has no base material.
 
     Returns them by index, ascending.
     """
@@ -75,7 +75,7 @@ def read_xml(path: str | os.PathLike[str]) -> bytes:
 
 
 def parse_xml(text: bytes, path: Path) -> Any:
-    """The root element of the text of an XML file; `path` stands in the messages.
+    """The root element of the text of an XML file; `path` is in the messages.
 
     Raises InputError: it is not XML.
     """
@@ -90,7 +90,7 @@ def parse_xml(text: bytes, path: Path) -> Any:
 
 
 def parse_table(text: bytes, path: Path) -> dict[int, Composite]:
-    """Read the text of a table as `read_table` does; `path` stands in its messages."""
+    """Read the text of a table as `read_table` does; `path` is in its messages."""
     root = parse_xml(text, path)
     table: dict[int, Composite] = {}
     for element in root.iter("{*}Composite_Material"):
@@ -144,9 +144,7 @@ def _substrate(element: Any, path: Path) -> Substrate:
             "a substrate names no base material; add Material with a Name", file=path, line=element.sourceline
         )
     weights = [weight for weight in stated if weight is not None]
-    if len(weights) < len(
-        names
-    ):  # the schema's default of 100 for one material; equal parts where several leave it out
+    if len(weights) < len(names):  # the schema's default of 100 for one material; equal parts where several omit it
         weights = [PERCENT / len(names)] * len(names)
     if not sum(weights):
         raise InputError("the weights of a substrate are all 0; give one", file=path, line=element.sourceline)
@@ -176,7 +174,7 @@ def write_table(path: str | os.PathLike[str], composites: list[Composite], versi
 
 
 def table_text(composites: list[Composite], path: str | os.PathLike[str], version: str = "1.0") -> bytes:
-    """The text of a table that the schema accepts; `path` stands in the messages of what is raised."""
+    """The text of a table that the schema accepts; `path` is in the messages of what is raised."""
     from lxml import etree
 
     root = etree.Element(f"{{{NAMESPACE}}}Composite_Material_Table", nsmap={None: NAMESPACE})  # type: ignore[dict-item]  # lxml names the default namespace None

@@ -1,7 +1,7 @@
 """A texture with a place on the ground, cut into the tiles of a CDB at all levels of detail.
 
 At the level whose texels are about as small as the texture's, each texel has the material in its middle; a coarser tile
-has the means of the four below it, so that whatever a finer tile holds stands in all that are coarser, down to the one
+has the means of the four below it, so that whatever a finer tile holds is in all that are coarser, down to the one
 texel of level -10.
 """
 
@@ -59,7 +59,7 @@ def cut_tiles(
 
     Texels that it has no material for stay as an earlier texture wrote them, such as the next sheet of a mosaic.
     Raises InputError: the texture has no place on a map, or one that is not known; it would make more than `MOST_TILES`
-    tiles, or has no material; or a tile that is there holds what is no material of the library.
+    tiles, or has no material; or a tile that is there contains what is no material of the library.
 
     finest : int, optional
         The finest level of detail, -10 to 23; by default the one whose texels are nearest in size to the texture's.

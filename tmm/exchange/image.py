@@ -60,7 +60,7 @@ class MaterialImage:
         """Materials (H, W) int64 counted in the order of their codes.
 
         rank : int; 0 for the material with the largest share, 1 and 2 for the next.
-        start : int; number of the first material; ``first - 1`` stands for no material.
+        start : int; number of the first material; ``first - 1`` represents no material.
         """
         codes = np.array(list(self.materials), np.int64)
         code = self.level.code if rank == 0 else self.level.mix_code[..., rank]

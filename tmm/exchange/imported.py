@@ -47,7 +47,7 @@ def write_imported(
 
     source : path; the file it was read from, for the provenance.
     colours : dict of str to str
-        Material by colour or grey level of that file: the palette of the job that stands in the database.
+        Material by colour or grey level of that file: the palette of the job that is in the database.
     raster : CdbRaster, optional; kept, so that indices and composite materials can be written again as they came.
     """
     levels, mixtures = [image.level], Composites()
@@ -169,7 +169,7 @@ def import_texture(
     map_file : path, optional
         Material map of a CDB; by default the packaged one.
     table : path, optional
-        Composite Material Table that an image of indices goes with, which then may stand anywhere; of a raster in a
+        Composite Material Table that an image of indices goes with, which then may be anywhere; of a raster in a
         CDB, in place of its own.
     """
     from skyshine.tmm.exchange.cdb import read_cdb, to_image

@@ -15,7 +15,7 @@ from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.legend import legend
 from skyshine.tmm.exchange.rasters import png_bytes
 
-MAX_MATERIALS = 255  # a palette has 256 entries, the first stands for no material
+MAX_MATERIALS = 255  # a palette has 256 entries, the first represents no material
 
 
 def write_png(folder: str | os.PathLike[str], image: MaterialImage) -> list[Path]:

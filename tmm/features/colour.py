@@ -15,7 +15,7 @@ TABLED = 1 << 21  # distinct colours of one table: beyond, its posteriors would 
 
 
 def to_lab(colours: npt.NDArray[Any], encoding: str) -> npt.NDArray[np.float64]:
-    """L*a*b* under D65 of colours as a file holds them.
+    """L*a*b* under D65 of colours as a file stores them.
 
     colours : (N, 3) uint8, uint16 or float; integers over their full range, floats with 1 as white.
     encoding : str; ``srgb`` (IEC 61966-2-1), ``linear`` (Rec. 709 primaries), or a colour space known to OpenImageIO.
@@ -85,7 +85,7 @@ class DistinctColours:
     """Finds the distinct colours of blocks of a texture, so that each is classified once.
 
     8 bit textures share one table of all their colours; in 16 bit ones, in those with near infrared and in those with
-    more than `TABLED` colours, a block's colours are sorted; float texels are nearly all different and stand for
+    more than `TABLED` colours, a block's colours are sorted; float texels are nearly all different and represent
     themselves. Texels without data may point at any colour.
 
     valid_texels : int; texels of the texture with data.

@@ -43,7 +43,7 @@ def light_windows(texture: Windowed) -> Iterator[tuple[npt.NDArray[Any], npt.NDA
 
 
 def stored_light(light: npt.NDArray[Any], encoding: str, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
-    """Linear light (h, w, C) as a file of this encoding and type holds it."""
+    """Linear light (h, w, C) as a file of this encoding and type stores it."""
     values = light
     if encoding == "srgb":  # IEC 61966-2-1; near infrared is stored as it is
         colours = light[..., :3]

@@ -40,7 +40,7 @@ def names() -> tuple[str, ...]:
 
 
 def light_planes(colours: npt.NDArray[Any], encoding: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    """L*a*b* and linear light, both (3, N) float32, of colours (N, C) as a texture holds them."""
+    """L*a*b* and linear light, both (3, N) float32, of colours (N, C) as a texture stores them."""
     lab, linear = (np.empty((3, len(colours)), np.float32) for _ in range(2))
     for start in range(0, len(colours), BLOCK_COLOURS):
         part = slice(start, start + BLOCK_COLOURS)

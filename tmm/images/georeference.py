@@ -32,7 +32,7 @@ class GeoReference:
 def read_georeference(image: Path) -> GeoReference | None:
     """The georeference of an image; its own tags come before a world file. None where there is neither.
 
-    Raises InputError: a world file does not hold six numbers, or maps everything to a line; or tags do.
+    Raises InputError: a world file does not contain six numbers, or maps everything to a line; or tags do.
     """
     return (_stored(image) if is_tiff(image) else None) or _world(image)
 

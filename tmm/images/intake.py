@@ -33,7 +33,7 @@ class Intake:
     colours : tuple of int; channels of red, green, blue and, where there is one, near infrared.
     alpha : int or None; channel of alpha.
     opaque : float; value of alpha that is fully opaque.
-    white : float or None; stored value that is white; None where it is the largest that the type holds.
+    white : float or None; stored value of white; None: the largest value of the type.
     interpretation : dict of str to str; the same in words, by what it is about.
     warnings : tuple of str; what may not be meant.
     """
@@ -53,7 +53,7 @@ def take_in(path: Path, image: Raster, near_infrared: str | None, alpha: str, wh
 
     near_infrared : str or None; name or number, from 1, of that channel, by the job; ``none`` where there is none.
     alpha : {"auto", "no-data", "ignore"}; ``no-data``: what the file calls alpha is alpha, whatever its values.
-    white : float, "auto" or None; ``auto``: by the data; None: the largest value that the type holds.
+    white : float, "auto" or None; ``auto``: by the data; None: the largest value of the type.
     """
     names = image.channel_names
     infrared_channel = None if near_infrared in (None, "none") else _named(path, names, str(near_infrared))

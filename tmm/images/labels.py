@@ -25,7 +25,7 @@ class Labels:
     def __init__(self, labels: LabelImage, base_folder: Path, names: tuple[str, ...]) -> None:
         """Open the image; `names` are the materials that its palette's are counted among.
 
-        Raises InputError: the image cannot be read, or cannot hold a colour of the palette.
+        Raises InputError: the image cannot be read, or cannot store a colour of the palette.
         """
         self.path = base_folder / labels.image
         self._raster = Raster(self.path, indices=all(key.isdecimal() for key in labels.palette))

@@ -48,7 +48,7 @@ class Raster:
     def __init__(self, path: Path, indices: bool = False) -> None:
         """Open the first image of the file; with `indices`, those of its palette in place of colours.
 
-        Raises InputError: the file is missing, is no image, or holds more than one plane.
+        Raises InputError: the file is missing, is no image, or contains more than one plane.
         """
         self.path, self._source = path, _open(path, indices)
         source = self._source
@@ -263,7 +263,7 @@ def _decodes(dataset: Any) -> bool:
 
 @contextmanager
 def _decoders_silent() -> Iterator[None]:
-    """Keep what libpng and libtiff write to standard error by themselves: their reason stands in the error raised."""
+    """Keep what libpng and libtiff write to standard error by themselves: their reason is in the error raised."""
     try:
         saved = os.dup(2)
     except OSError:  # no standard error, as in a service

@@ -1,4 +1,4 @@
-"""Textures: colours as their file holds them, their encoding, and where there is no data."""
+"""Textures: colours as their file stores them, their encoding, and where there is no data."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Texture:
     """A texture in memory.
 
     pixels : (H, W, C) uint8, uint16 or float32
-        Red, green, blue as the file holds them: integers over their full range, floats as they are. Grey is repeated.
+        Red, green, blue as the file stores them: integers over their full range, floats as they are. Grey is repeated.
         A fourth channel is near infrared.
     valid : (H, W) bool
         False where the texel is transparent, the file says that it has no data, or a channel is not finite.

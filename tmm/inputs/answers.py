@@ -14,7 +14,7 @@ from skyshine.schemas.documents import StrictModel, parse_model, read_yaml
 from skyshine.tmm.job.materials import UNKNOWN
 
 SKIP = "skip"  # the answer that a place cannot be told: it is not asked about again
-CORNERS = 32  # of the polygon that stands for a disk
+CORNERS = 32  # of the polygon that represents a disk
 
 
 class Sized(Protocol):

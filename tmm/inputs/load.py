@@ -84,7 +84,7 @@ def refuse_without_materials(job: TextureJob, names: Collection[str]) -> None:
 def narrowed(
     job: TextureJob, model: TrainedModel, library: MaterialLibrary, names: tuple[str, ...]
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    """The classes (C,) of a model that stand for what the scene holds, and which (C,) of `names` each stands for.
+    """The classes (C,) of a model that represent what the scene holds, and which (C,) of `names` each represents.
 
     Raises InputError: none does.
     """

@@ -11,9 +11,9 @@ from skyshine.schemas.errors import InputError
 
 
 def palette_colour(key: str, dtype: np.dtype[Any], path: Path) -> tuple[int, int, int]:
-    """The colour that a palette's key names, as a texture of this type holds it.
+    """The colour that a palette's key names, as a texture of this type stores it.
 
-    Raises InputError: the texture's type cannot hold it.
+    Raises InputError: the texture's type cannot store it.
     """
     if dtype.kind != "u":
         raise InputError("holds floats; allowed for a palette: 8 or 16 bit colours; use rules instead", file=path)

@@ -1,4 +1,4 @@
-"""Polygons of a job and of GeoJSON files, and the texels that they hold."""
+"""Polygons of a job and of GeoJSON files, and the texels inside them."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def seed_polygons(seeds: Seeds, base_folder: Path, texture: Windowed, image: Pat
     Returns
     -------
     list of SeedPolygon
-        Polygons in map coordinates that lie beyond the image are left out; others may reach beyond it.
+        Polygons in map coordinates that lie beyond the image are omitted; others may reach beyond it.
     """
     polygons = [SeedPolygon(name, (ring,)) for name, rings in seeds.polygons.items() for ring in rings]
     mapped: list[SeedPolygon] = []
@@ -229,7 +229,7 @@ def polygon_mask(
 
     top, left : int; first row and column of the window.
     shape : (h, w)
-    step : int; distance of the rows and columns looked at; others are left out of the answer.
+    step : int; distance of the rows and columns looked at; others are omitted from the answer.
     """
     from skimage.draw import polygon
 
@@ -237,11 +237,11 @@ def polygon_mask(
     mask = np.zeros([-(-n // step) for n in shape], bool)
     for number, outline in enumerate(outlines):
         if len(outline) > 2:
-            # Texel centres stand at half integers, those of skimage at integers.
+            # Texel centres are at half integers, those of skimage at integers.
             columns, rows = (outline - (left + 0.5, top + 0.5)).T / step
             mask[polygon(rows, columns, mask.shape)] = number == 0  # type: ignore[no-untyped-call]
     vertices = outlines[0][((outlines[0] >= 0) & (outlines[0] <= (texture.width, texture.height))).all(axis=1)]
-    # A vertex on the far edge of the image stands in its last texel.
+    # A vertex on the far edge of the image is in its last texel.
     corner = (texture.width - 1, texture.height - 1)
     columns, rows = (np.minimum(vertices.astype(int), corner) - (left, top)).T
     there = (columns >= 0) & (columns < shape[1]) & (rows >= 0) & (rows < shape[0])

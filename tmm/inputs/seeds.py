@@ -33,10 +33,11 @@ class SeedTexels:
     rows, columns : (N,) int
     material : (N,) int; index into `names`.
     region : (N,) int; number of the separate place, see `places`: its texels are alike and are held out together.
-    colours : (N, C); as the texture holds them.
-    conflicting : int; texels that more than one material claimed; they are left out.
+    colours : (N, C); as the texture stores them.
+    conflicting : int; texels that more than one material claimed; they are omitted.
     answered : (N,) bool
-        Whether `tmm suggest` asked for the texel: where the map was in doubt, so that it says little of other places.
+        Whether the texel comes from an answer to `tmm suggest`, so from an uncertain part of the map; it says little of
+        other places.
     """
 
     names: tuple[str, ...]
@@ -170,7 +171,7 @@ def _settle(
 ) -> SeedTexels:
     """Keep the texels that one material alone claims and that have data; the claims are those of `Claims.merged`.
 
-    Materials `drawn` by polygons for this texture alone must keep some; others are left out where they have none.
+    Materials `drawn` by polygons for this texture alone must keep some; others are omitted where they have none.
     """
     texel, lowest, highest, shape, answered = claims
     agreed = lowest == highest
@@ -274,7 +275,7 @@ def places(
 def _inside(rings: tuple[Ring, ...], texture: Windowed) -> npt.NDArray[Any]:
     """Numbers of the texels in a polygon; of a very large one, those of a regular grid."""
     outline = np.array([position[:2] for position in rings[0]])
-    # A vertex on the far edge of the image stands in its last texel.
+    # A vertex on the far edge of the image is in its last texel.
     low, high = (
         np.clip(edge, 0, (texture.width - 1, texture.height - 1)).astype(int)
         for edge in (outline.min(0), outline.max(0))

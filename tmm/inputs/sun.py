@@ -64,7 +64,7 @@ def shadow_fall(shade: Shade, image: Path) -> Fall:
 
 
 def _fall(towards: npt.NDArray[np.float64], reach: int, azimuth: float) -> Fall:
-    """Shadows fall away from the Sun, which stands towards this direction of the image."""
+    """Shadows fall away from the Sun, which is in this direction of the image."""
     x, y = -towards / np.hypot(*towards)
     return Fall(float(x), float(y), reach, azimuth)
 

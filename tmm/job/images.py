@@ -7,7 +7,7 @@ from pathlib import Path, PurePath
 
 from skyshine.schemas.paths import job_path
 
-UDIM = "<UDIM>"  # stands for the four digits of a tile, 1001 and up, as in MaterialX and USD
+UDIM = "<UDIM>"  # represents the four digits of a tile, 1001 and up, as in MaterialX and USD
 _TILE = "[1-9][0-9][0-9][0-9]"
 _ENDINGS = [".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".tga", ".bmp", ".dds", ".hdr", ".jp2", ".webp", ".pgm"]
 _ENDINGS += [".ppm", ".gif"]

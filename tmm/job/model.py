@@ -61,7 +61,7 @@ class LabelImage(StrictModel):
     """An image of the texture's size whose colours name materials; colours outside the palette label nothing."""
 
     image: JobPath = Field(
-        description="Label image, of the same width and height as the texture; {name} stands for the texture's name."
+        description="Label image, of the same width and height as the texture; {name} represents the texture's name."
     )
     palette: dict[PaletteKey, SeedName] = Field(
         min_length=1,
@@ -89,18 +89,18 @@ class Seeds(StrictModel):
     )
     file: JobPath | None = Field(
         default=None,
-        description="GeoJSON; `properties.material` names the material. {name} stands for the texture's name.",
+        description="GeoJSON; `properties.material` names the material. {name} represents the texture's name.",
     )
     coordinates: Literal["pixel", "map"] = Field(
         default="pixel",
         description="Coordinates of the GeoJSON file: those of pixels, or those of the map that the image lies on (its "
-        "GeoTIFF tags or world file); what lies beyond the image is left out then.",
+        "GeoTIFF tags or world file); what lies beyond the image is omitted then.",
     )
     labels: LabelImage | None = Field(None, description="Image of the texture's size whose colours name materials.")
     suggested: JobPath | None = Field(
         default=None,
         description="List of numbered places with their materials, which 'tmm suggest' writes to be filled in. {name} "
-        "stands for the texture's name.",
+        "represents the texture's name.",
     )
 
     @pydantic.model_validator(mode="after")
@@ -209,7 +209,7 @@ class Rule(StrictModel):
 
 
 class Rules(StrictModel):
-    """Rules, of which the first that holds gives the material; where none holds it is unknown."""
+    """Rules, of which the first that matches gives the material; where none matches it is unknown."""
 
     rules: tuple[Rule, ...] = Field(min_length=1, description="In the order in which they are tried.")
     layers: dict[str, JobPath] = Field(
@@ -258,7 +258,7 @@ class TextureJob(StrictModel):
 
     image: JobPath = Field(
         description="Image file, relative to the job file; or a folder of images, a pattern such as photos/*.png, or a "
-        "name with <UDIM>, which stand for one texture an image."
+        "name with <UDIM>, which give one texture per image."
     )
     name: str = Field(
         default="",
@@ -310,8 +310,8 @@ class TextureJob(StrictModel):
     )
     scene_materials: tuple[MaterialName, ...] = Field(
         default=(),
-        description="Materials that the scene holds, for a model without seeds: each class of the model stands for the "
-        "material of its name, else for one of its group, and classes that stand for none are left out. By default "
+        description="Materials of the scene, for a model without seeds: each class of the model represents the "
+        "material of its name, else for one of its group, and classes that represent none are omitted. By default "
         "the classes themselves.",
     )
     clusters: Clusters | None = Field(
@@ -349,7 +349,7 @@ class TextureJob(StrictModel):
 
     @property
     def way(self) -> str:
-        """Which of `WAYS` assigns the materials; ``seeds`` where a model stands beside them."""
+        """Which of `WAYS` assigns the materials; ``seeds`` where a model is beside them."""
         return next(way for way in WAYS if getattr(self, way) is not None)
 
     @property
@@ -378,7 +378,7 @@ class TextureJob(StrictModel):
 
 
 def _single_images(texture: TextureJob, folder: Path) -> list[TextureJob]:
-    """The textures that an entry of a job stands for."""
+    """The textures that an entry of a job represents."""
     images = find_images(folder, texture.image) or {texture.name: texture.image}
     if texture.name != texture_name(texture.image):
         if len(images) > 1:

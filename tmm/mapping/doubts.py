@@ -1,4 +1,4 @@
-"""What a user should be told of a mapped texture before its database is used."""
+"""Warnings about a mapped texture for the user of its database."""
 
 from __future__ import annotations
 

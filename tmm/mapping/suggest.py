@@ -96,7 +96,7 @@ class Known:
 
 
 def suggest(job: TextureJob, folder: Path, library: MaterialLibrary, count: int) -> Suggestion:
-    """Find the places of a texture where an answer is worth most.
+    """Find the patches of a texture whose labels improve the map most.
 
     Raises InputError: an image, its seeds or a list of answers is wrong; the job's materials do not come from seeds; or
     there is a list of answers that the job does not name, which would be lost.
@@ -217,7 +217,7 @@ def _known(
 def ask(
     surveyed: Survey, knowledge: Known, excluded: list[tuple[int, int]], barren: list[tuple[int, int]], count: int
 ) -> tuple[list[tuple[int, int, int, int, float]], float]:
-    """Places where an answer is worth most.
+    """Patches whose labels improve the map most.
 
     excluded : list of (int, int); rows and columns of the texture that are not asked about again.
     barren : list of (int, int); those where, and where it looks alike, nothing can be gained.

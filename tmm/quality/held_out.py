@@ -26,7 +26,7 @@ class HeldOut:
 
     quality : Quality
     calibration : Calibration; turns a classifier's own confidence into one that is as often right as it says.
-    areas : int; separate places that were left out in turn.
+    areas : int; separate places that were omitted in turn.
     """
 
     quality: Quality
@@ -48,7 +48,7 @@ def measure(
     """Classify each separate place of seeds by a model of the other parts' seeds.
 
     The places of a material are dealt out over the parts in a random order of recorded seed. Not tested are materials
-    with one place, which cannot be left out; answers to what `tmm suggest` asked, which lie where the map was in doubt
+    with one place, which cannot be omitted; answers to what `tmm suggest` asked, which lie where the map was in doubt
     and say little of all the rest; and seeds of the class `unknown`.
 
     mapper_of : callable; gives the classifier that is trained on the seeds where a mask (N,) bool is true.

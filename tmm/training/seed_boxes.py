@@ -1,4 +1,4 @@
-"""The boxes that seeds stand in, from which is known how typical a place is of their materials."""
+"""The boxes that contain seeds, from which the typicality of a place is estimated."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ GROUP_CELLS = 64  # rows and columns of cells whose boxes are computed at a time
 
 @dataclass(frozen=True)
 class SeedBoxes:
-    """The boxes that seeds stand in.
+    """The boxes that contain seeds.
 
     boxes : Boxes
     features : (M, F) float64
-    seed : (M,) int; a seed texel of each; the others of its region in its cell stand in the same box.
+    seed : (M,) int; a seed texel of each; the others of its region in its cell are in the same box.
     material, region : (M,) int
     """
 
@@ -68,7 +68,7 @@ class SeedBoxes:
 
 
 def seed_boxes(boxes: Boxes, seeds: SeedTexels) -> SeedBoxes:
-    """Read the boxes that the seeds of a texture stand in, from the top to the bottom."""
+    """Read the boxes that contain the seeds of a texture, from the top to the bottom."""
     row, column = seeds.rows // boxes.cell, seeds.columns // boxes.cell
     groups = np.lexsort((seeds.material, seeds.region, column, row, column // GROUP_CELLS, row // GROUP_CELLS))
     keys = np.stack([row, column, seeds.region, seeds.material])[:, groups]

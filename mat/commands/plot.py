@@ -7,7 +7,7 @@ from skyshine.schemas.errors import InputError
 
 @click.command(epilog="Example: mat plot built/s01b02.atmq.h5 --out atmosphere.png")
 @click.argument("files", nargs=-1, required=True, type=click.Path())
-@click.option("--out", required=True, type=click.Path(), help="PNG to write; with several FILES a folder.")
+@click.option("--out", required=True, type=click.Path(), help="PNG file to write; with several FILES a folder.")
 def command(files: tuple[str, ...], out: str) -> None:
     """Draw FILES: temperatures, atmospheric quantities, band properties."""
     from pathlib import Path

@@ -16,7 +16,7 @@ from skyshine.schemas.quantity import quantity
 @click.argument("file", type=click.Path())
 @click.argument("name", metavar="QUANTITY")
 @click.argument("where", nargs=-1, metavar="AXIS=VALUE...")
-@click.option("--clamp", is_flag=True, help="Read values outside an axis at its nearest end.")
+@click.option("--clamp", is_flag=True, help="Clamp values outside an axis to its nearest end.")
 @json_option
 def command(file: str, name: str, where: tuple[str, ...], clamp: bool, as_json: bool) -> None:
     """Interpolate QUANTITY of FILE at a value for each axis, and print the error that the file states."""

@@ -7,7 +7,9 @@ from skyshine.schemas.commands import allow_outside_option, emit_json, json_opti
 
 @click.command(epilog="Example: mat init demo && mat build demo/job.yaml && mat render demo/scene.yaml")
 @click.argument("scene", type=click.Path())
-@click.option("--out", type=click.Path(file_okay=False), help="Folder; by default 'rendered' beside the scene file.")
+@click.option(
+    "--out", type=click.Path(file_okay=False), help="Output folder; by default 'rendered' beside the scene file."
+)
 @allow_outside_option
 @json_option
 def command(scene: str, out: str | None, as_json: bool) -> None:

@@ -16,16 +16,20 @@ from skyshine.schemas.errors import InputError
 @click.option(
     "--built", type=click.Path(file_okay=False), help="Folder of the databases; by default the one that the job names."
 )
-@click.option("--out", type=click.Path(dir_okay=False), help="HTML page to write; its numbers go beside it as JSON.")
+@click.option(
+    "--out", type=click.Path(dir_okay=False), help="HTML page to write; its numbers are written beside it as JSON."
+)
 @click.option(
     "--scenes",
     type=click.IntRange(1, 10_000),
     default=40,
     show_default=True,
-    help="Random views of each set of tables.",
+    help="Number of random views of each set of tables.",
 )
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of the random views.")
-@click.option("--band", type=click.IntRange(1), default=None, help="One band, counted from 1; by default all.")
+@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Seed of the random views.")
+@click.option(
+    "--band", type=click.IntRange(1), default=None, help="Number of one band, counted from 1; by default all bands."
+)
 @json_option
 def command(
     job: str, built: str | None, out: str | None, scenes: int, seed: int, band: int | None, as_json: bool

@@ -11,10 +11,14 @@ METRES_PER_TEXEL = 0.25
 
 @click.command(epilog="Example: mat view built --out view")
 @click.argument("source", metavar="FOLDER|SCENE", type=click.Path())
-@click.option("--out", required=True, type=click.Path(file_okay=False), help="Folder to write the page into.")
+@click.option("--out", required=True, type=click.Path(file_okay=False), help="Output folder of the page.")
 @click.option("--texture", default=None, help="Name of the texture to show; by default the first.")
 @click.option(
-    "--altitude", type=float, default=None, metavar="KM", help="Of the observer; by default 1 km above the surface."
+    "--altitude",
+    type=float,
+    default=None,
+    metavar="KM",
+    help="Altitude of the observer; by default 1 km above the surface.",
 )
 @click.option(
     "--metres-per-texel",

@@ -27,7 +27,13 @@ if TYPE_CHECKING:
 @click.option(
     "--fresh", is_flag=True, help="Classify everything again; without it, databases that are still current are kept."
 )
-@click.option("--jobs", type=click.IntRange(1, 256), default=1, show_default=True, help="Textures at a time.")
+@click.option(
+    "--jobs",
+    type=click.IntRange(1, 256),
+    default=1,
+    show_default=True,
+    help="Number of textures to classify in parallel.",
+)
 @allow_outside_option
 @json_option
 def command(job: str, out: str | None, fresh: bool, jobs: int, as_json: bool) -> None:

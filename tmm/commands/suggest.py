@@ -22,8 +22,8 @@ SMALL = 0.01  # expected gain of a whole sheet of questions below which they bri
 @click.command(epilog="Example: tmm suggest demo.tmm.yaml --count 12")
 @click.argument("job", type=click.Path())
 @click.option("--out", type=click.Path(), help="Folder of the pictures; by default the output folder of the job.")
-@click.option("--count", type=click.IntRange(1, 200), default=12, show_default=True, help="Places to ask about.")
-@click.option("--random", "at_random", is_flag=True, help="Ask about places drawn at random, to measure the map by.")
+@click.option("--count", type=click.IntRange(1, 200), default=12, show_default=True, help="Number of patches to label.")
+@click.option("--random", "at_random", is_flag=True, help="Draw a random validation sample.")
 @allow_outside_option
 @json_option
 def command(job: str, out: str | None, count: int, at_random: bool, as_json: bool) -> None:

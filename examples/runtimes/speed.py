@@ -1,15 +1,19 @@
-"""Speed of the C library: pixels a second of processor time on one frame, beside the Python package.
+"""Speed of the C library, of the Rust crate and of the npm package: pixels a second of processor time on one frame,
+beside the Python package.
 
-Run: python speed.py FOLDER [--band N], with the folder of a build and skyshine installed. The library is built with
-CMake in a temporary folder. The package is `skyshine.mat.runtime.pixel`, on a part of the pixels.
+Run: python speed.py FOLDER [--band N], with the folder of a build and skyshine installed. The programs are built in a
+temporary folder; a language whose tools are not there is left out. The npm package needs the package `ziglang`.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import resource
+import shutil
 import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -19,8 +23,7 @@ import numpy as np
 
 HERE = Path(__file__).parent
 SIDE = 256  # pixels of a row and of a column
-TURNS = 400
-FRAMES = 6
+TURNS = 200
 REPEATS = 3  # the fastest is kept: other programs on the machine only ever slow one down
 PART = 4096  # pixels that Python computes
 ALTITUDE = 0.9  # km, of the observer above the ground
@@ -90,11 +93,40 @@ def by_library(tables: list[Any], frame: dict[str, Any], count: int) -> np.ndarr
     return pixel_radiance(surface, band, air, faces, view).radiance
 
 
-def built(folder: Path) -> list[str]:
-    """The command of the library's program, built in a folder."""
-    for step in (["cmake", "-S", str(HERE / "c"), "-B", str(folder)], ["cmake", "--build", str(folder)]):
-        subprocess.run(step, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-    return [str(folder / "runtime")]
+# Of each language: its tool, the commands that build its program in a folder, and the command of the program.
+PROGRAMS = {
+    "C": (
+        "cmake",
+        [["cmake", "-S", "{here}/c", "-B", "{to}/c"], ["cmake", "--build", "{to}/c"]],
+        ["{to}/c/runtime"],
+    ),
+    "Rust": (
+        "cargo",
+        [["cargo", "build", "-q", "--release", "--manifest-path", "{here}/rust/Cargo.toml", "--target-dir", "{to}"]],
+        ["{to}/release/runtime"],
+    ),
+    "WebAssembly in Node": (
+        "node",
+        [
+            ["python3", "{here}/javascript/build.py"],
+            ["cp", "-r", "{here}/javascript", "{to}/javascript"],
+            ["npm", "install", "--silent", "--ignore-scripts", "--prefix", "{to}/javascript"],
+        ],
+        ["node", "{to}/javascript/runtime.js"],
+    ),
+}
+
+
+def built(language: str, folder: Path) -> list[str]:
+    """The command of the program of a language, built in a folder; empty where its tool is not there."""
+    tool, steps, command = PROGRAMS[language]
+    if shutil.which(tool) is None:
+        return []
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])  # python3 is this one
+    for step in steps:
+        words = [word.format(here=HERE, to=folder) for word in step]
+        subprocess.run(words, check=True, stdout=subprocess.DEVNULL, env=os.environ | {"PATH": path})
+    return [word.format(to=folder) for word in command]
 
 
 def seconds_of(command: list[str], scene: Path, content: dict[str, Any]) -> tuple[float, np.ndarray]:
@@ -107,22 +139,19 @@ def seconds_of(command: list[str], scene: Path, content: dict[str, Any]) -> tupl
     return seconds, np.array(json.loads(done.stdout)["radiance"])
 
 
-def measured(files: dict[str, str], frame: dict[str, Any], folder: Path) -> tuple[float, float, np.ndarray]:
-    """Seconds a pixel, seconds a frame without its pixels, and radiances.
+def measured(command: list[str], files: dict[str, str], frame: dict[str, Any], scene: Path) -> tuple[float, np.ndarray]:
+    """Seconds a pixel, and radiances.
 
-    They are differences of runs of unlike lengths, so that reading the files does not count.
+    The former are differences of runs of unlike lengths, so that reading the files does not count.
     """
-    command, scene = built(folder), folder / "scene.json"
 
-    def best(**counts: int) -> tuple[float, np.ndarray]:
-        runs = [seconds_of(command, scene, files | {"frame": frame | counts}) for _ in range(REPEATS)]
+    def best(repeat: int) -> tuple[float, np.ndarray]:
+        runs = [seconds_of(command, scene, files | {"frame": frame | {"repeat": repeat}}) for _ in range(REPEATS)]
         return min(runs, key=lambda run: run[0])
 
-    once, radiance = best(frames=1, repeat=1)
-    often, _ = best(frames=1, repeat=1 + TURNS)
-    frames, _ = best(frames=1 + FRAMES, repeat=1)
-    pixel = (often - once) / (TURNS * len(radiance))
-    return pixel, (frames - once) / FRAMES - pixel * len(radiance), radiance
+    once, radiance = best(1)
+    often, _ = best(1 + TURNS)
+    return (often - once) / (TURNS * len(radiance)), radiance
 
 
 def main() -> None:
@@ -142,12 +171,17 @@ def main() -> None:
     begin = time.process_time()
     expected = by_library(tables, frame, PART)
     python = (time.process_time() - begin) / PART
+    print("| | million pixels/s | times Python | largest difference |\n|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
-        pixel, opened, radiance = measured(files, frame, Path(folder))
-    apart = float(np.max(np.abs(radiance[:PART] / expected - 1)))
-    print("| | million pixels/s | times Python | a frame, ms | largest difference |\n|---|---|---|---|---|")
-    print(f"| C | {1e-6 / pixel:.3g} | {python / pixel:,.0f} | {1e3 * opened:.0f} | {apart:.1g} |")
-    print(f"| Python package | {1e-6 / python:.3g} | 1 | | |")
+        for language in PROGRAMS:
+            command = built(language, Path(folder))
+            if not command:
+                print(f"{PROGRAMS[language][0]} is not installed: {language} is left out", file=sys.stderr)
+                continue
+            pixel, radiance = measured(command, files, frame, Path(folder) / "scene.json")
+            apart = float(np.max(np.abs(radiance[:PART] / expected - 1)))
+            print(f"| {language} | {1e-6 / pixel:.3g} | {python / pixel:,.0f} | {apart:.1g} |")
+    print(f"| Python package | {1e-6 / python:.3g} | 1 | |")
 
 
 if __name__ == "__main__":

@@ -9,7 +9,11 @@ from typing import Any
 import numpy as np
 
 from skyshine.mat.api.spectrum import Spectrum, spectrum
-from skyshine.mat.atmosphere.gases.absorption import available_water_continua, packaged_water_continuum
+from skyshine.mat.atmosphere.gases.absorption import (
+    available_water_continua,
+    default_water_continuum,
+    packaged_water_continuum,
+)
 from skyshine.mat.job.load import load_job
 from skyshine.mat.radiometry.blackbody import SpectralResponse, brightness_temperature, planck_wavenumber
 from skyshine.mat.scene.bands import response_of
@@ -31,7 +35,7 @@ class ContinuumEffect:
     temperature : float
         Apparent temperature of the line of sight, and of the black background where it does not lead into space [K].
     difference : float
-        Apparent temperature less that with the packaged table's own continuum [K].
+        Apparent temperature less that with the default continuum [K].
     """
 
     name: str
@@ -41,7 +45,7 @@ class ContinuumEffect:
 
 
 def compare_continua(*, background: float = BACKGROUND, **arguments: Any) -> list[ContinuumEffect]:
-    """The same line of sight with every water vapour continuum of the package, the table's own first.
+    """The same line of sight with every water vapour continuum of the package, the default first.
 
     Parameters
     ----------
@@ -58,7 +62,8 @@ def compare_continua(*, background: float = BACKGROUND, **arguments: Any) -> lis
     if arguments.get("job") is not None and arguments.get("wavenumber") is None and arguments.get("wavelength") is None:
         arguments["wavenumber"] = _limits_of_band(arguments["job"])
     effects: list[ContinuumEffect] = []
-    for name in available_water_continua(packaged_water_continuum()):
+    names = dict.fromkeys([default_water_continuum(), *available_water_continua(packaged_water_continuum())])
+    for name in names:
         line = spectrum(**{**arguments, "water_continuum": name})
         temperature = _apparent_temperature(line, background)
         reference = effects[0].temperature if effects else temperature

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import yaml
 
-from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, default_water_continuum
 from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, SpectralPoints
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import cloud_type
@@ -207,7 +207,7 @@ def spectrum(
     source_elevation, source_azimuth : float
         Geometric elevation, and azimuth from the line of sight [degree].
     water_continuum : str, optional
-        Continuum of water vapour; by default the job's, or that of the packaged band model, mt_ckd_4.3.
+        Continuum of water vapour; by default the job's, or mt_ckd_4.3_closure.
     line_by_line : path, optional
         Folder of HITRAN 160-column records (01_*.par, 02_*.par, ...; .gz or .xz too), whose lines are summed in place
         of the band model (extra `spectroscopy`): about a second for each cm^-1. The package ships cross sections and no
@@ -264,8 +264,8 @@ def spectrum(
     )
     if not range >= 0:
         raise InputError(f"found the range {range}; allowed: at least 0 km, or infinity for space")
-    if water_continuum is None and loaded is not None:
-        water_continuum = loaded.trimmed.water_continuum
+    if water_continuum is None:
+        water_continuum = default_water_continuum() if loaded is None else loaded.trimmed.water_continuum
     table = AbsorptionTable.open(water_continuum=water_continuum)
     points = table.points(low, high)
     stated = {"data_version": f"absorption {table.version}", "absorption": f"band model, {table.name}".rstrip(", ")}

@@ -53,6 +53,8 @@ SOURCES = PIXEL_SOURCES | {
     "lobe": "one lobe in place of microfacets with Fresnel reflectance, which grows to grazing angles",
     "depth_buffer": "ranges of a depth buffer of 24 bits, hyperbolic between the ends of the tables",
     "aliasing": "one sample a pixel of 0.5 mrad in place of its mean, by edges of materials",
+    "vertices_centre": "temperatures at the vertices of faces alone, of the material of the face's centre texel",
+    "vertices_nearest": "temperatures at the vertices of faces alone, of the material of the texel at each vertex",
     "face": "radiance of the vertices interpolated across the face",
     "transmittance_extrapolation": "transmittance from beta* of the centre pixel",
     "radiance_extrapolation": "path, ambient and direct radiance from the centre pixel",
@@ -159,6 +161,7 @@ def error_budget(
     except InputError as error:
         notes.append(f"State {prepared.state}: the weather of the air was not measured: {error}.")
     errors |= unmodelled_errors(measured, random_stream(seed, Stream.UNMODELLED))
+    errors |= measured.of_vertices(random_stream(seed, Stream.VERTICES))
     errors |= {"pixel": measured.pixel(), "normalisation": measured.of_normalisation()} | measured.of_materials()
     counted = dict.fromkeys(FAR_SOURCES, ~views.near) | {"near_range": views.near}
     return Budget(

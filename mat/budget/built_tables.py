@@ -18,7 +18,7 @@ from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight, direction, slope_and_azimuth
 from skyshine.mat.radiometry.spherical_harmonics import level_share
 from skyshine.mat.runtime.by_wavelength import emitted_share, reflected
-from skyshine.mat.runtime.walls import beside_walls
+from skyshine.mat.runtime.walls import beside_walls, wall_as_it_shines
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.tables import response
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
@@ -27,7 +27,7 @@ from skyshine.mat.tables.band import BandSpectra, BandTable
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file
 from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.loader import open_as
-from skyshine.schemas.arrays import Floats, Integers
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import open_tmm
 
@@ -45,6 +45,7 @@ class Tables:
     band: BandTable
     air: AtmosphereTable
     assigned_share: Floats | None
+    textures: tuple[Path, ...] = ()
 
     @classmethod
     def open(cls, folder: Path, state: int, band: int, source: str, job: Job) -> Tables:
@@ -70,8 +71,9 @@ class Tables:
             raise InputError(f"{names[0]} and {names[1]} hold different materials; build the job again", file=folder)
         textures = [folder / f"{texture.name}.tmm.h5" for texture in job.texture_jobs]
         textures += job.finished_textures
-        share = _assigned_shares([file for file in textures if file.is_file()], list(surface.materials))
-        return cls(surface, properties, air, share)
+        textures = [file for file in textures if file.is_file()]
+        share = _assigned_shares(textures, list(surface.materials))
+        return cls(surface, properties, air, share, tuple(textures))
 
     @property
     def materials(self) -> tuple[str, ...]:
@@ -197,8 +199,23 @@ class Tables:
     def among_walls(self, views: Views, circumstances: Circumstances, ambient: Floats, level: Floats) -> Floats:
         """Ambient radiance (n, 1) of faces beside walls, from that in the open and that of level faces there."""
         kelvin = self.air.ground_temperature(self.surface, time=views.time)
-        wall, ground = (self.blackbody(np.asarray(k))[:, None] for k in (circumstances.wall_temperature, kelvin))
+        shines = self.wall_temperature(views, circumstances)
+        wall, ground = (self.blackbody(np.asarray(k))[:, None] for k in (shines, kelvin))
         return _among_walls(views, circumstances, ambient, level, wall, ground)
+
+    def wall_temperature(self, views: Views, circumstances: Circumstances) -> Floats:
+        """Temperature (n,) [K] of walls without sunlight that shine as those of the faces do."""
+        level = self.level_ambient(views)[:, 0]
+        direct = self._air.value("direct_radiance", **views.lines.lit)
+        ground = self.blackbody(np.asarray(self.air.ground_temperature(self.surface, time=views.time)))
+        emissivity = circumstances.wall_emissivity
+        return wall_as_it_shines(
+            self.band,
+            emissivity * self.blackbody(circumstances.wall_temperature),
+            1 - emissivity,
+            0.5 * (level + ground),
+            (1 - emissivity) * circumstances.wall_beam * direct,
+        )
 
     def emitted_transmittance(self, views: Views, temperature: Floats) -> Floats:
         """Transmittance (n, M) of what the materials emit at their temperatures (n, M)."""
@@ -222,7 +239,12 @@ class Tables:
             return self.blackbody(np.asarray(temperature))[:, None] * share * ratio(through, tau[:, None])
 
         ambient = _among_walls(
-            views, circumstances, ambient, level, glow(circumstances.wall_temperature), glow(np.asarray(kelvin))
+            views,
+            circumstances,
+            ambient,
+            level,
+            glow(self.wall_temperature(views, circumstances)),
+            glow(np.asarray(kelvin)),
         )
         spectra = self._spectra(np.asarray(kelvin)[:, None])
         mean = self.finish.reflectance
@@ -240,24 +262,14 @@ class Tables:
         """Spectra of all materials at temperatures (n, M) [K], or of any number of them, (n, 1)."""
         return self.band.spectra(material=np.array(list(self.band.materials.values())), temperature=temperature)
 
-    def assigned_materials(self, generator: np.random.Generator, shape: tuple[int, int]) -> Integers:
-        """Material that the classifier assigns to each of (n, M) texels, drawn from the shares."""
-        true = np.broadcast_to(np.arange(shape[1]), shape)
-        if self.assigned_share is None:
-            return np.array(true)
-        drawn = generator.random(shape)[..., None]
-        assigned: Integers = np.argmax(np.cumsum(self.assigned_share, axis=1)[true] > drawn, axis=-1)
-        return assigned
-
 
 def _among_walls(
     views: Views, circumstances: Circumstances, ambient: Floats, level: Floats, wall: Floats, ground: Floats
 ) -> Floats:
     """Ambient light of faces beside walls, from that in the open, that of level faces, and what black bodies with the
-    temperatures of walls and ground emit: (n, 1), or (n, B) by wavelength.
+    temperatures of walls, without sunlight on them, and ground emit: (n, 1), or (n, B) by wavelength.
     """
-    upward, emissivity = views.normal[:, 2], circumstances.wall_emissivity
-    return beside_walls(ambient, level, wall, ground, circumstances.sky_view, upward, emissivity)
+    return beside_walls(ambient, level, wall, ground, circumstances.sky_view, views.normal[:, 2])
 
 
 def _assigned_shares(files: list[Path], names: list[str]) -> Floats | None:

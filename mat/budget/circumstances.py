@@ -16,6 +16,8 @@ SHADE_H = (0.5, 6.0)  # length of a shadow up to now, or of one that has left
 LEFT_H = (0.25, 6.0)  # how long ago it left
 SKY_VIEWS = (0.3, 0.9)
 WALL_EXCESS_K = (-5.0, 20.0)  # of a wall over the day's mean of the air
+WALL_EMISSIVITIES = (0.85, 0.97)  # of plaster, brick, concrete, paint and leaves in the bands, from side to side
+WALLS_LIT = 0.5  # share of the walls on which the Sun shines
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,10 +29,13 @@ class Circumstances:
     surroundings : tuple of n Surroundings
     in_shade : (n,) bool array
         Whether no light comes from the direction of the Sun at the time of the view.
+    wall_beam : (n,) array
+        Share of the direct light of the Sun on a surface across it that falls on the wall at the time of the view.
     """
 
     surroundings: tuple[Surroundings, ...]
     in_shade: Booleans
+    wall_beam: Floats
 
     @property
     def shadows_alone(self) -> tuple[Surroundings, ...]:
@@ -65,7 +70,7 @@ class Circumstances:
     @classmethod
     def none(cls, count: int) -> Circumstances:
         """Faces in the open, in the Sun all day."""
-        return cls((Surroundings(),) * count, np.zeros(count, bool))
+        return cls((Surroundings(),) * count, np.zeros(count, bool), np.zeros(count))
 
 
 def random_circumstances(time: Floats, air_temperature: float, generator: np.random.Generator) -> Circumstances:
@@ -84,6 +89,8 @@ def random_circumstances(time: Floats, air_temperature: float, generator: np.ran
     length, gap, ahead = (generator.uniform(*limits, count) for limits in (SHADE_H, LEFT_H, SHADE_H))
     sky_view = generator.uniform(*SKY_VIEWS, count)
     facing = air_temperature + generator.uniform(*WALL_EXCESS_K, count)
+    emissivity = generator.uniform(*WALL_EMISSIVITIES, count)
+    cosine, wall_lit = generator.random(count), generator.random(count) < WALLS_LIT
     in_shade = kind < SHADED_NOW
     before = ~in_shade & (kind < SHADED_NOW + SHADED_BEFORE)
     surroundings = []
@@ -95,9 +102,14 @@ def random_circumstances(time: Floats, air_temperature: float, generator: np.ran
             end = time[row] - gap[row]
             around = Surroundings((_interval(end - length[row], end),))
         if walled[row]:
-            around = replace(around, sky_view=float(sky_view[row]), facing=float(facing[row]))
+            around = replace(
+                around,
+                sky_view=float(sky_view[row]),
+                facing=float(facing[row]),
+                facing_emissivity=float(emissivity[row]),
+            )
         surroundings.append(around)
-    return Circumstances(tuple(surroundings), in_shade)
+    return Circumstances(tuple(surroundings), in_shade, np.where(walled & wall_lit, cosine, 0.0))
 
 
 def _interval(first: float, last: float) -> Interval:

@@ -19,6 +19,7 @@ from skyshine.mat.budget.runtime_terms import (
     runtime_radiance,
 )
 from skyshine.mat.budget.truth import FacetTruth, Prepared
+from skyshine.mat.budget.vertices import drawn_materials, vertex_materials
 from skyshine.mat.budget.views import Views
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.scene.sources import source_irradiance
@@ -101,7 +102,8 @@ class Measurement:
     @cached_property
     def _among_walls(self) -> AtmosphereReadings:
         """Quantities of the faces, computed at the few points."""
-        return replace(self._level, ambient=self._ambient(self.around))
+        walls = self.truth.light_of_walls(self.views, self.around)[:, None] * self._level.direct
+        return replace(self._level, ambient=self._ambient(self.around) + walls)
 
     @cached_property
     def _in_the_open(self) -> Floats:
@@ -229,6 +231,26 @@ class Measurement:
             return {}
         return {"misclassification": self.base[:, None, :] - self.base[:, :, None]}
 
+    def of_vertices(self, generator: np.random.Generator) -> dict[str, Floats]:
+        """Black-body radiance between two vertices of a face, each of the material of one texel of the textures.
+
+        All else is that of the pixel, as is the change of temperature by shadows and walls.
+        """
+        shares = vertex_materials(self.tables.textures, self.tables.materials, generator)
+        if not shares:
+            return {}
+        views, change = self.views, self.kelvin - self._solved_in_steps
+        errors = dict.fromkeys(shares, -self.base)
+        flat = replace(views, bend=np.zeros(len(views)))
+        for end, weight in zip(vertices(flat, self.grid, self.tables), (1 - views.share, views.share), strict=True):
+            kelvin = self.truth.temperature(end.normal, end.surface_altitude, views.time, steps=self.steps) + change
+            blackbody = self.tables.blackbody(kelvin)
+            for name, share in shares.items():
+                chosen = drawn_materials(share, generator, kelvin.shape)
+                emission = replace(self.emission, blackbody=np.take_along_axis(blackbody, chosen, axis=1))
+                errors[name] = errors[name] + weight[:, None] * self._shown(self.full, emission)
+        return errors
+
     def of_weather(self) -> dict[str, Floats]:
         """Paths and sky through the job's air in place of that which the weather has at the hour; thermal light alone.
 
@@ -270,7 +292,7 @@ class Measurement:
         errors = {"face": self._across_faces(pixel, ends) - here}
         offset = generator.uniform(-0.5, 0.5, (2, len(views)))
         chosen = generator.integers(len(FIELDS_OF_VIEW), size=len(views))
-        assigned = tables.assigned_materials(generator, (here.shape[0], here.shape[1]))
+        assigned = drawn_materials(tables.assigned_share, generator, (here.shape[0], here.shape[1]))
         parts: dict[str, list[Floats]] = {"transmittance_extrapolation": [], "radiance_extrapolation": []}
         together = np.empty_like(here)
         for number, width in enumerate(FIELDS_OF_VIEW):

@@ -64,7 +64,7 @@ def pixel_radiance(
         ground_temperature=tables.air.ground_temperature(tables.surface, time=views.time)[row],
         lit=truth.lit_share(around)[row],
         sky_view=around.sky_view[row],
-        wall_temperature=around.wall_temperature[row],
+        wall_temperature=tables.wall_temperature(views, around)[row],
     )
     vectors = views.normal[row], views.to_source[row], views.to_observer[row]
     view = View(views.lines.take(row), views.range[row], *vectors, views.source_azimuth[row])
@@ -142,6 +142,8 @@ class Scenes:
         if shades:  # otherwise the job says that no scene will ask for shade
             draw = random_stream(seed, Stream.CIRCUMSTANCES)
             around = random_circumstances(views.time, truth.mean_air_temperature, draw)
+            if source != "sun":
+                around = replace(around, wall_beam=np.zeros(len(views)))
         return cls(truth, views, around)
 
 

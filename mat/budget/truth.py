@@ -228,9 +228,17 @@ class FacetTruth:
         normal = face_normal(slope, azimuth - views.source_azimuth)
         return Facets(normal, ground, views.surface_altitude * 1e3, walls)
 
-    def lines(self, views: Views, faces: Facets) -> SpectralLines:
-        """Spectra of the lines of sight and of the light on the faces."""
-        return self.air.spectral_at_points(views.lines, self.irradiance, faces)
+    def lines(self, views: Views, circumstances: Circumstances) -> SpectralLines:
+        """Spectra of the lines of sight and of the light on the faces, that of the Sun on their walls among it."""
+        lines = self.air.spectral_at_points(views.lines, self.irradiance, self.faces(views, circumstances))
+        from_walls = self.light_of_walls(views, circumstances)[:, None] * lines.direct_irradiance
+        return replace(lines, sky_irradiance=lines.sky_irradiance + from_walls)
+
+    def light_of_walls(self, views: Views, circumstances: Circumstances) -> Floats:
+        """Light (n,) that walls reflect onto faces, over that of the Sun on a surface across it."""
+        hidden = (1 - circumstances.sky_view) * 0.5 * (1 + views.normal[:, 2])
+        light: Floats = hidden * (1 - circumstances.wall_emissivity) * circumstances.wall_beam
+        return light
 
     def bounce(self, views: Views, normal: Floats, finish: Finish, in_shade: Circumstances) -> Floats:
         """As `runtime_terms.reflection`; 0 where a face is in the Sun's shade."""
@@ -252,7 +260,7 @@ class FacetTruth:
             Of the materials; its lobes alone count, with N_s of (43) at each angle of incidence.
         """
         open_air, shadowed, kelvin = self.temperatures_among(views, circumstances)
-        lines = self.lines(views, self.faces(views, circumstances))
+        lines = self.lines(views, circumstances)
         exact = exact_normalisation(finish.shininess, views, views.normal)
         bounce = self.bounce(views, views.normal, replace(finish, normalisation=exact), circumstances)
         radiance = spectral_radiance(lines, self.air.band, kelvin, self.reflectance, bounce)

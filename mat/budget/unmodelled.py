@@ -157,7 +157,9 @@ def aureole_heat(prepared: Prepared, day: ShadedDay, building: Integers) -> Floa
         Of `OBSTACLES_DEG`.
     """
     state = replace(prepared.exact.air.state, surface_albedo=prepared.inputs[2].ground_albedo)
-    light, even = buildings(sunlit_sky(state, packaged_points().shortwave, AUREOLE_ELEVATIONS))
+    light, even = buildings(
+        sunlit_sky(state, packaged_points(prepared.loaded.trimmed.water_continuum).shortwave, AUREOLE_ELEVATIONS)
+    )
     elevation = day.light(SUN_ELEVATION)
 
     def at_sun(table: Floats) -> Floats:

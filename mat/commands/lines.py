@@ -62,6 +62,11 @@ def _ranges(_context: click.Context, _parameter: click.Parameter, texts: tuple[s
     "--points", default=16, show_default=True, type=click.IntRange(1, 64), help="Maximum number of points per interval."
 )
 @click.option("--tolerance", default=4e-4, show_default=True, help="Error below which fewer points are used.")
+@click.option(
+    "--width",
+    type=float,
+    help="Width of all intervals, cm-1 (a multiple of 0.125), with reference spectra; default: 5 to 100.",
+)
 @click.option("--parts", type=click.Path(), help="Folder of finished intervals; default: OUT.parts.")
 @click.option("--out", required=True, type=click.Path(), help="Table file to write.")
 def build(
@@ -74,6 +79,7 @@ def build(
     ranges: list[tuple[float, float]],
     points: int,
     tolerance: float,
+    width: float | None,
     parts: str | None,
     out: str,
 ) -> None:
@@ -90,7 +96,7 @@ def build(
     from skyshine.mat.spectroscopy.table import Settings, build
     from skyshine.mat.spectroscopy.widths import interval_edges
 
-    total = len({low for pair in ranges for low, _ in interval_edges(*pair)})
+    total = len({low for pair in ranges for low, _ in interval_edges(*pair, width)})
     with progress(total, "intervals") as advance:
         digest = build(
             ranges,
@@ -102,7 +108,7 @@ def build(
             cross_sections=cross_sections,
             generated=generated,
             parts=parts,
-            settings=Settings(tolerance=tolerance, max_points=points),
+            settings=Settings(tolerance=tolerance, max_points=points, width=width),
             progress=lambda *_: advance(1),
         )
     click.echo(f"{out}: {total} intervals, content {digest[:16]}")

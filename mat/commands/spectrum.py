@@ -94,9 +94,9 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--water-continuum",
-    type=click.Choice(["mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]),
-    help="Continuum of water vapour: mt_ckd_2.4 for comparison with codes of its time, lowtran7 in the "
-    "public domain; default: the job's, or that of the packaged band model.",
+    type=click.Choice(["mt_ckd_4.3_closure", "mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]),
+    help="Continuum of water vapour: mt_ckd_2.4 for comparison with codes of its time, lowtran7 in the public domain;"
+    " default: the job's, or mt_ckd_4.3_closure.",
 )
 @click.option(
     "--compare-continua",

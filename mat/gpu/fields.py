@@ -16,13 +16,13 @@ import numpy as np
 from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.radiometry.spherical_harmonics import zonal
-from skyshine.mat.runtime.by_wavelength import check_same_band
 from skyshine.mat.tables.ambient import stated_ground
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS
 from skyshine.mat.tables.axes import AxisRule
 from skyshine.mat.tables.band import BandTable
 from skyshine.mat.tables.gridded import ANGLE
+from skyshine.mat.tables.kernel_tables import kernel_tables
 from skyshine.mat.tables.night import CIVIL_TWILIGHT, SOURCE_ELEVATION
 from skyshine.schemas.arrays import Booleans, Floats
 
@@ -46,7 +46,7 @@ class AirFields:
     band: BandTable
 
     def __post_init__(self) -> None:
-        check_same_band(self.air, self.band)
+        kernel_tables(band=self.band, air=self.air)  # refuses those of two bands
 
     @cached_property
     def codes(self) -> Any:
@@ -139,9 +139,9 @@ class AirFields:
         terms = [self.reflected("ambient_radiance", lines, place)]
         if self.harmonics.size:
             ground = _ground_light(self, lines)
-            for code in self.harmonics:
-                light = self.reflected(AMBIENT_HARMONICS, lines, place | {"harmonic": code})
-                terms.append(light + ground.get(int(code), 0.0))
+            wide = {name: np.asarray(values)[..., None] for name, values in place.items()}
+            light = self.reflected(AMBIENT_HARMONICS, lines, wide | {"harmonic": self.harmonics})
+            terms += [light[..., at, :] + ground.get(int(code), 0.0) for at, code in enumerate(self.harmonics)]
         return np.stack(terms, axis=-1)
 
     def direct(self, lines: LinesOfSight, elevation: float) -> Floats:
@@ -150,7 +150,9 @@ class AirFields:
 
     def reflected(self, quantity: str, lines: LinesOfSight, place: dict[str, Any]) -> Floats:
         """Light of a quantity at a place (..., M) that materials reflect and the path lets through."""
-        light = self.air.value_by_wavelength(quantity, **place) * self.transmittance(lines)[..., None]
+        light = self.air.value_by_wavelength(quantity, **place)
+        through = self.transmittance(lines)
+        light *= through.reshape(through.shape + (1,) * (light.ndim - through.ndim))
         spectra = self.band.spectra(material=self.codes, temperature=WARM_K)
         return np.asarray(light @ spectra.reflectance.T)
 

@@ -12,7 +12,11 @@ import pydantic
 import yaml
 from pydantic import Field
 
-from skyshine.mat.atmosphere.gases.absorption import check_water_continuum, packaged_water_continuum
+from skyshine.mat.atmosphere.gases.absorption import (
+    check_water_continuum,
+    default_water_continuum,
+    packaged_water_continuum,
+)
 from skyshine.mat.job.accuracy import Accuracy, by_number, with_shares
 from skyshine.mat.job.atmosphere import AXES, AtmosphereGrid, Band, State
 from skyshine.mat.job.default_nodes import OBSERVER_HEIGHTS_KM
@@ -44,7 +48,7 @@ def _or_its_name(schema: dict[str, Any]) -> None:
 
 
 SIX_HOLD_K = 0.15  # tests/validation/test_tilted_faces.py
-WaterContinuum = Literal["mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]
+WaterContinuum = Literal["mt_ckd_4.3_closure", "mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]
 
 MaterialChoice = Annotated[
     Annotated[Literal["used", "all"], pydantic.Tag("word")]
@@ -62,7 +66,7 @@ def _packaged_continuum(name: str) -> str:
 
 
 def _default_continuum() -> WaterContinuum:
-    return cast(WaterContinuum, packaged_water_continuum())
+    return cast(WaterContinuum, default_water_continuum())
 
 
 class Output(StrictModel):
@@ -155,9 +159,10 @@ class Job(StrictModel):
     water_continuum: Annotated[WaterContinuum, pydantic.AfterValidator(_packaged_continuum)] = Field(
         default_factory=_default_continuum,
         description=(
-            "Water vapour continuum of the bands. By default that of the packaged band model: mt_ckd_4.3, or lowtran7"
-            " in a package built without MT_CKD. mt_ckd_2.4 is for comparison with codes of its time, lowtran7 is in"
-            " the public domain. The heat balance keeps the packaged one."
+            "Water vapour continuum of the bands and of the light that heats the ground. By default mt_ckd_4.3_closure:"
+            " MT_CKD 4.3 with its foreign continuum for closure from 610 to 1380 cm-1, closer to longwave measured on"
+            " humid nights; in a package built without MT_CKD lowtran7. mt_ckd_2.4 is for comparison with codes of its"
+            " time, lowtran7 is in the public domain."
         ),
     )
     query_limits: QueryLimits | None = Field(

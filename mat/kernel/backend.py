@@ -30,7 +30,13 @@ from typing import Any
 from sources import sources_digest
 
 SOURCES = Path(__file__).resolve().parent
-ONCE = ("freestanding.c", "processor.c")  # compiled for any processor; all others once for each number of lanes
+TRIED = ("freestanding.c", "processor.c")  # need no other source
+ONCE = (
+    *TRIED,
+    "dispatch.c",
+    "layouts.c",
+    "tables.c",
+)  # the others once for each number of lanes
 LANES = {"4": ["-msse2"], "8": ["-mavx2"]}  # of x86-64; other processors have 4 and no flag
 ZIG = "ziglang>=0.17"  # 0.14 takes 13 s instead of 0.1 and expects another entry of a Windows library
 
@@ -127,7 +133,7 @@ def works(compiler: Compiler) -> bool:
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         library = Path(folder) / f"tried{SUFFIX[compiler.system]}"
         try:
-            compile_library(compiler, library, list(ONCE))
+            compile_library(compiler, library, list(TRIED))
             return ctypes.CDLL(str(library)).skyshine_lanes() in (4, 8)
         except (CompilerError, OSError):
             return False

@@ -2,7 +2,8 @@
 #ifndef SKYSHINE_EXPORT_H
 #define SKYSHINE_EXPORT_H
 
-#if defined(_WIN32)
+#if defined(SKYSHINE_EXPORT) /* stated by a library that has the kernel inside */
+#elif defined(_WIN32)
 #define SKYSHINE_EXPORT __declspec(dllexport)
 #else
 #define SKYSHINE_EXPORT __attribute__((visibility("default")))

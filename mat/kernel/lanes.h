@@ -19,6 +19,8 @@ typedef float VectorF __attribute__((vector_size(4 * LANES), aligned(4), may_ali
 typedef int32_t BitsF __attribute__((vector_size(4 * LANES), aligned(4), may_alias));
 typedef double VectorD __attribute__((vector_size(4 * LANES), aligned(8), may_alias));
 typedef int64_t BitsD __attribute__((vector_size(4 * LANES), aligned(8), may_alias));
+/* As many single-precision numbers as a vector has of double precision. */
+typedef float HalfF __attribute__((vector_size(2 * LANES), aligned(4), may_alias));
 
 /* Spectral points are stored in rows of a multiple of eight. */
 INLINE int64_t padded(int64_t points) { return (points + 7) / 8 * 8; }
@@ -27,6 +29,7 @@ INLINE VectorF all_f(float value) { return value - (VectorF){0}; }
 INLINE VectorD all_d(double value) { return value - (VectorD){0}; }
 INLINE VectorF load_f(const float *at) { return *(const VectorF *)at; }
 INLINE VectorD load_d(const double *at) { return *(const VectorD *)at; }
+INLINE VectorD load_fd(const float *at) { return __builtin_convertvector(*(const HalfF *)at, VectorD); }
 INLINE void store_f(float *at, VectorF value) { *(VectorF *)at = value; }
 INLINE void store_d(double *at, VectorD value) { *(VectorD *)at = value; }
 

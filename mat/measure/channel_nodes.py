@@ -20,7 +20,6 @@ from skyshine.mat.quantities.channels.nodes import ChannelNodes
 from skyshine.mat.quantities.results import AtmosphericQuantities
 from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
-from skyshine.mat.tables.channel_reader import ChannelReader
 from skyshine.mat.tables.gridded import QUANTITIES
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import CheckFailed
@@ -284,8 +283,7 @@ def _errors(table: AtmosphereTable, groups: Sequence[Probes], scale: Scale) -> l
 def _coordinates(table: AtmosphereTable, probes: Probes) -> dict[str, Floats]:
     """Places of the probes on each part of each axis, (n, R, S or 1); outside its nodes where they lie in another."""
     places = probes.places
-    rays = ChannelReader.of(table.root, table.attributes).rays
-    at = rays.locate(places["range"], places["altitude"], places["elevation"])
+    at = table.rays.locate(places["range"], places["altitude"], places["elevation"])
     return {
         "share": at.share,
         "height_root": at.height_root,

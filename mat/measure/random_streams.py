@@ -21,6 +21,7 @@ class Stream(StrEnum):
     CHANNELS = "lines of sight of tables in channels: of absorbers, of source directions, of their error"
     UNMODELLED = "buildings before the Sun and edges of materials in the error budget"
     BAND_ERROR = "temperatures and angles at which the table of a band is measured"
+    VERTICES = "faces in textures, and the materials of their vertices, in the error budget"
 
 
 # Joined to the seed, each once. None is 0: numpy gives [seed, 0] the numbers of the seed alone, which belongs to layers
@@ -37,6 +38,7 @@ NUMBERS: dict[Stream, int] = {
     Stream.CHANNELS: 12,
     Stream.BAND_ERROR: 13,
     Stream.UNMODELLED: 14,
+    Stream.VERTICES: 15,
 }
 
 

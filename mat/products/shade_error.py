@@ -7,16 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from skyshine.mat.kernel.pixels import EXACT, LINEAR, PERIODIC, SURFACE, Database, Tables, array_names
 from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.days import joined_days, solve_days
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, ResponseTable
+from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, RESPONSE_HOURS, ResponseTable
 from skyshine.mat.surface.solver import FINE_STEPS
 from skyshine.mat.surface.surroundings import Surroundings
-from skyshine.mat.tables.axes import AxisRule
-from skyshine.mat.tables.film_response import StoredFilm
-from skyshine.mat.tables.response import StoredResponse
+from skyshine.mat.tables import film_response as wet
+from skyshine.mat.tables import response
+from skyshine.mat.tables.shade import FORCING_TIME
 from skyshine.mat.tables.stated_error import ErrorMeasure, measure
 from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.hdf5 import Variable
@@ -44,31 +45,42 @@ class ShadeError:
     variables: dict[str, Variable]
 
 
-def stored_response(table: ResponseTable) -> StoredResponse:
-    """The response as a reader of the file has it."""
-    film = table.film
-    return StoredResponse(
-        AxisRule("response_altitude", table.altitudes_m / 1e3),
-        AxisRule("response_slope", table.slopes_deg),
-        LAG_STARTS,
-        OFFSETS,
-        table.kernel,
-        table.temperature,
-        table.loss_slope,
-        table.loss_excess,
-        table.melt,
-        None
-        if film is None
-        else StoredFilm(
-            film.heat_loss,
-            film.evaporation,
-            film.sunlight,
-            film.dry_sunlight,
-            film.capacity,
-            film.rain,
-            film.before,
-        ),
-    )
+def stored_response(table: ResponseTable) -> Tables:
+    """The response as a reader of the file has it; the code of a material is its number, from 1."""
+    database, film = Database(SURFACE), table.film
+    arrays = {
+        response.KERNEL: table.kernel,
+        response.REFERENCE: table.temperature,
+        response.LOSS_SLOPE: table.loss_slope,
+        response.LOSS_EXCESS: table.loss_excess,
+        response.MELT: table.melt,
+        response.HIGHEST: table.highest,
+    }
+    if film is not None:
+        arrays |= {
+            wet.LOSS: film.heat_loss,
+            wet.EVAPORATION: film.evaporation,
+            wet.SUNLIGHT: film.sunlight,
+            wet.DRY_SUNLIGHT: film.dry_sunlight,
+            wet.CAPACITY: film.capacity,
+            wet.RAIN: film.rain,
+        } | ({} if film.before is None else {wet.BEFORE: film.before})
+    axes = {
+        "material": (1.0 + np.arange(len(table.kernel)), EXACT, 0.0),
+        response.ALTITUDE: (table.altitudes_m / 1e3, LINEAR, 0.0),
+        response.SLOPE: (table.slopes_deg, LINEAR, 0.0),
+        response.HOUR: (RESPONSE_HOURS, PERIODIC, response.DAY_H),
+        response.LAG: (LAG_STARTS, LINEAR, 0.0),
+        response.OFFSET: (OFFSETS, LINEAR, 0.0),
+        FORCING_TIME: (response.forcing_hours(), PERIODIC, response.DAY_H),
+    }
+    for number, (name, names) in enumerate(array_names(SURFACE)):
+        if name in arrays:
+            database.set_array(number, np.asarray(arrays[name]))
+            for place, axis in enumerate(names):
+                nodes, rule, period = axes[axis]
+                database.set_axis(number, place, np.asarray(nodes, float), rule, period, np.nan, False)
+    return Tables(database, None, None)
 
 
 def shade_error(
@@ -110,7 +122,7 @@ def shade_error(
     ]
     forcings = [scene.forcing(FINE_STEPS) for scene in (sunlit, *shades)]
     days = joined_days([sunlit, *shades])
-    response = stored_response(table)
+    stored = stored_response(table)
     kilometres = np.repeat(sunlit.altitude, _PLACES) / 1e3
     errors, frozen, by_material = [], [], []
     for number, material in enumerate(materials):
@@ -118,14 +130,15 @@ def shade_error(
             by_material.append((0.0, 0.0))
             continue
         highest = np.full(kilometres.size, table.highest[number], float)
-        columns = response.columns(np.full(kilometres.size, number), kilometres, np.tile(slopes, _PLACES))
+        code = np.full(kilometres.size, number + 1)
+        faces = [code, kilometres, np.zeros(kilometres.size), np.tile(slopes, _PLACES)]
         temperature, melts = _solved(material, days)
         start, *exact_days = temperature.reshape(len(forcings), -1, FINE_STEPS)
         melting, *melting_there = melts.reshape(len(forcings), -1)
         absorbed, *absorbed_there = (Balance(forcing, material).absorbed for forcing in forcings)
         part = []
         for shaded, exact, melted in zip(absorbed_there, exact_days, melting_there, strict=True):
-            change = columns.change(shaded - absorbed, start, highest)
+            change = stored.changes(faces, shaded - absorbed, start, highest)
             part.append(np.minimum(start + change, table.highest[number]) - exact)
             frozen.append(~(melting | melted))
         errors += part

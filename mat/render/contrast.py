@@ -183,7 +183,7 @@ def seen_radiance(
         track.azimuth - sight.heading,
     )
     view = View.of(lines, np.full(count, sight.heading), np.broadcast_to(normal, (count, 3)), nearest=nearest)
-    faces = _faces(tables, face, code, altitude, hours).on_ground_of(read.air, tables.surface)
+    faces = _faces(tables, face, code, altitude, hours)
     return pixel_radiance(tables.surface, read.band, read.air, faces, view).radiance
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from skyshine.mat.quantities.lines_of_sight import direction
 from skyshine.mat.render.rays import RayCaster
 from skyshine.mat.render.seen import SeenSurface
 from skyshine.mat.render.surface_mesh import SurfaceMesh
+from skyshine.mat.render.walls import WallKinds
 from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.progress import Advance, Progress, silent
 
@@ -28,10 +29,17 @@ class SeenExposure:
         where it is below the horizon.
     sky_view : (n,) array
         Open share of the sky above each face, 0 to 1; 1 where it faces no sky.
+    walls : (n, K) array
+        Share of the hidden sky that is hidden by each wall of `WallKinds`; what is left of 1 is not known.
     """
 
     shaded: Booleans
     sky_view: Floats
+    walls: Floats
+
+    def before(self, count: int) -> SeenExposure:
+        """The same with shares of `count` walls: those of walls that hide none of this sky are 0."""
+        return replace(self, walls=np.pad(self.walls, ((0, 0), (0, count - self.walls.shape[1]))))
 
     def of_mixtures(self, shares: Floats, shaded_sky: Floats) -> tuple[Floats, Floats]:
         """Share of the direct light that the materials of each point let fall on them, and the open share of their sky,
@@ -58,6 +66,7 @@ def exposure_of(
     sun_elevation: Floats,
     sun_azimuth: Floats,
     progress: Progress = silent,
+    kinds: WallKinds | None = None,
 ) -> SeenExposure:
     """Trace the shadows of a day and the open sky.
 
@@ -67,29 +76,48 @@ def exposure_of(
     sun_elevation, sun_azimuth : (T,) array
         At steps of the day [degree].
     progress : callable, optional
+    kinds : WallKinds, optional
+        To be told the walls that hide the sky; without it none is known.
     """
     shaded, view = np.zeros((len(seen), sun_elevation.size), bool), np.ones(len(seen))
+    walls = np.zeros((len(seen), 0))
     if not _is_flat(surface):
         with progress(sun_elevation.size + SKY_RAYS, "tracing shadows") as advance:
             for step, sun in enumerate(direction(sun_elevation, sun_azimuth)):
                 if sun_elevation[step] > 0:
                     shaded[:, step] = hidden(seen, caster, sun)
                 advance(1)
-            view = _sky_view(seen, caster, advance)
-    return SeenExposure(shaded, view)
+            view, walls = open_sky(seen, caster, kinds, advance)
+    return SeenExposure(shaded, view, walls)
 
 
-def _sky_view(seen: SeenSurface, caster: RayCaster, advance: Advance) -> Floats:
-    """Open share of the sky above each face (n,)."""
+def open_sky(
+    seen: SeenSurface, caster: RayCaster, kinds: WallKinds | None, advance: Advance = lambda steps: None
+) -> tuple[Floats, Floats]:
+    """Open share of the sky above each face (n,), and shares of the rest that walls hide (n, K)."""
     above, unblocked = np.zeros(len(seen)), np.zeros(len(seen))
+    blocked_by: dict[int, Floats] = {}
     first, second = _tangents(seen.normal)
     for across, along, up in _cosine_directions():
         ray = across * first + along * second + up * seen.normal
         rows = np.flatnonzero(ray[:, 2] > 0)
         above[rows] += 1
-        unblocked[rows] += ~caster.blocked(seen.start[rows], ray[rows])
+        if kinds is None:
+            unblocked[rows] += ~caster.blocked(seen.start[rows], ray[rows])
+        else:
+            hits = caster.first(seen.start[rows], ray[rows])
+            unblocked[rows] += ~hits.met
+            met = rows[hits.met]
+            wall = kinds.of(hits.face[hits.met], ray[met])
+            for number in np.unique(wall[wall >= 0]):
+                count = blocked_by.setdefault(int(number), np.zeros(len(seen), np.float32))
+                count[met[wall == number]] += 1
         advance(1)
-    return np.divide(unblocked, above, out=np.ones(len(seen)), where=above > 0)
+    view = np.divide(unblocked, above, out=np.ones(len(seen)), where=above > 0)
+    counts = np.zeros((len(seen), 0 if kinds is None else len(kinds)))
+    for number, count in blocked_by.items():
+        counts[:, number] = count
+    return view, counts / np.maximum(above - unblocked, 1)[:, None]
 
 
 def hidden(seen: SeenSurface, caster: RayCaster, towards: Floats) -> Booleans:

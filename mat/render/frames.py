@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Self
 
@@ -20,10 +20,13 @@ from skyshine.mat.render.scene_file import LoadedScene
 from skyshine.mat.render.seen import SeenSurface
 from skyshine.mat.render.surface import SurfaceMaterials, surface_of_scene
 from skyshine.mat.render.surface_mesh import SurfaceMesh
-from skyshine.mat.render.temperatures import SeenTemperatures
+from skyshine.mat.render.temperatures import SeenTemperatures, walls_of_day
+from skyshine.mat.render.vertices import SeenVertices
+from skyshine.mat.render.walls import WallKinds, Walls
 from skyshine.mat.runtime.equivalent_temperature import equivalent_temperature
 from skyshine.mat.runtime.pixel import Faces, PixelRadiance, View, pixel_radiance, sky_radiance
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.band import BandTable
 from skyshine.mat.tables.dataset import dataset
 from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.night import SOURCE_ELEVATION
@@ -95,7 +98,10 @@ class SeenScene:
     lit_share, sky_view : (n,) array
         Of what is seen: the share that shade of the whole day leaves to direct light, and the open share of the sky.
     temperatures : SeenTemperatures
-        At the hours of the frames of this place.
+        Temperatures at the hours of the frames of this place: of what is seen, or of `vertices` where there are any.
+    walls : Walls or None
+        Walls that hide the sky; None where the whole sky is open.
+    vertices : SeenVertices or None
     """
 
     rays: ViewRays
@@ -104,6 +110,15 @@ class SeenScene:
     lit_share: Floats
     sky_view: Floats
     temperatures: SeenTemperatures
+    walls: Walls | None
+    vertices: SeenVertices | None = None
+
+    def temperature(self, hour: int, band: BandTable) -> Floats:
+        """Temperatures (n, M) [K] of the materials that are seen, at an hour by its number."""
+        if self.vertices is None:
+            return self.temperatures.at(hour)
+        kelvin = self.vertices.temperature(self.temperatures, hour, band)
+        return np.broadcast_to(kelvin, self.seen.materials.share.shape)
 
 
 class Renderer:
@@ -152,14 +167,24 @@ class Renderer:
     def _see(self, number: int, hours: Floats) -> SeenScene:
         rays = view_rays(self.scene, self.surface, number)
         seen = SeenSurface.of(rays, self.surface, self._materials, self._caster)
-        elevation, azimuth = self._sun_of_day
-        exposure = exposure_of(seen, self.surface, self._caster, elevation, azimuth, self._progress)
+        kinds, texel = WallKinds(self.surface, self._materials), self.scene.model.surface.vertices
+        exposure = history = self._exposed(seen, kinds)
+        vertices, points = None, seen
+        if texel is not None:
+            vertices = SeenVertices.of(seen, self.surface, self._materials, texel)
+            points = vertices.points
+            history = self._exposed(points, kinds)
+            exposure = exposure.before(len(kinds))  # the vertices may have walls that the pixels have not
         codes, table = self._codes, self.tables.surface
         shaded_sky = self._materials.shaded_sky
+        walls = walls_of_day(table, kinds, self._exposed, codes, shaded_sky) if len(kinds) else None
         mixture = seen.materials
         lit_share, sky_view = exposure.of_mixtures(mixture.share, shaded_sky[mixture.number])
-        temperatures = SeenTemperatures.of(table, seen, exposure, codes, shaded_sky, hours, self._progress)
-        return SeenScene(rays, seen, exposure, lit_share, sky_view, temperatures)
+        temperatures = SeenTemperatures.of(table, points, history, codes, shaded_sky, hours, walls, self._progress)
+        return SeenScene(rays, seen, exposure, lit_share, sky_view, temperatures, walls, vertices)
+
+    def _exposed(self, seen: SeenSurface, kinds: WallKinds | None = None) -> SeenExposure:
+        return exposure_of(seen, self.surface, self._caster, *self._sun_of_day, self._progress, kinds)
 
     @cached_property
     def _sun_of_day(self) -> tuple[Floats, Floats]:
@@ -173,7 +198,7 @@ class Renderer:
         check_reach(self.scene, tables.air, place)
         check_source(self.scene, tables.air, hour, float(source.elevation))
         lit = place.lit_share * ~hidden(seen, self._caster, direction(source.elevation, source.azimuth))
-        kelvin = place.temperatures.at(number)
+        kelvin = place.temperature(number, tables.band)
         radiance, mean, distance = np.empty(count), np.full(count, np.nan), np.full(count, np.inf)
         distance[seen.pixel] = seen.range
         pixel, kind = self._kinds(place, lit, kelvin)
@@ -208,7 +233,7 @@ class Renderer:
         mixture = seen.materials
         return alike(
             seen.range, seen.altitude, seen.slope, seen.azimuth, mixture.number, mixture.share, kelvin, lit,
-            place.sky_view,
+            place.sky_view, place.exposure.walls,
         )  # fmt: skip
 
     def _pixels(
@@ -223,9 +248,36 @@ class Renderer:
     ) -> PixelRadiance:
         """Radiance of some of the pixels that meet the surface, by their rows."""
         seen = place.seen
-        faces = self._faces(place, rows, kelvin[rows], lit[rows], hour).on_ground_of(tables.air, self.tables.surface)
+        faces = self._faces(place, rows, kelvin[rows], lit[rows], hour)
         view = _view(tables.air, place.rays, seen.pixel[rows], seen.range[rows], seen.normal[rows], source)
+        if place.walls is not None and faces.wall_temperature is not None:
+            kelvin_of_walls = self._wall_temperature(place, place.walls, rows, faces, view, tables)
+            faces = replace(faces, wall_temperature=kelvin_of_walls)
         return pixel_radiance(self.tables.surface, tables.band, tables.air, faces, view)
+
+    def _wall_temperature(
+        self, place: SeenScene, walls: Walls, rows: Integers, faces: Faces, view: View, tables: BandTables
+    ) -> Floats:
+        """Temperature [K] of what hides the sky of some pixels, as it shines in a band; its light is that at the pixel
+        in the middle of the ranges.
+        """
+        exposure, hidden_sky = place.exposure, 1 - place.sky_view[rows]
+        known = np.divide(1 - exposure.sky_view[rows], hidden_sky, out=np.zeros(rows.size), where=hidden_sky > 0)
+        shares = exposure.walls[rows] * np.minimum(known, 1.0)[:, None]
+        middle = np.argsort(view.range)[[rows.size // 2]]
+        ground = faces.ground_temperature
+        if ground is None:
+            ground = tables.air.ground_temperature(self.tables.surface, time=faces.time)
+        assert faces.wall_temperature is not None
+        return walls.in_band(
+            tables,
+            shares,
+            float(faces.time[0]),
+            view.lines.take(middle),
+            float(faces.wall_temperature[middle[0]]),
+            float(np.broadcast_to(ground, faces.time.shape)[middle[0]]),
+            sun=self.scene.model.source == "sun",
+        )
 
     def _fill_air(self, place: SeenScene, radiance: Floats, air: AtmosphereTable, source: SourceTrack) -> None:
         """Write the radiance of pixels that meet nothing: of the air along the longest range of the table."""

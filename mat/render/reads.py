@@ -10,15 +10,19 @@ import numpy as np
 
 from skyshine.mat.job.fields import Span
 from skyshine.mat.render.camera import ViewRays, check_above_ground, is_still, view_rays
+from skyshine.mat.render.exposure import open_sky
 from skyshine.mat.render.rays import ray_caster
 from skyshine.mat.render.scene_file import LoadedScene
 from skyshine.mat.render.seen import SeenSurface
 from skyshine.mat.render.surface import SurfaceMaterials, surface_of_scene
+from skyshine.mat.render.vertices import SeenVertices
+from skyshine.mat.render.walls import WallKinds
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.progress import Progress, silent
 
 DECIMALS = 6  # of a slope and an azimuth [degree], to which tables of temperature are read
 _DAY = 24.0
+_POINTS = 4096  # of a picture, from which rays look for walls; chosen
 Key = TypeVar("Key")
 
 
@@ -39,7 +43,8 @@ class SceneReads:
     air : float
         Share of the pixels that meet nothing.
     faces : dict of (float, float) to float
-        Share in the pixels that meet the surface, of each slope and azimuth [degree], the largest first.
+        Share in the pixels that meet the surface, of each slope and azimuth [degree], the largest first; 0 of faces
+        that no pixel shows, but which hide the sky of some.
     materials : dict of str to float
         Likewise of each material that a pixel holds.
     level : bool
@@ -87,29 +92,36 @@ def scene_reads(scene: LoadedScene, progress: Progress = silent) -> SceneReads:
     faces: dict[tuple[float, float], float] = {}
     arcs: dict[float, list[Span]] = {}
     with SurfaceMaterials(scene, surface) as materials, progress(1 if still else clock.size, "casting rays") as advance:
-        shares = np.zeros(len(materials.names))
+        shares, walls = np.zeros(len(materials.names)), WallKinds(surface, materials)
         for number in range(1 if still else clock.size):
             rays = view_rays(scene, surface, number)
             seen = SeenSurface.of(rays, surface, materials, caster)
             pixels, met = pixels + rays.elevation.size, met + len(seen)
+            altitude = [seen.altitude]
+            if scene.model.surface.vertices is not None:
+                vertices = SeenVertices.of(seen, surface, materials, scene.model.surface.vertices)
+                altitude.append(vertices.points.altitude)
             for name, values in (
                 ("observer", rays.altitude),
                 ("elevation", rays.elevation),
                 ("range", seen.range),
-                ("altitude", seen.altitude),
+                ("altitude", np.concatenate(altitude)),
             ):
                 if values.size:
                     spans[name].append((float(values.min()), float(values.max())))
             for hour in clock if still else clock[number : number + 1]:
                 arcs.setdefault(float(hour), []).append(_arc(rays))
             np.add.at(shares, seen.materials.number.ravel() % shares.size, seen.materials.share.ravel())
+            open_sky(seen.take(np.arange(0, len(seen), max(1, len(seen) // _POINTS))), caster, walls)
             for face, count in _faces(seen).items():
                 faces[face] = faces.get(face, 0.0) + count
             advance(1)
+        for face in _faces(walls.faces()[0]):
+            faces.setdefault(face, 0.0)
         named, in_shade = tuple(materials.names), materials.in_shade
     hours = np.array(sorted(arcs))
     seen_materials = {name: float(share) / met for name, share in zip(named, shares, strict=True) if share > 0}
-    observer, elevation, reach, altitude = (_widest(spans[name]) for name in spans)
+    observer, elevation, reach, heights = (_widest(spans[name]) for name in spans)
     assert observer is not None and elevation is not None  # a picture has pixels
     return SceneReads(
         hours,
@@ -117,7 +129,7 @@ def scene_reads(scene: LoadedScene, progress: Progress = silent) -> SceneReads:
         elevation,
         np.array([_joined(arcs[float(hour)]) for hour in hours]),
         reach,
-        altitude,
+        heights,
         1 - met / pixels,
         _largest_first({face: count / met for face, count in faces.items()}),
         _largest_first(seen_materials),

@@ -120,6 +120,11 @@ class SurfaceModel(StrictModel):
         description="Open share of the sky above ground that a texture's layer of shade shows in the shade; no direct"
         " light falls there all day.",
     )
+    vertices: Literal["centre", "nearest"] | None = Field(
+        None,
+        description="Temperatures at the vertices of the faces alone, as an older runtime has them: of the material in"
+        " the centre of a face, or of the texel nearest to each vertex; without it each pixel has its own.",
+    )
 
     @pydantic.model_validator(mode="after")
     def _one_surface(self) -> Self:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -24,6 +24,10 @@ class SeenSurface:
     ----------
     pixel : (n,) int array
         Number in the frame, row by row from the top.
+    face : (n,) int array
+        Number of the triangle.
+    weights : (n, 3) array
+        Of its corners, at the point.
     point, normal : (n, 3) array
         [m], and the unit normal on the side of the observer; to east, north and up.
     start : (n, 3) array
@@ -38,6 +42,8 @@ class SeenSurface:
     """
 
     pixel: Integers
+    face: Integers
+    weights: Floats
     point: Floats
     normal: Floats
     start: Floats
@@ -70,6 +76,8 @@ class SeenSurface:
         footprint = side / np.sqrt(np.maximum(np.abs(towards), _GRAZING))
         return cls(
             pixel,
+            face,
+            weights,
             point,
             normal,
             point + normal * start_height(surface),
@@ -78,6 +86,14 @@ class SeenSurface:
             azimuth,
             surface.altitude + point[:, 2] * 1e-3,
             materials.at(face, weights, footprint),
+        )
+
+    def take(self, rows: Integers) -> SeenSurface:
+        """Some of them."""
+        mixtures = self.materials
+        parts = {field.name: getattr(self, field.name)[rows] for field in fields(self) if field.name != "materials"}
+        return SeenSurface(
+            **parts, materials=replace(mixtures, number=mixtures.number[rows], share=mixtures.share[rows])
         )
 
     def __len__(self) -> int:

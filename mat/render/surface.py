@@ -152,15 +152,43 @@ class SurfaceMaterials:
             uv = self._surface.texture_coordinates(face[own], weights[own])
             size = self.texel_size(index)[face[own]]
             number[own], share[own], shade[own] = self._of_texture(index, uv, footprint[own] / size)
+            unknown = share[own].sum(axis=-1) == 0
+            if unknown.any():
+                self._refuse_unknown(index, int(unknown.sum()))
+                share[own[unknown], 0] = 1.0  # the first name is that of texels without material
         if shade.any():
             lit = 1.0 - shade[:, None]
             number = np.concatenate([number, number + len(self.names)], axis=1)
             share = np.concatenate([share * lit, share * (1.0 - lit)], axis=1)
         return Mixtures(self.names, number, share)
 
+    def of_faces(self, face: Integers) -> Integers:
+        """Number of the material that covers most of each face (n,), as `Mixtures` has it; -1 where none is known."""
+        number = np.zeros(len(face), int)
+        centre, covering = np.full((len(face), 3), 1 / 3), self._surface.covering[face]
+        for index, kind in enumerate(self._surface.coverings):
+            own = np.flatnonzero(covering == index)
+            if index not in self._textures:
+                number[own] = self.names.index(self._shown(str(kind.material)))
+            elif own.size:
+                uv = self._surface.texture_coordinates(face[own], centre[own])
+                texels = np.sqrt(self._surface.area[face[own]]) / self.texel_size(index)[face[own]]
+                materials, share, _ = self._of_texture(index, uv, texels)
+                most = np.take_along_axis(materials, share.argmax(axis=1)[:, None], axis=1)[:, 0]
+                number[own] = np.where(share.any(axis=1), most, -1 if self._unknown is None else 0)
+        return number
+
+    def _refuse_unknown(self, index: int, count: int) -> None:
+        if self._unknown is None:
+            raise self._scene.error(
+                self._surface.coverings[index].place,
+                f"{count} texels that are seen have no material; give surface.unknown_material, or classify the"
+                " texture without unknown texels",
+            )
+
     def _of_texture(self, index: int, uv: Floats, texels: Floats) -> tuple[Integers, Floats, Floats]:
         """Numbers and shares (n, PARTS), and share in the shade (n,), at texture coordinates (n, 2) of pixels so many
-        texels wide (n,).
+        texels wide (n,); all shares are 0 where no material is known.
         """
         texture = self._textures[index]
         # A texture repeats beyond its borders, as glTF does by default; the last border belongs to the last texel.
@@ -177,17 +205,8 @@ class SurfaceMaterials:
             shown = self._shown(name)
             numbers[code] = self.names.index(shown) if shown in self.names else 0
         shares[codes == 0] = 0.0  # a texel without material may give code 0 a share
-        known = shares.sum(axis=-1) > 0
-        if not known.all():
-            if self._unknown is None:
-                raise self._scene.error(
-                    self._surface.coverings[index].place,
-                    f"{np.sum(~known)} texels that are seen have no material; give"
-                    " surface.unknown_material, or classify the texture without unknown texels",
-                )
-            shares[~known, 0] = 1.0
-        # The first name is that of texels without material.
-        return np.where(known[:, None], numbers[codes], 0), shares / shares.sum(axis=-1, keepdims=True), shade
+        total = shares.sum(axis=-1, keepdims=True)
+        return np.where(total > 0, numbers[codes], 0), shares / np.where(total > 0, total, 1.0), shade
 
     def close(self) -> None:
         for texture in self._textures.values():

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from skyshine.mat.render.alike import alike
 from skyshine.mat.render.exposure import SeenExposure
 from skyshine.mat.render.seen import SeenSurface
+from skyshine.mat.render.walls import WallKinds, Walls
+from skyshine.mat.surface.forcing import sun_cosine
 from skyshine.mat.surface.surroundings import Exposure
+from skyshine.mat.tables.axes import PERIODIC, AxisRule
 from skyshine.mat.tables.htt import TemperatureTable
+from skyshine.mat.tables.open_air import OpenAir
+from skyshine.mat.tables.response import DAY_H, forcing_hours
+from skyshine.mat.tables.shade import ABSORPTANCE
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.progress import Progress, silent
 
+Exposed = Callable[[SeenSurface], SeenExposure]
 _BLOCK = 1024  # columns computed together
+_NEAR = 1.0  # degree beyond the slopes of a table at which its last one is taken
 _DIGITS = 6  # of altitude [km], slope and azimuth [degree], to which places count as one
 
 
@@ -45,6 +54,7 @@ class SeenTemperatures:
         codes: Integers,
         shaded_sky: Floats,
         hours: Floats,
+        walls: Walls | None = None,
         progress: Progress = silent,
     ) -> SeenTemperatures:
         """Read the temperatures; columns that are alike in all that counts are computed once.
@@ -60,6 +70,8 @@ class SeenTemperatures:
         shaded_sky : (K,) array
             As `SurfaceMaterials.shaded_sky`.
         hours : (H,) array
+        walls : Walls, optional
+            Of `exposure.walls`; by default all that hides the sky is as warm as the air.
         progress : callable, optional
 
         Raises
@@ -75,13 +87,19 @@ class SeenTemperatures:
         places: Floats = np.stack([seen.altitude[row], seen.azimuth[row], seen.slope[row], view], axis=-1)
         place = np.asarray(np.round(places, _DIGITS), np.float64) + 0.0
         shaded = exposure.shaded[row] | under[:, None]
-        first, column = alike(material, place, np.packbits(shaded, axis=1))
+        shares = np.zeros((row.size, 0))
+        if walls is not None:
+            # What hides the sky beside the faces of the scene is not known.
+            hidden = np.divide(1 - exposure.sky_view[row], 1 - view, out=np.zeros(row.size), where=view < 1)
+            shares = exposure.walls[row] * hidden[:, None]
+        first, column = alike(material, place, np.packbits(shaded, axis=1), shares)
         kelvin = np.empty((first.size, hours.size))
         with progress(first.size, "surface temperatures") as advance:
             for start in range(0, first.size, _BLOCK):
                 chosen = first[start : start + _BLOCK]
+                before = None if walls is None else (walls, shares[chosen])
                 kelvin[start : start + _BLOCK] = _columns(
-                    surface, material[chosen], place[chosen], shaded[chosen], hours
+                    surface, material[chosen], place[chosen], shaded[chosen], hours, before
                 )
                 advance(chosen.size)
         return cls(used, column, kelvin)
@@ -94,13 +112,27 @@ class SeenTemperatures:
         return np.where(self.used, kelvin, first)
 
 
-def _columns(surface: TemperatureTable, material: Integers, place: Floats, shaded: Booleans, hours: Floats) -> Floats:
-    """Temperatures (P, H) [K] of P columns at places (P, 4): altitude, azimuth, slope and sky view."""
+def _columns(
+    surface: TemperatureTable,
+    material: Integers,
+    place: Floats,
+    shaded: Booleans,
+    hours: Floats,
+    before: tuple[Walls, Floats] | None,
+) -> Floats:
+    """Temperatures (P, H) [K] of P columns at places (P, 4): altitude, azimuth, slope and sky view; before walls by the
+    shares (P, K) that they hide.
+    """
     where = {"material": material} | dict(zip(("altitude", "azimuth", "slope"), place.T[:3], strict=True))
     kelvin = surface.temperature(**{name: values[:, None] for name, values in where.items()}, time=hours[None, :])
     rows = np.flatnonzero(shaded.any(axis=1) | (place[:, 3] < 1))
     if rows.size:
         exposure = Exposure(shaded[rows].astype(float), place[rows, 3:])
+        if before is not None:
+            walls, shares = before
+            air = OpenAir.of(surface.root).air_temperature(place[rows, 0])
+            facing, light = walls.before(shares[rows], air)
+            exposure = replace(exposure, facing=facing, wall_light=light)
         change = surface.exposed_change(exposure, **{name: values[rows] for name, values in where.items()})
         kelvin[rows] = surface.temperature(
             **{name: values[rows, None] for name, values in where.items()},
@@ -108,3 +140,48 @@ def _columns(surface: TemperatureTable, material: Integers, place: Floats, shade
             absorbed_change=change[:, None, :],
         )
     return kelvin
+
+
+def walls_of_day(
+    surface: TemperatureTable, kinds: WallKinds, exposed: Exposed, codes: Integers, shaded_sky: Floats
+) -> Walls:
+    """Walls by the heat balance of some of their faces, whose own walls are as warm as the air.
+
+    Parameters
+    ----------
+    surface : TemperatureTable
+    kinds : WallKinds
+    exposed : callable
+        Shade of the day and open sky of points.
+    codes, shaded_sky : (K,) array
+        As for `SeenTemperatures.of`.
+    """
+    seen, wall = kinds.faces()
+    exposure, hours = exposed(seen), forcing_hours()
+    time = AxisRule.of("time", surface.root.axes["time"])
+    held = np.ones(hours.size, bool)
+    if time.interpolation != PERIODIC:
+        held = np.mod(hours - time.nodes[0], DAY_H) <= time.nodes[-1] - time.nodes[0]
+    nearest = np.where(held, hours, surface.root.axes["time"].values[0])
+    sky = OpenAir.of(surface.root)
+    # Faces that no pixel sees may lie beyond the axes: those of other slopes are as warm as the air.
+    kelvin = SeenTemperatures.of(surface.clamped(), seen, exposure, codes, shaded_sky, nearest)
+    slopes = np.asarray(surface.root.axes["slope"].values, float)
+    known = held & ((seen.slope >= slopes[0] - _NEAR) & (seen.slope <= slopes[-1] + _NEAR))[:, None]
+    of_face = np.where(known, kelvin.kelvin[kelvin.column], sky.air_temperature(seen.altitude))
+    under = Exposure(exposure.shaded.astype(float), exposure.sky_view[:, None])
+    place = seen.altitude, seen.azimuth, seen.slope
+    light = sky.sunlight(under, *place, float(surface.attributes.get("ground_albedo", 0.0)))
+    code = codes[seen.materials.number[:, 0]]
+    absorptance = surface.value(ABSORPTANCE, material=code)
+    cosine = sun_cosine(seen.slope[:, None], seen.azimuth[:, None], sky.elevation, sky.azimuth)
+    beam = cosine * ~exposure.shaded * (sky.elevation > 0)
+    number = np.arange(len(kinds))
+    means = (wall == number[:, None]) / np.maximum(np.bincount(wall, minlength=number.size), 1)[:, None]
+    first = np.argmax(wall == number[:, None], axis=1)
+    return Walls(
+        code[first],
+        (means @ of_face**4) ** 0.25,
+        means @ ((1 - absorptance)[:, None] * light),
+        means @ beam,
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -10,17 +10,18 @@ import numpy.typing as npt
 
 from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight, direction
-from skyshine.mat.radiometry.lobe import specular_lobe
-from skyshine.mat.runtime.by_wavelength import check_same_band, emitted_share, reflected
-from skyshine.mat.runtime.by_wavelength import transmittance as transmittance_of
-from skyshine.mat.runtime.shade import SHADED_SKY, air_temperature, shaded_temperature
-from skyshine.mat.runtime.walls import beside_walls
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
-from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
 from skyshine.mat.tables.band import BandTable
 from skyshine.mat.tables.htt import TemperatureTable
+from skyshine.mat.tables.kernel_tables import kernel_tables, messages
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
+
+_OPTIONAL = (
+    "temperature", "ground_temperature", "lit", "sky_view", "wall_temperature", "shade", "shaded_sky",
+    "shaded_temperature",
+)  # fmt: skip
+_LINE = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +31,8 @@ class View:
     Attributes
     ----------
     lines : LinesOfSight
-        Lines (n,) on which the atmospheric tables are read: those of the pixels, or of the centre of their frame.
+        Lines (n,) on which the atmospheric tables are read: those of the pixels, or of the centre of their frame, which
+        is one line, (1,), or n times the same.
     range : (n,) array
         From the observer to the point of the pixel [km].
     normal, to_source, to_observer : (n, 3) array
@@ -86,18 +88,20 @@ class Faces:
     temperature : (n, M) array, optional
         [K], in place of that of the table: in the shade, say, from `TemperatureTable.temperature`.
     ground_material : array of int or str, optional
-        Code or name of the ground around, for the sky of tilted faces.
+        Code or name of the ground around, for the sky of tilted faces and beside walls; by default the one that the
+        atmosphere file names, level and at the lowest altitude, at the pixel's time. Where it names none, the
+        temperature that it states.
     ground_temperature : array, optional
-        [K], in place of that of the material: of the ground that the file names, `AtmosphereTable.ground_temperature`.
+        [K], in place of that of the material.
     lit : array, optional
         Share of the direct light of Sun or Moon that reaches the face; by default all.
-    sky_view, wall_temperature : array, optional
-        Open share of the sky above the face, and the temperature of the wall that hides the rest [K]; without them the
-        whole sky is open.
+    sky_view : array, optional
+        Open share of the sky above the face; by default the whole.
+    wall_temperature : array, optional
+        Of the wall that hides the rest [K]; by default that of the air.
     shade : array, optional
         Share of the face that lies in the shade all day, as `skyshine.tmm.TmmFile.shade` gives it; by default none. No
-        direct light falls there, and no more of the sky is open than `shaded_sky`; what hides it has the temperature
-        of the air, where `wall_temperature` is not given.
+        direct light falls there, and no more of the sky is open than `shaded_sky`.
     shaded_sky : array, optional
         Open share of the sky above the part in the shade; by default .5, as in a scene of `mat render`.
     shaded_temperature : (n, M) array, optional
@@ -119,15 +123,6 @@ class Faces:
     shade: Floats | None = None
     shaded_sky: Floats | None = None
     shaded_temperature: Floats | None = None
-
-    def on_ground_of(self, air: AtmosphereTable, surface: TemperatureTable) -> Faces:
-        """The faces with the temperature at their times of the ground that an atmosphere file names, if it names one;
-        without it the light of the ground is that of the one temperature that the file states.
-        """
-        if "ground_material" not in air.attributes:
-            return self
-        hours, place = np.unique(self.time, return_inverse=True)
-        return replace(self, ground_temperature=air.ground_temperature(surface, time=hours)[place])
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,48 +174,52 @@ def pixel_radiance(
         A pixel without material, a material that a table lacks, a value outside an axis, or a face in the shade and
         the table of temperatures holds no response to it.
     """
-    if faces.shade is not None and np.any(faces.shade != 0):
-        faces = _with_shade(surface, faces, faces.shade)
+    _refuse_unknown(faces)
+    count, materials = faces.codes.shape
+    given = {
+        "material": faces.codes,
+        "share": faces.shares,
+        "surface_altitude": faces.altitude,
+        "surface_azimuth": faces.azimuth,
+        "surface_slope": faces.slope,
+        "range": view.range,
+        "normal": view.normal,
+        "to_source": view.to_source,
+        "to_observer": view.to_observer,
+    }
+    optional = {name: getattr(faces, name) for name in _OPTIONAL}
+    if faces.ground_material is not None:
+        optional["ground_material"] = np.broadcast_to(surface.material_codes(faces.ground_material), count)
+    given |= {name: values for name, values in optional.items() if values is not None}
+    given |= {name: np.broadcast_to(values, count) for name, values in given.items() if np.ndim(values) == 0}
+    given["time"] = np.broadcast_to(faces.time, count)
+    with messages():
+        lines, of_lines = _lines(view, count)
+        terms = kernel_tables(surface, band, air).pixels(count, materials, lines, given | of_lines)
+    return PixelRadiance(**{field.name: terms[field.name] for field in fields(PixelRadiance)})
+
+
+def _lines(view: View, count: int) -> tuple[int, dict[str, Floats]]:
+    """How many lines of sight there are, 1 where all are the same, and their values."""
+    names = [f"line_{name}" if name == "range" else name for name in _LINE]
+    parts = dict(zip(names, (np.asarray(part, float) for part in view.lines.place), strict=True))
+    if view.source_heading is not None:
+        parts["source_heading"] = np.asarray(view.source_heading, float)
+    if count and all(np.all(part == part.flat[0]) for part in parts.values()):
+        return 1, {name: part.ravel()[:1] for name, part in parts.items()}
+    return count, {name: np.broadcast_to(part, count) for name, part in parts.items()}
+
+
+def _refuse_unknown(faces: Faces) -> None:
+    """Refuse temperatures that are not numbers, for which the library would take those of the tables."""
     used = faces.shares > 0
-    if np.any(used & (faces.codes == 0)) or not np.all(used.any(axis=-1)):
-        raise InputError("found a pixel without material; allowed: codes of the tables; leave such pixels out")
-    # Unused places read as the first material, with no share.
-    codes = np.where(used, faces.codes, np.take_along_axis(faces.codes, used.argmax(axis=-1)[:, None], axis=-1))
-    temperature = faces.temperature if faces.temperature is not None else _sunlit(surface, faces, codes)
-    fraction, shininess, normalisation = (
-        band.value(name, material=codes) for name in ("specular_fraction", "shininess", "normalisation")
-    )
-    beta = air.value("beta_star", **view.lines.path)
-    transmittance = air.transmittance(range=view.range, beta_star=beta)
-    normal, to_source, to_observer = (_unit(each) for each in (view.normal, view.to_source, view.to_observer))
-    incidence = np.maximum(np.sum(normal * to_source, axis=-1), 0.0)
-    blackbody = band.blackbody_radiance(temperature)
-    check_same_band(air, band)
-    ambient = _ambient(surface, band, air, faces, view)
-    # Inside the integral over the band: (5), (18), (26) and (33).
-    spectra = band.spectra(material=codes, temperature=temperature)
-    direct = air.value_by_wavelength("direct_radiance", **view.lines.lit)
-    depth = air.value_by_wavelength("optical_depth", **view.lines.path)
-    through = transmittance_of(depth, np.asarray(view.lines.range, float), np.asarray(view.range, float))
-    emitted, sky, beam = emitted_share(spectra, through), reflected(spectra, ambient), reflected(spectra, direct)
-    sunlit = np.where(incidence > 0, transmittance, 0.0)
-    sunlit = sunlit if faces.lit is None else sunlit * faces.lit
-    shape = specular_lobe(shininess, to_source[:, None], to_observer[:, None], normal[:, None])
-
-    def over_materials(values: Floats) -> Floats:
-        total: Floats = np.sum(faces.shares * values, axis=-1)
-        return total
-
-    return PixelRadiance(
-        over_materials(temperature),
-        over_materials(blackbody),
-        transmittance,
-        over_materials(blackbody * emitted),
-        _path(air, view, beta),
-        over_materials(sky) * transmittance,
-        over_materials(beam * (1 - fraction)) * incidence * sunlit,
-        over_materials(beam * shape * fraction * normalisation) * sunlit,
-    )
+    shaded = used if faces.shade is None else used & (faces.shade > 0)[:, None]
+    for kelvin, read in ((faces.temperature, used), (faces.shaded_temperature, shaded)):
+        if kelvin is not None and not np.all(np.isfinite(kelvin) | ~read):
+            raise InputError("temperature: found a value that is not finite; allowed: finite numbers")
+    for values in (faces.wall_temperature, faces.ground_temperature):
+        if values is not None and not np.all(np.isfinite(values)):
+            raise InputError("temperature: found a value that is not finite; allowed: finite numbers")
 
 
 def sky_radiance(air: AtmosphereTable, view: View) -> Floats:
@@ -231,7 +230,10 @@ def sky_radiance(air: AtmosphereTable, view: View) -> Floats:
     InputError
         A value outside an axis.
     """
-    return _path(air, view, air.value("beta_star", **view.lines.path))
+    beta = air.value("beta_star", **view.lines.path)
+    ratio = air.value("path_radiance_ratio", **view.lines.whole)
+    radiance: Floats = ratio * -np.expm1(-BETA_FACTOR * view.range / beta)
+    return radiance
 
 
 def pixel_value(radiance: npt.ArrayLike, *, bits: int, gain: float, buffer_gain: float, offset: float) -> Integers:
@@ -250,97 +252,3 @@ def pixel_value(radiance: npt.ArrayLike, *, bits: int, gain: float, buffer_gain:
     share = np.clip(np.asarray(radiance, float) / gain, 0.0, 1.0)
     level = np.clip(np.floor(2**bits * buffer_gain * (share - offset)), 0, 2**bits - 1)
     return np.asarray(level, np.int64)
-
-
-def _sunlit(surface: TemperatureTable, faces: Faces, codes: Integers) -> Floats:
-    """Temperatures (n, M) of materials in full sun under the whole sky [K]."""
-    return surface.temperature(
-        material=codes,
-        altitude=faces.altitude[:, None],
-        azimuth=faces.azimuth[:, None],
-        slope=faces.slope[:, None],
-        time=faces.time[:, None],
-    )
-
-
-def _with_shade(surface: TemperatureTable, faces: Faces, shade: Floats) -> Faces:
-    """Faces of twice as many materials: as they were, and once more in the shade all day."""
-    if not np.all((shade >= 0) & (shade <= 1)):
-        raise InputError("found a share in the shade beyond 0 to 1; allowed: what a texture's `shade` gives")
-    own = np.ones(shade.shape) if faces.sky_view is None else faces.sky_view
-    under = np.minimum(own, SHADED_SKY if faces.shaded_sky is None else faces.shaded_sky)
-    dark = (faces.shares > 0) & (faces.codes > 0) & (shade > 0)[:, None]
-    codes = np.where(faces.shares > 0, faces.codes, faces.codes[:, :1])
-    kelvin = faces.temperature if faces.temperature is not None else _sunlit(surface, faces, codes)
-    cool = faces.shaded_temperature
-    if cool is None:
-        row, part = np.nonzero(dark)
-        where = {name: getattr(faces, name)[row] for name in ("altitude", "azimuth", "slope")}
-        cool, time = np.zeros(dark.shape), faces.time[row, None]
-        cool[row, part] = shaded_temperature(surface, codes[row, part], under[row], **where, time=time)[:, 0]
-    view, wall = own - shade * (own - under), faces.wall_temperature
-    if wall is None and np.any(view < 1):
-        wall = air_temperature(surface, faces.altitude, faces.time)
-    return replace(
-        faces,
-        codes=np.concatenate([faces.codes, faces.codes], axis=1),
-        shares=np.concatenate([faces.shares * (1 - shade[:, None]), faces.shares * shade[:, None]], axis=1),
-        temperature=np.concatenate([kelvin, np.where(dark, cool, kelvin)], axis=1),
-        lit=1 - shade if faces.lit is None else (1 - shade) * faces.lit,
-        sky_view=view,
-        wall_temperature=wall,
-        shade=None,
-    )
-
-
-def _unit(vectors: Floats) -> Floats:
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    if not np.all(np.isfinite(length) & (length > 0)):
-        raise InputError("found a direction without length; allowed: three finite numbers that are not all 0")
-    return np.asarray(vectors / length)
-
-
-def _path(air: AtmosphereTable, view: View, beta: Floats) -> Floats:
-    """Path radiance (n,), equation (11)."""
-    ratio = air.value("path_radiance_ratio", **view.lines.whole)
-    path: Floats = ratio * -np.expm1(-BETA_FACTOR * view.range / beta)
-    return path
-
-
-def _ambient(surface: TemperatureTable, band: BandTable, air: AtmosphereTable, faces: Faces, view: View) -> Floats:
-    """L_ambient of the faces by wavelength (n, B); of level ones where the file or the view says no more."""
-    place = view.lines.lit
-    if view.source_heading is None or AMBIENT_HARMONICS not in air.quantities:
-        light = air.value_by_wavelength("ambient_radiance", **place)
-    else:
-        given: dict[str, Any] = {}
-        if faces.ground_material is not None or faces.ground_temperature is not None:
-            given = {"ground_temperature": _ground_temperature(surface, air, faces), "band": band}
-        turn = faces.azimuth - view.source_heading
-        light = air.ambient_radiance(slope=faces.slope, azimuth=turn, by_wavelength=True, **given, **place)
-    if faces.sky_view is None or faces.wall_temperature is None:
-        return light
-
-    def glow(kelvin: Floats) -> Floats:
-        """Light of black bodies beside the faces, as `light`."""
-        share = band.spectra(material=next(iter(band.materials)), temperature=kelvin).emission
-        depth = air.value_by_wavelength("optical_depth", **view.lines.path)
-        beta = air.value("beta_star", **view.lines.path)
-        tau = air.transmittance(range=view.lines.range, beta_star=beta)[:, None]
-        weight = np.divide(np.exp(-depth), tau, out=np.zeros_like(depth), where=tau > 0)
-        return np.asarray(band.blackbody_radiance(kelvin)[:, None] * share * weight)
-
-    level, ground = air.value_by_wavelength("ambient_radiance", **place), _ground_temperature(surface, air, faces)
-    upward = np.cos(np.radians(faces.slope))
-    walled = beside_walls(light, level, glow(faces.wall_temperature), glow(ground), faces.sky_view, upward)
-    # The sky hidden by a wall may be brighter than all that the face sees, where its own side of the sky is dark.
-    return np.maximum(walled, 0.0)
-
-
-def _ground_temperature(surface: TemperatureTable, air: AtmosphereTable, faces: Faces) -> Floats:
-    """Temperature (n,) of the ground around the faces [K]."""
-    if faces.ground_temperature is not None:
-        return faces.ground_temperature
-    if faces.ground_material is None:
-        return air.ground_temperature(surface, time=faces.time)
-    return surface.temperature(material=faces.ground_material, altitude=faces.altitude, time=faces.time)

@@ -8,7 +8,7 @@ import numpy as np
 
 from skyshine.mat.surface.surroundings import Exposure
 from skyshine.mat.tables.htt import TemperatureTable
-from skyshine.mat.tables.response import StoredResponse, forcing_hours, need_parts
+from skyshine.mat.tables.response import forcing_hours, need_parts, need_response
 from skyshine.mat.tables.shade import AIR
 from skyshine.schemas.arrays import Floats, Integers
 
@@ -66,7 +66,7 @@ def air_temperature(surface: TemperatureTable, altitude: Floats, time: Floats) -
     InputError
         The table holds no response to shade, of which the air is a part.
     """
-    StoredResponse.of(surface.root)
+    need_response(surface.root)
     need_parts(surface.root, [AIR])
     nodes = np.asarray(surface.root.axes["altitude"].values, float)
     return surface.value(AIR, altitude=np.clip(altitude, nodes[0], nodes[-1]), forcing_time=time)

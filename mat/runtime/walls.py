@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from skyshine.mat.runtime.equivalent_temperature import equivalent_temperature
 from skyshine.mat.surface.surroundings import WALL_EMISSIVITY
+from skyshine.mat.tables.band import BandTable
 from skyshine.schemas.arrays import Floats
 
 
@@ -37,3 +39,25 @@ def beside_walls(
     wall = shine * wall + (1 - shine) * 0.5 * (level + ground)
     light: Floats = ambient + hidden * (wall - level)
     return light
+
+
+def wall_as_it_shines(
+    band: BandTable, emitted: Floats, reflectance: Floats | float, around: Floats | float, sunlit: Floats | float
+) -> Floats:
+    """Temperature (n,) [K] of a wall of emissivity `WALL_EMISSIVITY` without sunlight that shines as other walls do.
+
+    Parameters
+    ----------
+    band : BandTable
+    emitted : (n,) array
+        Of the walls, in the band [W m^-2 sr^-1].
+    reflectance : float or (n,) array
+        Of the walls in the band.
+    around : float or (n,) array
+        Mean of the ambient light of level faces and of what the ground emits as a black body [W m^-2 sr^-1].
+    sunlit : float or (n,) array
+        Direct light that the walls reflect: reflectance, share of the light on a surface across it, and
+        `direct_radiance` multiplied [W m^-2 sr^-1].
+    """
+    plain = emitted + sunlit + (reflectance - (1 - WALL_EMISSIVITY)) * around
+    return equivalent_temperature(band, plain / WALL_EMISSIVITY)

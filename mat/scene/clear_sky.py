@@ -46,20 +46,33 @@ class ClearLight:
     aureole: Floats
 
     @classmethod
-    def of(cls, air: AtmosphericState, levels: Floats, ground_albedo: float) -> ClearLight:
-        """Compute it for a state, the fluxes at levels [m]."""
-        over = replace(air, surface_albedo=ground_albedo)
-        fluxes = broadband_fluxes(air, levels, SUN_ELEVATIONS, ground_albedo)
-        return cls(fluxes, sunlit_sky(over, packaged_points().shortwave, AUREOLE_ELEVATIONS).aureole)
+    def of(cls, air: AtmosphericState, levels: Floats, ground_albedo: float, water_continuum: str) -> ClearLight:
+        """Compute it for a state with a water vapour continuum, the fluxes at levels [m]."""
+        over, points = replace(air, surface_albedo=ground_albedo), packaged_points(water_continuum)
+        fluxes = broadband_fluxes(air, levels, SUN_ELEVATIONS, ground_albedo, points=points)
+        return cls(fluxes, sunlit_sky(over, points.shortwave, AUREOLE_ELEVATIONS).aureole)
 
 
-def band_model_sky(air: AtmosphericState, highest: float, ground_albedo: float, sun_distance: float) -> Sky:
-    """The clear sky of a state from its ground to an altitude [m], from the broadband points of the band model."""
+def band_model_sky(
+    air: AtmosphericState, highest: float, ground_albedo: float, sun_distance: float, water_continuum: str
+) -> Sky:
+    """The clear sky of a state from its ground to an altitude [m], from the broadband points of the band model.
+
+    Parameters
+    ----------
+    air : AtmosphericState
+    highest : float, m
+    ground_albedo : float
+        For sunlight.
+    sun_distance : float, au
+    water_continuum : str
+        Name, as in a job.
+    """
     ground = air.surface_altitude
     levels = np.arange(ground, max(highest, ground + SKY_STEP) + SKY_STEP, SKY_STEP)
     # The air's own levels hold the edges of cloud and fog, across which light is not linear.
     levels = np.union1d(levels, air.altitude[(air.altitude > ground) & (air.altitude < levels[-1])])
-    light = _kept_light(air, levels, ground_albedo)
+    light = _kept_light(air, levels, ground_albedo, water_continuum)
     fluxes = _at_distance(light.fluxes, sun_distance)
     black = Stefan_Boltzmann * np.interp(levels, air.altitude, air.temperature) ** 4
     return Sky(
@@ -80,24 +93,25 @@ def _at_distance(fluxes: BroadbandFluxes, sun_distance: float) -> BroadbandFluxe
     return replace(fluxes, direct_normal=weaker * fluxes.direct_normal, diffuse=weaker * fluxes.diffuse)
 
 
-def _kept_light(air: AtmosphericState, levels: Floats, ground_albedo: float) -> ClearLight:
+def _kept_light(air: AtmosphericState, levels: Floats, ground_albedo: float, water_continuum: str) -> ClearLight:
     """Light at 1 au: that which was kept, or computed anew."""
     folder = kept_folder(FOLDER)
     if folder is None:
-        return ClearLight.of(air, levels, ground_albedo)
-    key = content_key(_data(), air, levels, SUN_ELEVATIONS, AUREOLE_ELEVATIONS, float(ground_albedo))
+        return ClearLight.of(air, levels, ground_albedo, water_continuum)
+    key = content_key(_data(water_continuum), air, levels, SUN_ELEVATIONS, AUREOLE_ELEVATIONS, float(ground_albedo))
     path = folder / f"{key}.npz"
     arrays = kept_arrays(path, HEAD, key)
     if arrays is not None:
         aureole = arrays.pop("aureole")
         return ClearLight(BroadbandFluxes(**arrays), aureole)
-    light = ClearLight.of(air, levels, ground_albedo)
+    light = ClearLight.of(air, levels, ground_albedo, water_continuum)
     of_fluxes = {field.name: getattr(light.fluxes, field.name) for field in fields(light.fluxes)}
     keep_arrays(path, HEAD, key, of_fluxes | {"aureole": light.aureole})
     return light
 
 
-@lru_cache(maxsize=1)
-def _data() -> str:
+@lru_cache(maxsize=2)
+def _data(water_continuum: str) -> str:
     """Digest of the tables that the fluxes are computed from."""
-    return digest_of(atmospheres.path("broadband.h5").read_bytes(), AbsorptionTable.open().content)
+    table = AbsorptionTable.open(water_continuum=water_continuum)
+    return digest_of(atmospheres.path("broadband.h5").read_bytes(), table.content)

@@ -55,7 +55,9 @@ def scene_inputs(job: Job, state_index: int) -> tuple[SunPath, NearSurfaceAir, S
     site = job.on_date_of_state(state_index).site
     sun = sun_path(site)
     air = atmospheric_state(site, without_air_time(state))
-    sky = band_model_sky(air, job.surface_altitudes_km[-1] * 1e3, ground_albedo(job, state), sun.sun_distance)
+    sky = band_model_sky(
+        air, job.surface_altitudes_km[-1] * 1e3, ground_albedo(job, state), sun.sun_distance, job.water_continuum
+    )
     year = state.weather.ground_year
     ground = None if year is None else year.on(site.date)
     weather = near_surface_air(sun, state.weather, earlier_suns(site, state.weather), ground)

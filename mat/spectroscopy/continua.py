@@ -159,6 +159,10 @@ class Continua:
         foreign = self._water["for_absco_ref"].at(wavenumber) * CM2_TO_M2
         return self_continuum, foreign, self._water["self_texp"].at(wavenumber)
 
+    def foreign_for_closure(self, wavenumber: Floats) -> Floats:
+        """Foreign continuum of MT_CKD 4.3 for radiative closure at wavenumbers (K,), as `water_coefficients`."""
+        return self._water["for_closure_absco_ref"].at(wavenumber) * CM2_TO_M2
+
     def before_4(self, name: str, wavenumber: Floats) -> Floats:
         """Coefficients of water vapour before MT_CKD 4 at wavenumbers (K,) of their grid: bs296, bs260 or bfh2o, 1e-20
         cm3.

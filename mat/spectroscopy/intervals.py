@@ -8,14 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from skyshine.mat.atmosphere.band.reference_paths import PathState, planck_ratio, slab_emission
 from skyshine.mat.atmosphere.band.selection import select_points
 from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, CrossSectionNodes, water_continuum
-from skyshine.mat.radiometry.constants import C2
 from skyshine.mat.spectroscopy import linebyline, nodes
 from skyshine.mat.spectroscopy.continua import ContinuumModel
 from skyshine.mat.spectroscopy.gases import GASES, LONGEST_COLUMN
 from skyshine.mat.spectroscopy.sources import GasSources, SpectralSource
-from skyshine.mat.spectroscopy.training import TrainingState
 from skyshine.schemas.arrays import Floats, Integers, Singles
 
 CANDIDATES = 1000  # fine wavenumbers among which an interval's points are chosen
@@ -23,6 +22,7 @@ SINGLE_GAS_SCALE = 0.7  # importance of transmittances by single gases
 EXCHANGES = 4  # passes that improve the greedy choice
 PRESENT = 1e-3  # a gas is in an interval when its optical depth exceeds this on the longest path
 FLOOR = 1e-37  # m2/molecule; 300 km of air at sea level: 1e-6 optical depth
+REFERENCE_CELL = 0.125  # cm^-1, of reference spectra; the fine grid's points divide into such cells evenly
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,9 @@ class IntervalPoints:
         On held-out paths: rms and largest error of the mixture's transmittance, rms and largest of single gases.
     gas_error : dict of float
         On held-out paths: rms error of the transmittance by each gas.
+    reference : (M, C) array or None
+        Line by line over the cells of the interval, for each state that `build_interval` is given for it: what
+        `PathState.values` are there.
     """
 
     low: float
@@ -54,6 +57,7 @@ class IntervalPoints:
     continuum: Floats
     error: Floats
     gas_error: dict[str, float]
+    reference: Singles | None = None
 
 
 class Spectra:
@@ -66,6 +70,7 @@ class Spectra:
         self.wavenumber = linebyline.interval_grid(low, high)
         self.water = continua.water_coefficients(self.wavenumber)
         self.tables: dict[str, Singles] = {}
+        self.moist: dict[str, Singles] = {}
         for gas in sources:
             source = gas.source(low, high)
             if source is None:
@@ -74,24 +79,29 @@ class Spectra:
             depth = table[-1].max(axis=0) * GASES[source.name].largest_fraction * LONGEST_COLUMN
             if depth.max() > PRESENT:
                 self.tables[source.name] = np.log(np.maximum(table, FLOOR)).astype(np.float32)
+                moist = source.moist_spectrum(self.wavenumber, low, high)
+                if moist is not None:
+                    logarithm = np.log(np.maximum(moist, FLOOR)).astype(np.float32)
+                    self.moist[source.name] = logarithm - self.tables[source.name][nodes.HUMID_PRESSURE :]
 
-    def at_levels(self, state: TrainingState) -> dict[str, Singles]:
+    def at_levels(self, state: PathState) -> dict[str, Singles]:
         """Absorption by gas per molecule of air at the levels of a state: dict of (L, K), m2; H2O means its lines."""
-        interpolate = CrossSectionNodes(nodes.PRESSURE, nodes.TEMPERATURE)
+        dry = CrossSectionNodes(nodes.PRESSURE, nodes.TEMPERATURE)
+        humid = CrossSectionNodes(nodes.PRESSURE[nodes.HUMID_PRESSURE :], nodes.TEMPERATURE, nodes.H2O_FRACTION)
+        by_dry = dry.weights(state.pressure, state.temperature).astype(np.float32)
+        by_humid = humid.weights(state.pressure, state.temperature, state.h2o_fraction).astype(np.float32)
         result = {}
         for gas, table in self.tables.items():
-            pressure = state.pressure
-            if gas == "H2O":  # self broadening, near enough for choosing points: widths grow about fourfold
-                pressure = np.minimum(pressure * (1 + 4 * state.h2o_fraction), nodes.PRESSURE[-1])
-            weights = interpolate.weights(pressure, state.temperature).astype(np.float32)
-            sigma = np.exp(weights @ table.reshape(-1, table.shape[-1]))
-            result[gas] = sigma * state.fraction[gas][:, None].astype(np.float32)
+            logarithm = by_dry @ table.reshape(-1, table.shape[-1])
+            if gas in self.moist:
+                logarithm += by_humid @ self.moist[gas].reshape(-1, table.shape[-1])
+            result[gas] = np.exp(logarithm) * state.fraction[gas][:, None].astype(np.float32)
         continuum = water_continuum(*self.water, self.wavenumber, state.pressure, state.temperature, state.h2o_fraction)
         result[CONTINUUM] = (continuum * state.h2o_fraction[:, None]).astype(np.float32)
         return result
 
 
-def targets(spectra: Spectra, states: Sequence[TrainingState]) -> tuple[Singles, npt.NDArray[np.str_]]:
+def targets(spectra: Spectra, states: Sequence[PathState]) -> tuple[Singles, npt.NDArray[np.str_]]:
     """Rows whose interval mean the points have to reproduce.
 
     Returns
@@ -115,24 +125,11 @@ def targets(spectra: Spectra, states: Sequence[TrainingState]) -> tuple[Singles,
             rows.append(one[matters])
             kind += [gas] * int(matters.sum())
         total = np.asarray(sum(levels.values()))
-        source = _planck_ratio(0.5 * (spectra.low + spectra.high), state.temperature)
+        source = planck_ratio(0.5 * (spectra.low + spectra.high), state.temperature)
         for slabs in state.emission:
-            rows.append(_emission(slabs.astype(np.float32) @ total, source)[None])
+            rows.append(slab_emission(slabs.astype(np.float32) @ total, source)[None])
             kind.append("emission")
     return np.concatenate(rows), np.array(kind)
-
-
-def _emission(depth: Singles, source: Floats) -> Singles:
-    """Radiance of successive slabs of optical depth (S, K), nearest first, that end at the top of the levels; (K,)."""
-    through = np.exp(-np.vstack([np.zeros((1, depth.shape[1]), np.float32), np.cumsum(depth, axis=0)]))
-    first = source.size - 1 - len(depth)
-    mean = 0.5 * (source[first:-1] + source[first + 1 :])
-    return np.asarray(mean.astype(np.float32) @ -np.diff(through, axis=0), dtype=np.float32)
-
-
-def _planck_ratio(wavenumber: float, temperature: Floats) -> Floats:
-    """Planck radiance over that of the warmest temperature, (L,)."""
-    return np.asarray(np.expm1(C2 * wavenumber / temperature.max()) / np.expm1(C2 * wavenumber / temperature))
 
 
 def build_interval(
@@ -140,11 +137,12 @@ def build_interval(
     continua: ContinuumModel,
     low: float,
     high: float,
-    training: Sequence[TrainingState],
-    held_out: Sequence[TrainingState],
+    training: Sequence[PathState],
+    held_out: Sequence[PathState],
     *,
     tolerance: float,
     max_points: int,
+    reference: Sequence[PathState] = (),
 ) -> IntervalPoints:
     """Choose the points of [low, high] and tabulate the cross sections there.
 
@@ -152,10 +150,12 @@ def build_interval(
     ----------
     sources : list of GasSources
     continua : ContinuumModel
-    training, held_out : lists of TrainingState
+    training, held_out : lists of PathState
     tolerance : float
         Scaled rms error at which no further points are added.
     max_points : int
+    reference : list of PathState, optional
+        For `IntervalPoints.reference`.
     """
     spectra = Spectra(sources, continua, low, high)
     rows, kind = targets(spectra, training)
@@ -182,7 +182,18 @@ def build_interval(
             if humid_ratio is not None:
                 humid[gas.name] = humid_ratio
     continuum = np.array(continua.water_coefficients(wavenumber))
-    return IntervalPoints(low, high, wavenumber, weight, cross_section, humid, continuum, error, gas_error)
+    means = _cell_means(spectra, reference) if reference else None
+    return IntervalPoints(low, high, wavenumber, weight, cross_section, humid, continuum, error, gas_error, means)
+
+
+def _cell_means(spectra: Spectra, states: Sequence[PathState]) -> Singles:
+    """Values of the paths of all states, line by line, over each cell of an interval: (M, C)."""
+    middle, cells = 0.5 * (spectra.low + spectra.high), round((spectra.high - spectra.low) / REFERENCE_CELL)
+    rows = []
+    for state in states:
+        total = np.asarray(sum(spectra.at_levels(state).values()))
+        rows.append(state.values(total, middle).reshape(len(state.columns) + len(state.emission), cells, -1).mean(-1))
+    return np.concatenate(rows)
 
 
 def _stratified(mixture: Singles, count: int, seed: int) -> Integers:
@@ -203,7 +214,7 @@ def _stratified(mixture: Singles, count: int, seed: int) -> Integers:
 
 
 def _errors(
-    spectra: Spectra, states: Sequence[TrainingState], where: Integers, weight: Floats
+    spectra: Spectra, states: Sequence[PathState], where: Integers, weight: Floats
 ) -> tuple[Floats, dict[str, float]]:
     """Errors (4,) as `IntervalPoints.error`, and the rms error by gas."""
     rows, kind = targets(spectra, states)

@@ -76,6 +76,9 @@ class LookupSource:
         table, member = self._members_at(wavenumber, low, high)
         return np.asarray(np.moveaxis(table, 0, -1)[..., member])
 
+    def moist_spectrum(self, wavenumber: Floats, low: float, high: float) -> None:
+        """None: water vapour's amount changes nothing."""
+
     def points(self, wavenumber: Floats, low: float, high: float) -> tuple[Floats, None]:
         """Cross sections (K, P, T) at wavenumbers of the fine grid, m2/molecule; water vapour's amount changes
         nothing.
@@ -115,7 +118,7 @@ class LookupSource:
         values = np.array([self._shape.get(int(v), 0.0) for v in edges])
         if np.any(values <= 0):
             return 1.0
-        at_edges = np.mean([self._shape.get(int(np.rint(v)), 0.0) for v in (low, high)])
+        at_edges = np.mean(np.interp((low, high), edges, values))
         parts = 0.5 * (values[1:] + values[:-1])
         shares = np.clip(np.append(at_edges, parts) / np.mean(parts), *SHAPE_LIMITS)
         return float(1 + (shares[0] - 1) * self._steepness(band, shares[1:]))

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from skyshine.mat.atmosphere.band.reference_paths import PathState
 from skyshine.mat.spectroscopy import linebyline, nodes
 from skyshine.mat.spectroscopy.cross_sections import CrossSectionSource, spread
 from skyshine.mat.spectroscopy.gases import GASES, LONGEST_COLUMN
 from skyshine.mat.spectroscopy.intervals import PRESENT
-from skyshine.mat.spectroscopy.training import TrainingState
 from skyshine.schemas.arrays import Floats
 
 
@@ -20,7 +20,7 @@ def overlay(
     high: float,
     wavenumber: Floats,
     weight: Floats,
-    states: Sequence[TrainingState],
+    states: Sequence[PathState],
 ) -> tuple[Floats | None, float]:
     """Cross sections of a gas at the points of [low, high] cm^-1, and their error.
 
@@ -28,7 +28,7 @@ def overlay(
     ----------
     source : CrossSectionSource
     wavenumber, weight : (n,) arrays, cm^-1
-    states : list of TrainingState
+    states : list of PathState
         Held-out atmospheres and paths.
 
     Returns
@@ -48,7 +48,7 @@ def overlay(
     return np.broadcast_to(section[:, None, :], shape), rms
 
 
-def _errors(fine: Floats, few: Floats, weight: Floats, state: TrainingState, gas: str) -> Floats:
+def _errors(fine: Floats, few: Floats, weight: Floats, state: PathState, gas: str) -> Floats:
     """Error (R,) of the mean transmittance on each path of a state whose transmittances by single gases are targets."""
     position = np.interp(state.temperature, nodes.TEMPERATURE, np.arange(nodes.TEMPERATURE.size))
     lower = np.minimum(position.astype(int), nodes.TEMPERATURE.size - 2)

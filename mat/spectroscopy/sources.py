@@ -32,6 +32,7 @@ class SpectralSource(Source, Protocol):
     """A source on which the choice of points rests."""
 
     def spectrum(self, wavenumber: Floats, low: float, high: float) -> Floats: ...
+    def moist_spectrum(self, wavenumber: Floats, low: float, high: float) -> Floats | None: ...
     def points(self, wavenumber: Floats, low: float, high: float) -> tuple[Floats, Floats | None]: ...
 
 
@@ -80,10 +81,30 @@ class LineSource:
 
     def spectrum(self, wavenumber: Floats, low: float, high: float) -> Floats:
         """Cross sections (P, T, K) in dry air on the fine grid of an interval, m2/molecule."""
+        return self._on_grid(wavenumber, low, high, nodes.PRESSURE, 0.0)
+
+    def moist_spectrum(self, wavenumber: Floats, low: float, high: float) -> Floats | None:
+        """The same (Q - 1, H, T, K) at `nodes.H2O_FRACTION[1:]` and the H highest pressures; None where water vapour's
+        amount changes nothing.
+        """
+        if not self._changed_by_water:
+            return None
+        pressure = nodes.PRESSURE[nodes.HUMID_PRESSURE :]
+        return np.array([self._on_grid(wavenumber, low, high, pressure, q) for q in nodes.H2O_FRACTION[1:]])
+
+    @property
+    def _changed_by_water(self) -> bool:
+        return self.name == "H2O" or self.name in self._continua.changed_by_water
+
+    def _on_grid(self, wavenumber: Floats, low: float, high: float, pressure: Floats, h2o_fraction: float) -> Floats:
+        """Cross sections (P, T, K) on the fine grid of an interval, m2/molecule."""
         lines = self._library.interval_spectrum(
-            self.name, low, high, nodes.PRESSURE, nodes.TEMPERATURE, self.gas.self_fraction
+            self.name, low, high, pressure, nodes.TEMPERATURE, self._self_fraction(h2o_fraction)
         )
-        return np.asarray(lines + self._continuum_at(wavenumber, nodes.PRESSURE, nodes.TEMPERATURE, 0.0))
+        return np.asarray(lines + self._continuum_at(wavenumber, pressure, nodes.TEMPERATURE, h2o_fraction))
+
+    def _self_fraction(self, h2o_fraction: float) -> float:
+        return h2o_fraction if self.name == "H2O" else self.gas.self_fraction
 
     def points(self, wavenumber: Floats, low: float, high: float) -> tuple[Floats, Floats | None]:
         """Cross sections at chosen wavenumbers (K,) at the nodes of the table.
@@ -94,7 +115,7 @@ class LineSource:
         humid : (K, Q - 1, H, T) array of log ratios to dry air, or None where water vapour's amount changes nothing
         """
         dry = self.cross_sections(wavenumber, nodes.PRESSURE, nodes.TEMPERATURE)
-        if self.name != "H2O" and self.name not in self._continua.changed_by_water:
+        if not self._changed_by_water:
             return dry, None
         pressure = nodes.PRESSURE[nodes.HUMID_PRESSURE :]
         ratios = []
@@ -114,8 +135,9 @@ class LineSource:
         grid.
         """
         wavenumber, pressure, temperature = (np.asarray(a, float) for a in (wavenumber, pressure, temperature))
-        self_fraction = h2o_fraction if self.name == "H2O" else self.gas.self_fraction
-        total = self._library.point_cross_sections(self.name, wavenumber, pressure, temperature, self_fraction)
+        total = self._library.point_cross_sections(
+            self.name, wavenumber, pressure, temperature, self._self_fraction(h2o_fraction)
+        )
         return np.moveaxis(total + self._continuum_at(wavenumber, pressure, temperature, h2o_fraction), -1, 0)
 
     def _continuum_at(self, wavenumber: Floats, pressure: Floats, temperature: Floats, h2o_fraction: float) -> Floats:

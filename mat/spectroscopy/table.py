@@ -17,14 +17,21 @@ import numpy.typing as npt
 from skyshine.mat.atmosphere.gases.absorption import FILETYPE, NEGLIGIBLE, NO_DATA
 from skyshine.mat.spectroscopy import nodes
 from skyshine.mat.spectroscopy.continua import Continua, ContinuumModel
-from skyshine.mat.spectroscopy.cross_sections import read_cross_sections
+from skyshine.mat.spectroscopy.cross_sections import CrossSectionSource, read_cross_sections
 from skyshine.mat.spectroscopy.gases import MIXING, GeneratedLibrary, LineLibrary
-from skyshine.mat.spectroscopy.intervals import CANDIDATES, EXCHANGES, FLOOR, IntervalPoints, build_interval
+from skyshine.mat.spectroscopy.intervals import (
+    CANDIDATES,
+    EXCHANGES,
+    FLOOR,
+    REFERENCE_CELL,
+    IntervalPoints,
+    build_interval,
+)
 from skyshine.mat.spectroscopy.lookups import LookupSource
 from skyshine.mat.spectroscopy.lowtran_continua import LowtranContinua
 from skyshine.mat.spectroscopy.overlay import overlay
 from skyshine.mat.spectroscopy.sources import GasSources, LineSource, MixedLineSource, Source, SpectralSource
-from skyshine.mat.spectroscopy.training import PERTURBED, held_out_states, training_states
+from skyshine.mat.spectroscopy.training import PERTURBED, held_out_states, reference_states, training_states
 from skyshine.mat.spectroscopy.widths import interval_edges, max_points
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -34,11 +41,12 @@ FORMAT_VERSION = "1.1"
 DATA_VERSION = "2.2.0"
 # Names of the data by the name of the water vapour continuum.
 DATA_NAMES = {"mt_ckd_4.3": "hitran2012-mtckd4.3", "lowtran7": "hitran2012-lowtran7"}
-PART_VERSION = 1  # raised when the way from lines to points changes, so that finished parts are made again
+PART_VERSION = 2  # raised when the way from lines to points changes, so that finished parts are made again
 # Steps of the packed logarithms: an error of half a step, 3.2e-4 of the cross section, is 1.2e-4 in transmittance at
 # most.
 LOG_STEP, LOG_OFFSET = 6.4e-4, -64.5
 RATIO_STEP = 1.0e-4
+REFERENCE_STEP = 1.0e-4  # of transmittances, and of radiances over those of a black body; cells are averaged over bands
 # m2/molecule, the largest that fits: only centres of rotational lines of H2O above 50 km exceed it, where the air is
 # opaque (optical depth above 100) either way.
 CEILING = 1.2e-19
@@ -57,10 +65,13 @@ Part = dict[str, Any]  # arrays of one interval, as `write_part` names them
 
 @dataclass(frozen=True)
 class Settings:
-    """How points are chosen: scaled rms error at which to stop, and at most how many points an interval gets."""
+    """How points are chosen: scaled rms error at which to stop, at most how many points an interval gets, and the width
+    [cm^-1] of all intervals in place of those of `widths`. With a width the table has reference spectra too.
+    """
 
     tolerance: float = 4e-4
     max_points: int = 16
+    width: float | None = None
 
 
 class Builder:
@@ -110,6 +121,7 @@ class Builder:
         self.sources = [GasSources(name, members) for name, members in sources.items()]
         self._measured = [] if cross_sections is None else read_cross_sections(cross_sections)
         self._training, self._held_out = training_states(), held_out_states()
+        self._reference = [] if settings.width is None else [state for part in reference_states() for state in part]
 
     @property
     def gases(self) -> list[GasSources[Source]]:
@@ -167,6 +179,7 @@ class Builder:
             self._held_out,
             tolerance=self.settings.tolerance,
             max_points=self._max_points(low),
+            reference=self._reference,
         )
 
 
@@ -201,6 +214,8 @@ def write_part(folder: Path, points: IntervalPoints, key: str) -> None:
         arrays[f"dry_{gas}"] = pack(np.log(np.clip(values, FLOOR, CEILING)), LOG_STEP, LOG_OFFSET)
     for gas, ratio in points.humid.items():
         arrays[f"humid_{gas}"] = pack(np.clip(ratio, -3.0, 3.0), RATIO_STEP, 0.0)
+    if points.reference is not None:
+        arrays["reference"] = pack(points.reference, REFERENCE_STEP, 0.0)
     path = part_path(folder, points.low)
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_suffix(f".{os.getpid()}.tmp")
@@ -239,6 +254,8 @@ def assemble(
         "water_continuum": continua.name,
         "description": "Spectral points of the band model; cross sections of gases over pressure and temperature.",
     }
+    if settings.width is not None:
+        groups["reference"] = _reference_group(parts, sources)
     job = f"mat lines build; tolerance {settings.tolerance:g}, max_points {settings.max_points}"
     header = Header(FILETYPE, FORMAT_VERSION, DATA_VERSION, job, title="skyshine absorption table")
     return write_file(out, Group(groups=groups, attributes=about), header)
@@ -328,6 +345,63 @@ def _gas_group(gas: GasSources[Source], parts: Sequence[Part], interval: Axis) -
     return Group(axes=axes, variables=variables, attributes=about)
 
 
+def _reference_group(parts: Sequence[Part], sources: Sequence[GasSources[Source]]) -> Group:
+    """Line-by-line spectra of paths over cells, and the air and the columns that make the paths."""
+    fit, test = reference_states()
+    states = [*fit, *test]
+    means = np.concatenate([part["reference"] for part in parts], axis=1)
+    cells = [part["low"] + REFERENCE_CELL * (np.arange(part["reference"].shape[1]) + 0.5) for part in parts]
+    summed = [gas.name for gas in sources if not all(isinstance(one, CrossSectionSource) for one in gas.sources)]
+    deepest = max(len(slabs) for state in states for slabs in state.emission)
+    slabs = [[np.pad(one, ((deepest - len(one), 0), (0, 0))) for one in state.emission] for state in states]
+    level = ("state", "level")
+    return Group(
+        axes={
+            "cell": Axis(np.concatenate(cells), "cm-1", "middle of the cell"),
+            "gas": Axis(np.array(summed), "1", "gas"),
+            **{
+                name: Axis(np.arange(size, dtype=np.int32), "1", name)
+                for name, size in (
+                    ("row", len(means)),
+                    ("state", len(states)),
+                    ("level", states[0].pressure.size),
+                    ("path", len(states[0].columns)),
+                    ("sight", len(states[0].emission)),
+                    ("slab", deepest),
+                )
+            },
+        },
+        variables={
+            "value": Variable(
+                ("row", "cell"),
+                means,
+                "1",
+                "of each state in turn: transmittance of its paths; radiance of its lines of sight over that of a black"
+                " body as warm as its warmest level",
+                {"scale_factor": REFERENCE_STEP, "add_offset": 0.0},
+                chunks=(len(means), 512),
+            ),
+            "fitted": Variable(
+                ("state",), np.repeat([1, 0], [len(fit), len(test)]).astype(np.int8), "1", "1: for fits; 0: for tests"
+            ),
+            "pressure": Variable(level, np.array([state.pressure for state in states]), "Pa", "pressure"),
+            "temperature": Variable(level, np.array([state.temperature for state in states]), "K", "temperature"),
+            "fraction": Variable(
+                ("state", "gas", "level"),
+                np.array([[state.fraction[name] for name in summed] for state in states]),
+                "1",
+                "mole fraction",
+            ),
+            "columns": Variable(
+                ("state", "path", "level"), np.array([state.columns for state in states]), "m-2", "air along the paths"
+            ),
+            "slabs": Variable(
+                ("state", "sight", "slab", "level"), np.array(slabs), "m-2", "air of the slabs along lines of sight"
+            ),
+        },
+    )
+
+
 def _codes(gas: GasSources[Source], parts: Sequence[Part]) -> npt.NDArray[np.int8]:
     """Code of the source of a gas in each interval, as the table keeps it."""
     codes = []
@@ -374,7 +448,7 @@ def build(
         Hash of the table's content.
     """
     folder = Path(parts) if parts else Path(f"{out}.parts")
-    edges = np.unique(np.concatenate([interval_edges(*pair) for pair in ranges]), axis=0)
+    edges = np.unique(np.concatenate([interval_edges(*pair, settings.width) for pair in ranges]), axis=0)
     builder = Builder(lines, continua, lookups, lowtran, cross_sections, settings, generated)
     for done, (low, high) in enumerate(edges.tolist()):
         key = builder.key(low, high)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
+from skyshine.mat.atmosphere.band.reference_paths import PathState
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.radiometry.constants import BOLTZMANN
 from skyshine.mat.surface.vapour import saturation_pressure
@@ -22,35 +23,12 @@ PERTURBED = (
 )
 GRAZING_AIR_MASS = 38.0  # sea-level air mass at the horizon (Kasten and Young 1989)
 MAX_H2O = 0.06  # mole fraction
+# Training states of reference spectra: of each profile one, the first unchanged. Of their paths, and of those of the
+# held-out states, every seventh: to space, between levels and horizontal, of all lengths.
+REFERENCE_STATES, REFERENCE_PATHS = (0, 8, 14, 21, 28), 7
 
 
-@dataclass(frozen=True)
-class TrainingState:
-    """One atmosphere with its paths.
-
-    Attributes
-    ----------
-    pressure, temperature, h2o_fraction : (L,) arrays, Pa, K, 1
-    fraction : dict of (L,) arrays
-        Mole fractions of the gases.
-    columns : (R, L) array
-        Molecules of air m^-2 that each path collects at each level.
-    apart : (R,) bool array
-        Paths whose transmittance by single gases is a target too.
-    emission : list of (S, L) arrays
-        Lines of sight through successive slabs: air columns of slab s, for thermal path radiance.
-    """
-
-    pressure: Floats
-    temperature: Floats
-    h2o_fraction: Floats
-    fraction: dict[str, Floats]
-    columns: Floats
-    apart: Booleans
-    emission: list[Floats]
-
-
-def training_states(perturbed: int = PERTURBED, seed: int = 1) -> list[TrainingState]:
+def training_states(perturbed: int = PERTURBED, seed: int = 1) -> list[PathState]:
     """The training atmospheres: each profile as it is and `perturbed` times with other humidity, temperature and
     gases.
     """
@@ -62,10 +40,21 @@ def training_states(perturbed: int = PERTURBED, seed: int = 1) -> list[TrainingS
     return states
 
 
-def held_out_states(seed: int = 2) -> list[TrainingState]:
+def held_out_states(seed: int = 2) -> list[PathState]:
     """Atmospheres and paths that no choice has seen: another profile, other perturbations, other ranges."""
     rng = np.random.default_rng(seed)
     return [_state(HELD_OUT_PROFILE, rng)] + [_state(HELD_OUT_PROFILE, rng, *_perturbation(rng)) for _ in range(2)]
+
+
+def reference_states() -> tuple[list[PathState], list[PathState]]:
+    """Atmospheres with some of their paths for reference spectra: those for fits, and the held-out ones for tests."""
+    training = training_states()
+    fit, test = [training[number] for number in REFERENCE_STATES], held_out_states()
+    return [_some_paths(state) for state in fit], [_some_paths(state) for state in test]
+
+
+def _some_paths(state: PathState) -> PathState:
+    return replace(state, columns=state.columns[::REFERENCE_PATHS], apart=state.apart[::REFERENCE_PATHS])
 
 
 def _perturbation(rng: np.random.Generator) -> tuple[float, float, float]:
@@ -77,7 +66,7 @@ def _perturbation(rng: np.random.Generator) -> tuple[float, float, float]:
 
 def _state(
     name: str, rng: np.random.Generator, humidity: float = 1.0, warming: float = 0.0, others: float = 1.0
-) -> TrainingState:
+) -> PathState:
     profile = load_profile(name)
     z = profile.altitude
     pressure = np.exp(np.interp(LEVELS, z, np.log(profile.pressure)))
@@ -91,7 +80,7 @@ def _state(
         fraction[gas] = fraction[gas] * others
     density = pressure / (BOLTZMANN * temperature)
     columns, apart = _paths(density, rng)
-    return TrainingState(pressure, temperature, fraction["H2O"], fraction, columns, apart, _sky_paths(density))
+    return PathState(pressure, temperature, fraction["H2O"], fraction, columns, apart, _sky_paths(density))
 
 
 def _vertical(density: Floats, bottom: int, top: int) -> Floats:

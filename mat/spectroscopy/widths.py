@@ -35,8 +35,8 @@ REGIONS = (
 HIGHEST = 33400.0  # cm^-1, the first edge beyond 0.3 um
 
 
-def interval_edges(low: float, high: float) -> Floats:
-    """Edges (I, 2) of the intervals that cover [low, high] cm^-1.
+def interval_edges(low: float, high: float, width: float | None = None) -> Floats:
+    """Edges (I, 2) of the intervals that cover [low, high] cm^-1: those of `REGIONS`, or all of a width [cm^-1].
 
     Raises
     ------
@@ -49,6 +49,12 @@ def interval_edges(low: float, high: float) -> Floats:
         raise InputError(
             f"wavenumbers {low:g}:{high:g} are not within {REGIONS[0].low:g}:{HIGHEST:g} cm^-1; give a range inside"
         )
+    if width is not None:
+        count = round((high - low) / width)
+        if not (width > 0 and count >= 1 and abs(count * width - (high - low)) < 1e-6):
+            raise InputError(f"found the width {width:g} cm-1 for {low:g}:{high:g} cm-1; give a divisor of the range")
+        lows = low + width * np.arange(count + 1)
+        return np.stack([lows[:-1], lows[1:]], axis=1)
     ends = [*(region.low for region in REGIONS[1:]), HIGHEST]
     starts = np.concatenate([np.arange(r.low, end, r.width) for r, end in zip(REGIONS, ends, strict=True)])
     edges = np.stack([starts, np.append(starts[1:], HIGHEST)], axis=1)

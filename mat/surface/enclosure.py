@@ -198,26 +198,3 @@ class Enclosure:
         seen = np.column_stack([self.between.ground, self.between.walls])
         matrix = np.eye(SLOPES.size) - reflectance[:, None] * seen
         return np.asarray(np.linalg.solve(matrix, leaving))
-
-
-@dataclass(frozen=True, eq=False)
-class SurroundingRadiation:
-    """What the columns of a scene see through the day: sky, ground, and walls that face each of `ASPECTS`.
-
-    Attributes
-    ----------
-    views : ViewFactors
-        View factors of the P planes.
-    visible : (N,) ndarray
-        Share of each step in which the Sun is not behind the horizon.
-    temperature : (A, 9, N) ndarray
-        Of the ground, then of the walls by aspect [K].
-    longwave, sunlight : (A, 9, N) ndarray
-        That leave ground and walls, emitted and reflected, per area of theirs [W m^-2].
-    """
-
-    views: ViewFactors
-    visible: Floats
-    temperature: Floats
-    longwave: Floats
-    sunlight: Floats

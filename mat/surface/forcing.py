@@ -16,7 +16,7 @@ from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.surface.altitudes import between_altitudes
 from skyshine.mat.surface.balance import Forcing
-from skyshine.mat.surface.enclosure import AZIMUTHS, SLOPES, Emitter, Enclosure, SurroundingRadiation
+from skyshine.mat.surface.enclosure import AZIMUTHS, SLOPES, Emitter, Enclosure
 from skyshine.mat.surface.horizon import ViewFactors
 from skyshine.mat.surface.step_means import step_means
 from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath, sun_hours
@@ -409,19 +409,6 @@ class Scene:
         """1 where the Sun is not behind the horizon, (SUN_STEPS,)."""
         hidden = self._around.horizon.hides(self.sun.solar_elevation, self.sun.solar_azimuth)
         return np.where(hidden, 0.0, 1.0)
-
-    def surrounding_radiation(self, steps: int) -> SurroundingRadiation:
-        """What the columns see beside the sky, as means over each of so many steps of the day."""
-        temperature, longwave, sunlight = (
-            step_means(field, steps)
-            for field in (
-                self._around.temperature(self.altitude, self._air[0]),
-                self._longwave_around,
-                self._sunlight_around,
-            )
-        )
-        views = self._around.views(self.slope, self.azimuth)
-        return SurroundingRadiation(views, step_means(self._visible, steps), temperature, longwave, sunlight)
 
     def forcing(self, steps: int) -> Forcing:
         """The forcing of all columns, (A * P, steps)."""

@@ -44,6 +44,9 @@ LAG_STARTS = np.array(
 _AWAY = (0.5, 1.5, 3.0, 5.0, 8.0, 12.0, 17.0, 23.0, 30.0, 40.0, 52.0, 70.0, 95.0, 140.0)
 OFFSETS = np.array([*(-offset for offset in reversed(_AWAY)), 0.0, *_AWAY])
 RESPONSE_SLOPES = np.array([0.0, 90.0, 180.0])  # degree
+# degree from the stored plane, of the planes over which the response of leaves and soil is averaged: how both share
+# heat follows the angle of the sunlight. Grass on random planes errs by 0.34 K rms with four, by 0.50 K with one.
+CANOPY_TURNS = np.array([0.0, 90.0, 180.0, 270.0])
 _DIGITS = 11  # binary ones of a response: 0.02 % of it
 NO_LIMIT = 1e4  # K, above all temperatures of a database
 _LEAST_SLOPE = 1e-3  # W m^-2 K^-1, as in Newton's matrix
@@ -88,6 +91,30 @@ class SurfaceResponse:
             np.zeros((*hours, OFFSETS.size)),
             np.zeros(hours),
             FilmResponse.empty(*hours, OFFSETS.size) if film else None,
+        )
+
+    def mean_of_planes(self, counts: Integers) -> SurfaceResponse:
+        """Means over planes that follow each other, so many (S,) for each of S planes, at every altitude.
+
+        Only of leaves, which no film covers.
+        """
+        starts = np.cumsum(counts) - counts
+
+        def mean(values: Floats) -> Floats:
+            by_plane = values.reshape(-1, counts.sum(), *values.shape[1:])
+            total = np.add.reduceat(by_plane, starts, axis=1) / counts.reshape(-1, *[1] * (values.ndim - 1))
+            return np.asarray(total.reshape(-1, *values.shape[1:]))
+
+        film = (
+            None if self.film is None else FilmResponse.empty(len(mean(self.melt)), RESPONSE_HOURS.size, OFFSETS.size)
+        )
+        return SurfaceResponse(
+            mean(self.kernel),
+            mean(self.temperature),
+            mean(self.loss_slope),
+            mean(self.loss_excess),
+            mean(self.melt),
+            film,
         )
 
 
@@ -289,8 +316,12 @@ def response_table(
     """
     altitudes = _close_enough(np.unique(np.asarray(scene.altitude, float)))
     slopes, azimuths = response_planes(scene.sun, np.asarray(scene.slope, float))
-    planes = Scene(scene.sun, scene.weather, scene.sky, altitudes, slopes, azimuths)
-    days = planes.days
+    turns = np.where((slopes > 0) & (slopes < 180), CANOPY_TURNS.size, 1)
+    turned_azimuths = np.concatenate([a + CANOPY_TURNS[:n] for a, n in zip(azimuths, turns, strict=True)]) % 360.0
+    days, turned_days = (
+        Scene(scene.sun, scene.weather, scene.sky, altitudes, *planes).days
+        for planes in ((slopes, azimuths), (np.repeat(slopes, turns), turned_azimuths))
+    )
     solved: dict[Hashable, SurfaceResponse] = {}
     responses = []
     for material in materials:
@@ -300,7 +331,10 @@ def response_table(
             )
             continue
         if material.physics not in solved:
-            solved[material.physics] = surface_response(material, days, steps=steps)
+            if material.canopy is None:
+                solved[material.physics] = surface_response(material, days, steps=steps)
+            else:
+                solved[material.physics] = surface_response(material, turned_days, steps=steps).mean_of_planes(turns)
         responses.append(solved[material.physics])
     shape = (len(materials), altitudes.size, slopes.size, RESPONSE_HOURS.size)
 

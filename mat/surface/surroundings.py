@@ -115,14 +115,19 @@ class Exposure:
         Share of each step in which no light comes from the direction of the Sun; P or 1.
     sky_view : (P, 1) ndarray
         As in `Surroundings`; P or 1.
-    facing, facing_emissivity : float or None, float
+    facing : float, (P, n) ndarray or None
+        As in `Surroundings`, or of each surface at each step [K].
+    facing_emissivity : float
         As in `Surroundings`.
+    wall_light : float or (P, n) ndarray
+        Sunlight that leaves the walls, per area of theirs [W m^-2].
     """
 
     shaded: Floats
     sky_view: Floats
-    facing: float | None = None
+    facing: float | Floats | None = None
     facing_emissivity: float = WALL_EMISSIVITY
+    wall_light: float | Floats = 0.0
 
     @classmethod
     def of(cls, surroundings: Surroundings, hours: Floats, step: float) -> Exposure:
@@ -131,9 +136,10 @@ class Exposure:
         view = np.array([[surroundings.sky_view]])
         return cls(shaded, view, surroundings.facing, surroundings.facing_emissivity)
 
-    def sunlight(self, direct: Floats, diffuse: Floats, even: Floats) -> tuple[Floats, Floats]:
-        """As `Surroundings.sunlight`."""
-        return sunlight_left(direct, diffuse, even, self.shaded, self.sky_view)
+    def sunlight(self, view: Floats, direct: Floats, diffuse: Floats, even: Floats) -> tuple[Floats, Floats]:
+        """As `Surroundings.sunlight`, with the light of walls in the diffuse part; `view` is that of the whole sky."""
+        beam, spread = sunlight_left(direct, diffuse, even, self.shaded, self.sky_view)
+        return beam, spread + (1 - self.sky_view) * view * self.wall_light
 
     def longwave(self, view: Floats, sky: Floats, air_temperature: Floats) -> tuple[Floats, Floats]:
         """As `Surroundings.longwave`."""
@@ -161,7 +167,7 @@ def longwave_left(
     return sky_view * view * sky, (1 - view) * air + (1 - sky_view) * view * wall
 
 
-def wall_longwave(sky: Floats, air: Floats, facing: float | None, emissivity: float) -> Floats:
+def wall_longwave(sky: Floats, air: Floats, facing: float | Floats | None, emissivity: float) -> Floats:
     """Longwave of a wall of the temperature `facing` [K], or of the air's, as `Surroundings.wall_longwave` says."""
     emitted = air if facing is None else Stefan_Boltzmann * facing**4
     wall: Floats = emissivity * emitted + (1 - emissivity) * 0.5 * (sky + air)

@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.quantities.channels.coordinates import TOP_KM, Entry
+from skyshine.mat.quantities.channels.coordinates import TOP_KM, RayCoordinates
 from skyshine.mat.quantities.formulas import BETA_FACTOR
-from skyshine.mat.radiometry.scattering_angle import scattering_angle
-from skyshine.mat.tables.ambient import ambient_radiance, stated_ground
+from skyshine.mat.tables.ambient import stated_ground
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS, RADIANCE, VALID
 from skyshine.mat.tables.axes import FOLDED, AxisRule
 from skyshine.mat.tables.band import BandTable
-from skyshine.mat.tables.channel_reader import ChannelReader
 from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ
 from skyshine.mat.tables.gridded import ANGLE, AXES
 from skyshine.mat.tables.htt import TemperatureTable
+from skyshine.mat.tables.kernel_tables import kernel_tables, messages
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.errors import InputError, nearest
 
@@ -63,9 +61,13 @@ class AtmosphereTable(Table):
         """Units of a quantity."""
         return {"beta_star": "km", GROUND_HARMONICS: "1"}.get(quantity, RADIANCE)
 
-    @cached_property
-    def _reader(self) -> ChannelReader:
-        return ChannelReader.of(self.root, self.attributes, self.out_of_range)
+    @property
+    def rays(self) -> RayCoordinates:
+        """Coordinates in which the arrays of lines of sight are smooth."""
+        nodes = np.asarray(self.root.axes["height_root"].values, float)
+        radius = np.asarray(self.root.variables["effective_radius"].data, float)
+        ground, scale = (float(self.attributes[name]) for name in ("ground_altitude_km", "scale_height_km"))
+        return RayCoordinates(ground, nodes, radius, scale)
 
     def _axis_names(self) -> set[str]:
         return super()._axis_names() | {ANGLE}
@@ -98,48 +100,25 @@ class AtmosphereTable(Table):
         return self._read(quantity, where, by_wavelength=False)
 
     def _read(self, quantity: str, where: dict[str, Any], *, by_wavelength: bool) -> npt.NDArray[np.float64]:
-        rules = {rule.name: rule for rule in self.rules(quantity)}
+        rules = [rule.name for rule in self.rules(quantity)]
         angle = where.pop(ANGLE, None) if AXES[-1] in rules else None
-        wanted = set(rules) - ({AXES[-1]} if angle is not None else set())
+        self._refuse_axes(quantity, where, besides=() if angle is None else (AXES[-1],))
+        names = [*(name for name in rules if name in where), *(() if angle is None else (ANGLE,))]
+        place = np.broadcast_arrays(*(np.asarray(where.get(name, angle), float) for name in names))
+        shape, read = place[0].shape, f"{quantity}_by_angle" if angle is not None else quantity
+        with messages():
+            flat = [values.ravel() for values in place]
+            values = kernel_tables(air=self).quantity(read, flat, by_wavelength=by_wavelength)
+        return values.reshape((*shape, *values.shape[1:]))
+
+    def _refuse_axes(self, quantity: str, where: Mapping[str, Any], besides: Collection[str] = ()) -> None:
+        """Refuse axes that a quantity does not have, or lacks."""
+        wanted = {rule.name for rule in self.rules(quantity)} - set(besides)
         for name in where:
             if name not in wanted:
                 raise InputError(f"found the axis '{name}'; {nearest(name, sorted(wanted))}", file=self.path)
         if missing := sorted(wanted - set(where)):
             raise InputError(f"the axis '{missing[0]}' is missing; give a value for it", file=self.path)
-        place = _aligned(
-            {name: where[name] for name in rules if name in where} | ({} if angle is None else {ANGLE: angle})
-        )
-        for name in _PATH:
-            place[name] = _within(rules[name], place[name])
-        entry = Entry.of(*(place[name] for name in _PATH))
-        line = entry.range_km, entry.altitude_km, entry.elevation_deg
-        reader = self._reader
-        if quantity == VALID:
-            return np.asarray(entry.range_km <= reader.rays.locate(*line).ground_distance, float)
-        paths = reader.paths(*line)
-        if np.any(np.isfinite(entry.end_altitude_km)):  # in space the beam alone knows how high
-            high = np.where(np.isfinite(entry.end_altitude_km), entry.end_altitude_km - reader.ground_km, 0.0)
-            end = np.where(np.isfinite(entry.end_altitude_km), high, paths.places.end_height)
-            paths = replace(paths, places=replace(paths.places, end_height=end))
-        if quantity == "beta_star":
-            return reader.beta_star(paths, place["range"])
-        if quantity == DEPTH:
-            return reader.depth_by_wavelength(paths)
-        parted = {"by_wavelength": by_wavelength}
-        if quantity == GROUND_HARMONICS:
-            return reader.ground_harmonics(paths, place["ground_temperature"], place["zonal_harmonic"], **parted)
-        source = place["source_elevation"]
-        if quantity == "ambient_radiance":
-            return reader.ambient_radiance(paths, source, **parted)
-        if quantity == "direct_radiance":
-            _within(rules["source_elevation"], np.maximum(source, rules["source_elevation"].nodes[0]))
-            return reader.direct_radiance(paths, source, **parted)
-        if quantity == AMBIENT_HARMONICS:
-            return reader.harmonics(paths, source, place["harmonic"], **parted)
-        turned = place[ANGLE] if angle is not None else scattering_angle(place["elevation"], source, place[AXES[-1]])
-        if angle is None:
-            source = entry.source_elevation(source, place[AXES[-1]])
-        return reader.path_radiance_ratio(paths, source, turned)
 
     def value_by_wavelength(self, quantity: str, **where: Any) -> npt.NDArray[np.float64]:
         """A quantity parted by wavelength, along a last axis of B: ``band_wavelength`` of the file.
@@ -220,11 +199,25 @@ class AtmosphereTable(Table):
         """
         if ground_temperature is not None and band is None:
             raise InputError("found ground_temperature without band; give the .band table of the same band too")
-        glow = None if band is None else band.blackbody_radiance
-        read = self.value_by_wavelength if by_wavelength else self.value
-        return ambient_radiance(
-            self, read, slope, azimuth, ground_temperature, glow, where, by_wavelength=by_wavelength
-        )
+        if AMBIENT_HARMONICS not in self.quantities and np.any(np.asarray(slope) != 0):
+            raise InputError(
+                f"has no {AMBIENT_HARMONICS}; allowed: slope 0; build the file from a job whose surface_grid.slope_deg"
+                " has tilted faces",
+                file=self.path,
+            )
+        if AMBIENT_HARMONICS in self.quantities:
+            stated_ground(self.path, self.attributes)
+        self._refuse_axes("ambient_radiance", where)
+        given = [*(where[name] for name in AXES[:4]), slope, azimuth]
+        given += [] if ground_temperature is None else [ground_temperature]
+        place = np.broadcast_arrays(*(np.asarray(values, float) for values in given))
+        flat, shape = [values.ravel() for values in place], place[0].shape
+        ground = flat[6] if ground_temperature is not None else None
+        with messages():
+            light = kernel_tables(band=band, air=self).ambient(
+                flat[:4], flat[4], flat[5], ground, by_wavelength=by_wavelength
+            )
+        return light.reshape((*shape, *light.shape[1:]))
 
     def ground_temperature(self, surface: TemperatureTable, *, time: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Temperature of the ground around faces, K.
@@ -261,16 +254,3 @@ class AtmosphereTable(Table):
 def _with_space(altitudes: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Least and most altitude of observers: those of a file that reaches the top of the air may be in space."""
     return np.array([altitudes[0], _FARTHEST_KM]) if altitudes[1] >= TOP_KM else altitudes
-
-
-def _aligned(where: Mapping[str, Any]) -> dict[str, npt.NDArray[Any]]:
-    """Values with as many axes each, in front those of length 1."""
-    arrays = {name: np.asarray(values) for name, values in where.items()}
-    dims = max((values.ndim for values in arrays.values()), default=0)
-    return {name: values.reshape((1,) * (dims - values.ndim) + values.shape) for name, values in arrays.items()}
-
-
-def _within(rule: AxisRule, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Values inside an axis, or an error."""
-    rule.locate(values)
-    return np.asarray(np.clip(values.astype(float), rule.nodes[0], rule.nodes[-1]))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Sequence
-from functools import partial
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,11 +15,14 @@ from skyshine.mat.surface.surroundings import WALL_EMISSIVITY, Exposure, Surroun
 from skyshine.mat.tables import film_response as wet
 from skyshine.mat.tables import response
 from skyshine.mat.tables import shade as light
-from skyshine.mat.tables.axes import CLOCK_UNIT, EXACT, LINEAR, PERIODIC, AxisRule, table_axis
+from skyshine.mat.tables.axes import CLOCK_UNIT, EXACT, LINEAR, PERIODIC, table_axis
 from skyshine.mat.tables.files import HTT
+from skyshine.mat.tables.kernel_tables import kernel_tables, messages
 from skyshine.mat.tables.named_materials import with_names
+from skyshine.mat.tables.open_air import OpenAir
 from skyshine.mat.tables.table import Table
 from skyshine.mat.tables.tracks import SourceTrack, source_track
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group, Variable
 
@@ -313,12 +316,26 @@ class TemperatureTable(Table):
         sunlit = self.value("temperature", material=material, **place)
         if absorbed_change is None:
             return sunlit
-        history = partial(self.value, "temperature")
-        column = {"material": self.material_codes(material)} | {name: place[name] for name in _PLACE}
-        heat = np.asarray(absorbed_change, float)
-        change = response.temperature_change(self.root, history, column, place["time"], heat)
-        highest = self.value(response.HIGHEST, material=material)
-        return np.asarray(np.where(change == 0, sunlit, np.minimum(sunlit + change, np.maximum(highest, sunlit))))
+        return self._heated(material, place, np.asarray(absorbed_change, float))
+
+    def _heated(self, material: Any, place: Mapping[str, npt.ArrayLike], absorbed: Floats) -> Floats:
+        """Temperatures at places under a change of absorbed heat (..., n); a column is computed once."""
+        response.need_response(self.root)
+        if absorbed.ndim == 0 or absorbed.shape[-1] == 0:
+            raise InputError(
+                "absorbed_change: found no steps or a value that is not finite; allowed: finite W m^-2 by time"
+            )
+        columns = [self.material_codes(material), *(np.asarray(place[name], float) for name in _PLACE)]
+        hours, changes = np.asarray(place["time"], float), absorbed[..., 0]
+        shape = np.broadcast_shapes(*(values.shape for values in (*columns, hours, changes)))
+        once = all(values.ndim == 0 or values.shape[-1] == 1 for values in (*columns, changes))
+        rows = (*shape[:-1], 1) if once and shape else shape
+        faces = [np.broadcast_to(values, rows).ravel() for values in columns]
+        heat = np.broadcast_to(absorbed, (*rows, absorbed.shape[-1])).reshape(-1, absorbed.shape[-1])
+        times = np.broadcast_to(hours, shape).reshape(len(heat), -1)
+        with messages(self.path):
+            kelvin = kernel_tables(self).heated(faces, heat, times)
+        return kelvin.reshape(shape)
 
     def absorbed_change(
         self,
@@ -352,9 +369,8 @@ class TemperatureTable(Table):
             Of the broadcast shape of the arguments, for `temperature`.
         """
         around = Surroundings(tuple((float(a), float(b)) for a, b in shade), sky_view, facing, facing_emissivity)
-        place = self._place(slope, altitude=altitude, azimuth=azimuth)
-        places = [np.asarray(place[name], float) for name in _PLACE]
-        return light.absorbed_change(self.root, around, self.material_codes(material), *places, ground=self._ground)
+        shaded = Exposure.of(around, response.forcing_hours(), response.DAY_H / response.FORCING_STEPS)
+        return self.exposed_change(shaded, material=material, altitude=altitude, azimuth=azimuth, slope=slope)
 
     def exposed_change(
         self,
@@ -375,28 +391,21 @@ class TemperatureTable(Table):
             As in `temperature`; together of the shape (P,).
         """
         place = self._place(slope, altitude=altitude, azimuth=azimuth)
-        places = [np.asarray(place[name], float) for name in _PLACE]
-        return light.absorbed_change(self.root, exposure, self.material_codes(material), *places, ground=self._ground)
-
-    @property
-    def _ground(self) -> light.Ground | None:
-        """The ground around tilted surfaces, where the file names it and holds level faces of it."""
-        name = self.attributes.get("ground_material")
-        if name not in self.materials or np.min(np.asarray(self.root.axes["slope"].values)) > 0:
-            return None
-        inside, hours = self.clamped(), response.forcing_hours()
-        clock = AxisRule.of("time", self.root.axes["time"])
-        within = response.held_times(clock)
-
-        def temperature(altitude: npt.NDArray[np.float64], heat: npt.NDArray[np.float64] | None) -> Any:
-            place = {"altitude": altitude[:, None], "time": np.where(within, hours, clock.nodes[0])}
-            change = None if heat is None else heat[:, None]
-            kelvin = inside.temperature(material=str(name), **place, absorbed_change=change)
-            return np.where(within, kelvin, 0.0)
-
-        number = list(self.materials).index(str(name))
-        emissivity, albedo = (float(self.attributes[f"ground_{key}"]) for key in ("emissivity", "albedo"))
-        return light.Ground(number, emissivity, albedo, temperature)
+        response.need_response(self.root)
+        response.need_parts(self.root, light.LIGHT)
+        columns = np.broadcast_arrays(self.material_codes(material), *(np.asarray(place[name]) for name in _PLACE))
+        faces, view = [values.ravel() for values in columns], np.asarray(exposure.sky_view, float)
+        of_each = isinstance(exposure.facing, np.ndarray)
+        facing = None if of_each else exposure.facing
+        with messages(self.path):
+            change = kernel_tables(self).absorbed(faces, exposure.shaded, view, facing, exposure.facing_emissivity)
+        if of_each or np.any(exposure.wall_light):
+            absorptance, emissivity = (
+                self.value(name, material=faces[0]) for name in (light.ABSORPTANCE, light.EMISSIVITY)
+            )
+            walls = exposure if of_each else replace(exposure, facing=None)
+            change = change + OpenAir.of(self.root).heat_of_walls(walls, faces[1], faces[3], absorptance, emissivity)
+        return change.reshape(*columns[0].shape, response.FORCING_STEPS)
 
     def _place(self, slope: npt.ArrayLike | None, **given: npt.ArrayLike | None) -> dict[str, npt.ArrayLike]:
         """Values by axis: those given; else slope 0, the lowest altitude, of level faces any azimuth, the only hour."""

@@ -12,9 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
-from skyshine.mat.tables.axes import CLAMP, AxisRule
-from skyshine.schemas.arrays import Booleans, Floats
-from skyshine.schemas.errors import InputError
+from skyshine.mat.tables.axes import AxisRule
+from skyshine.schemas.arrays import Booleans
 
 # Elevations [degree] of the centre of the Sun at which astronomical and civil twilight end (Explanatory Supplement to
 # the Astronomical Almanac, Seidelmann 1992, section 9.33).
@@ -35,7 +34,7 @@ def dark_elevation(highest_km: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Night:
-    """How light of the source is read below its lowest elevation.
+    """Which light of the source is read below its lowest elevation.
 
     Attributes
     ----------
@@ -60,30 +59,3 @@ class Night:
         height = np.asarray(elevation, float)
         lacking: Booleans = (self.lowest > CIVIL_TWILIGHT) & (height < self.lowest) & (height > self.dark_below)
         return lacking
-
-    def share(self, elevation: npt.ArrayLike) -> Floats:
-        """Share of the light of the lowest node at elevations [degree]; 1 at and above that node.
-
-        Raises
-        ------
-        InputError
-            The lowest node is before the end of civil twilight, and an elevation is between it and the dark.
-        """
-        height = np.asarray(elevation, float)
-        fading = self.lacks(height)
-        if np.any(fading):
-            if self.rule.out_of_range == CLAMP:
-                return np.where(height > self.dark_below, 1.0, 0.0)
-            raise InputError(
-                f"{SOURCE_ELEVATION}: found {np.ravel(height[fading])[0]:g}; allowed: {self.lowest:g} and above, or"
-                f" {self.dark_below:g} and below, where it is dark; for twilight, build the file with a node at"
-                f" {CIVIL_TWILIGHT:g} or below"
-            )
-        width = self.lowest - self.dark_below
-        faded = np.clip((height - self.dark_below) / width, 0.0, 1.0) if width > 0 else np.zeros_like(height)
-        return np.where(height < self.lowest, faded, 1.0)
-
-    def within(self, elevation: npt.ArrayLike) -> Floats:
-        """Elevations [degree], those below the lowest node moved to it."""
-        height = np.asarray(elevation, float)
-        return np.where(np.isfinite(height), np.maximum(height, self.lowest), height)

@@ -1,4 +1,4 @@
-"""The C library, built once a run, and a scene for its program."""
+"""The library in C and its bindings, built once a run, and a scene for their programs."""
 
 import json
 import subprocess
@@ -16,7 +16,7 @@ from skyshine.materials.library import load_library
 from skyshine.schemas.hdf5 import Header, write_file
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
-from runtime_loaders import missing_tools, prepared
+from runtime_loaders import PREPARED, missing_tools
 
 FILES = {"surface": "s01.htt.h5", "band": "b01.band.h5", "atmosphere": "s01b01.atmq.h5"}
 CAMERA = {"bits": 12, "gain": 60.0, "buffer_gain": 1.02, "offset": 0.05}
@@ -24,25 +24,41 @@ PIXELS = 200
 
 
 @pytest.fixture(scope="session")
-def c_program(folder_of_the_run):
-    """The command of the program of the C library, which the first worker that needs it builds."""
-    if missing := missing_tools():
-        pytest.skip(f"{', '.join(missing)} not installed")
-    folder = folder_of_the_run / "c_program"
-    folder.mkdir(exist_ok=True)
-    with FileLock(folder / "lock"):
-        program = folder / "build" / "runtime"
-        return [str(program)] if program.exists() else prepared(folder)
+def program_of(folder_of_the_run):
+    """The command of the program of a language, which the first worker that needs it builds."""
+
+    def built(language):
+        if missing := missing_tools(language):
+            pytest.skip(f"{', '.join(missing)} not installed")
+        folder = folder_of_the_run / f"{language}_program"
+        folder.mkdir(exist_ok=True)
+        command = folder / "command.json"
+        with FileLock(folder / "lock"):
+            if not command.exists():
+                command.write_text(json.dumps(PREPARED[language](folder)), encoding="utf-8")
+            return json.loads(command.read_text(encoding="utf-8"))
+
+    return built
 
 
-@pytest.fixture(scope="module")
-def runtime(c_program, tmp_path_factory):
-    """Run the program of the C library on a scene: exit status, standard output, standard error."""
-    folder = tmp_path_factory.mktemp("c")
+@pytest.fixture(scope="session")
+def c_program(program_of):
+    return program_of("c")
+
+
+# Those that must fetch packages first are nightly: the crate takes a minute of a processor.
+DOWNLOADS = pytest.mark.validation
+LANGUAGES = ["c", pytest.param("rust", marks=DOWNLOADS), pytest.param("javascript", marks=DOWNLOADS)]
+
+
+@pytest.fixture(scope="module", params=LANGUAGES)
+def runtime(request, program_of, tmp_path_factory):
+    """Run the program of a language on a scene: exit status, standard output, standard error."""
+    command, folder = program_of(request.param), tmp_path_factory.mktemp(request.param)
 
     def run(scene):
         (folder / "scene.json").write_text(json.dumps(scene), encoding="utf-8")
-        done = subprocess.run([*c_program, folder / "scene.json"], capture_output=True, text=True, timeout=120)
+        done = subprocess.run([*command, folder / "scene.json"], capture_output=True, text=True, timeout=120)
         return done.returncode, done.stdout, done.stderr
 
     return run

@@ -1,4 +1,6 @@
-"""A user's program in C: the library installed, found and compiled, and all calls against the package."""
+"""Programs of users in C, Rust and TypeScript: the library or a binding installed, compiled, and all calls against the
+package. Those that must fetch packages are nightly.
+"""
 
 import json
 import os
@@ -15,9 +17,12 @@ from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
-from runtime_loaders import RUNTIME, missing_tools
+from runtime_loaders import RUNTIME, RUNTIMES, built, missing_tools, prepared_package
 
-USER = Path(__file__).parent / "users" / "c"
+USERS = Path(__file__).parent / "users"
+USER = USERS / "c"
+TYPES = ("typescript@5.9", "@types/node@20")
+COMPILED = ("node_modules/.bin/tsc", "--strict", "--target", "es2022", "--module", "nodenext")
 TOLERANCE = 1e-9
 LINE = {"range": 1.3, "altitude": 0.6, "elevation": -12.0, "source_elevation": 30.0}
 
@@ -34,8 +39,8 @@ def run(*command: object, folder: Path, environment: dict[str, str] | None = Non
     return done.stdout
 
 
-def need() -> None:
-    if missing := missing_tools():
+def need(language: str = "c") -> None:
+    if missing := missing_tools(language):
         pytest.skip(f"{', '.join(missing)} not installed")
 
 
@@ -151,3 +156,38 @@ def test_the_c_library_gives_back_all_it_takes_and_does_nothing_undefined(small_
     run(*command, folder=tmp_path)
     leaks = {"ASAN_OPTIONS": "detect_leaks=1"}
     agrees(run(tmp_path / "user", small_build, *files, folder=tmp_path, environment=leaks), files)
+
+
+@pytest.mark.validation
+def test_a_user_in_rust_builds_against_the_crate(small_build, files, tmp_path):
+    need("rust")
+    shutil.copytree(USERS / "rust", tmp_path / "user")
+    manifest = tmp_path / "user" / "Cargo.toml"
+    manifest.write_text(manifest.read_text().replace("@SKYSHINE@", str(RUNTIMES / "rust")))
+    target = os.environ.get("CARGO_TARGET_DIR", str(tmp_path / "target"))
+    run("cargo", "build", "--release", "--target-dir", target, folder=tmp_path / "user")
+    agrees(run(Path(target) / "release" / "user", small_build, *files, folder=tmp_path), files)
+
+
+@pytest.fixture(scope="module")
+def javascript_user(tmp_path_factory):
+    """Folder of a user's project in TypeScript, with the package as `npm pack` makes it."""
+    need("javascript")
+    folder = tmp_path_factory.mktemp("javascript")
+    prepared_package(folder)
+    built(folder, ["npm", "install", "--no-package-lock", "--no-audit", "--no-fund", *TYPES])
+    for file in (USERS / "javascript").iterdir():
+        shutil.copy(file, folder)
+    return folder
+
+
+@pytest.mark.validation
+def test_a_user_in_typescript_compiles_and_runs(javascript_user, small_build, files):
+    run(*COMPILED, "user.ts", folder=javascript_user)
+    agrees(run("node", "user.js", small_build, *files, folder=javascript_user), files)
+
+
+@pytest.mark.validation
+def test_the_types_refuse_a_face_without_its_slope(javascript_user):
+    done = subprocess.run([*COMPILED, "--noEmit", "wrong.ts"], cwd=javascript_user, capture_output=True, text=True)
+    assert done.returncode != 0 and "'slope'" in done.stdout and "wrong.ts(5," in done.stdout, done.stdout

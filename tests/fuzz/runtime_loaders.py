@@ -1,9 +1,10 @@
-"""The loaders of databases, in Python and in C, run so that a crash, a hang or a huge allocation is an answer."""
+"""The loaders of databases, in four languages, run so that a crash, a hang or a huge allocation is an answer."""
 
 from __future__ import annotations
 
 import contextlib
 import faulthandler
+import importlib.util
 import io
 import json
 import multiprocessing
@@ -13,7 +14,7 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -35,7 +36,9 @@ if TYPE_CHECKING:
 
     from hostile_cases import Case
 
-RUNTIME = Path(__file__).parents[2] / "examples" / "runtimes" / "c"
+RUNTIMES = Path(__file__).parents[2] / "examples" / "runtimes"
+RUNTIME = RUNTIMES / "c"
+TOOLS = {"c": ("cc", "cmake", "pkg-config"), "rust": ("cargo", "cc", "pkg-config"), "javascript": ("node", "npm")}
 TABLES = ("surface", "band", "atmosphere")
 NOT_ARRAYS = (
     "material",
@@ -120,25 +123,51 @@ def wrong_answers(
     return wrong
 
 
-def missing_tools() -> list[str]:
-    """Programs and libraries that the C library needs and this machine lacks."""
-    missing = [tool for tool in ("cc", "cmake", "pkg-config") if shutil.which(tool) is None]
-    if not missing and subprocess.run(["pkg-config", "--exists", "hdf5"], check=False).returncode:
+def missing_tools(language: str = "c") -> list[str]:
+    """Programs and libraries that a binding of the library needs and this machine lacks."""
+    missing = [tool for tool in TOOLS[language] if shutil.which(tool) is None]
+    if language == "javascript" and importlib.util.find_spec("ziglang") is None:
+        missing.append("the package ziglang")
+    if not missing and language != "javascript" and subprocess.run(["pkg-config", "--exists", "hdf5"]).returncode:
         missing = ["the headers of the HDF5 library"]
     return missing
+
+
+def built(folder: Path, *steps: Sequence[object]) -> str:
+    """Standard output of the last of some commands, run in a folder; python3 is the one that runs the tests."""
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    for step in steps:
+        command = [str(part) for part in step]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=os.environ | {"PATH": path})
+        assert done.returncode == 0, done.stdout[-1000:] + done.stderr[-2000:]
+    return done.stdout
 
 
 def prepared(folder: Path, flags: str = "") -> list[str]:
     """The command of the program of the C library, built in a folder of its own."""
     options = [f"-DCMAKE_C_FLAGS={flags}", "-DCMAKE_BUILD_TYPE=None"] if flags else []
-    steps = (
-        ["cmake", "-S", str(RUNTIME), "-B", "build", "-DBUILD_SHARED_LIBS=OFF", *options],
-        ["cmake", "--build", "build"],
-    )
-    for step in steps:
-        done = subprocess.run(step, cwd=folder, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr[-2000:]
+    configure = ["cmake", "-S", RUNTIME, "-B", "build", "-DBUILD_SHARED_LIBS=OFF", *options]
+    built(folder, configure, ["cmake", "--build", "build"])
     return [str(folder / "build" / "runtime")]
+
+
+def prepared_crate(folder: Path) -> list[str]:
+    """The command of the program of the Rust crate; CARGO_TARGET_DIR keeps what is compiled."""
+    target = os.environ.get("CARGO_TARGET_DIR", str(folder / "target"))
+    built(RUNTIMES / "rust", ["cargo", "build", "--release", "--target-dir", target])
+    return [str(Path(target) / "release" / "runtime")]
+
+
+def prepared_package(folder: Path) -> list[str]:
+    """The command of the program of the npm package, packed and installed as a user has it."""
+    shown = built(folder, ["npm", "pack", RUNTIMES / "javascript", "--json"])
+    archive = json.loads(shown[shown.index("[") :])[0]["filename"]
+    (folder / "package.json").write_text('{"private": true, "type": "module"}', encoding="utf-8")
+    built(folder, ["npm", "install", "--no-package-lock", "--no-audit", "--no-fund", f"./{archive}"])
+    return ["node", str(folder / "node_modules" / "skyshine" / "runtime.js")]
+
+
+PREPARED = {"c": prepared, "rust": prepared_crate, "javascript": prepared_package}
 
 
 def program(command: list[str], environment: dict[str, str] | None = None) -> Loader:

@@ -1,6 +1,9 @@
-"""The C library as a package: its version, the formats that it knows, and what it holds."""
+"""The C library and its bindings as packages: their versions, the formats that they know, and what they hold."""
 
+import json
+import os
 import re
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -13,7 +16,8 @@ from skyshine.mat.tables.files import FORMATS
 from skyshine.tmm.database.layout import FILETYPE, FORMAT_VERSION
 
 CHECKOUT = Path(__file__).parents[2]
-LIBRARY = CHECKOUT / "examples" / "runtimes" / "c"
+RUNTIMES = CHECKOUT / "examples" / "runtimes"
+KERNEL = CHECKOUT / "mat" / "kernel"
 PROJECT = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["project"]
 CALLS = (
     "open",
@@ -29,8 +33,8 @@ CALLS = (
 )
 
 
-def text(name: str) -> str:
-    return (LIBRARY / name).read_text(encoding="utf-8")
+def text(*parts: str) -> str:
+    return RUNTIMES.joinpath(*parts).read_text(encoding="utf-8")
 
 
 def run(*command: object, folder: Path) -> str:
@@ -39,23 +43,75 @@ def run(*command: object, folder: Path) -> str:
     return done.stdout
 
 
-def test_the_library_has_the_version_of_the_project():
-    header = re.search(r'#define SKYSHINE_VERSION "(.*)"', text("skyshine.h"))[1]
-    cmake = re.search(r"project\(skyshine VERSION (\S+)", text("CMakeLists.txt"))[1]
-    assert header == cmake == PROJECT["version"]
+def need(*tools: str) -> None:
+    if missing := [tool for tool in tools if shutil.which(tool) is None]:
+        pytest.skip(f"{', '.join(missing)} not installed")
 
 
-def test_the_library_knows_the_formats_that_are_written():
+def camel(name: str) -> str:
+    return re.sub(r"_(\w)", lambda match: match[1].upper(), name)
+
+
+def test_every_package_has_the_version_of_the_project():
+    versions = {
+        "header": re.search(r'#define SKYSHINE_VERSION "(.*)"', text("c", "skyshine.h"))[1],
+        "cmake": re.search(r"project\(skyshine VERSION (\S+)", text("c", "CMakeLists.txt"))[1],
+        "rust": tomllib.loads(text("rust", "Cargo.toml"))["package"]["version"],
+        "javascript": json.loads(text("javascript", "package.json"))["version"],
+    }
+    assert versions == dict.fromkeys(versions, PROJECT["version"])
+
+
+def test_every_package_knows_the_formats_that_are_written():
     versions = {FILETYPE: FORMAT_VERSION} | {name: FORMATS[name].format_version for name in ("htt", "band", "atmq")}
-    header = re.search(r'#define SKYSHINE_FORMATS "(.*)"', text("skyshine.h"))[1]
-    known = dict(each.split() for each in header.split(", "))
-    assert known == {name: version.rpartition(".")[0] for name, version in versions.items()}
+    written = {name: version.rpartition(".")[0] for name, version in versions.items()}
+    header = re.search(r'#define SKYSHINE_FORMATS "(.*)"', text("c", "skyshine.h"))[1]
+    rust = re.search(r"pub const FORMATS: .*? = &\[(.*?)\];", text("rust", "src", "lib.rs"), re.DOTALL)[1]
+    javascript = re.search(r"export const FORMATS = \[(.*)\];", text("javascript", "index.js"))[1]
+    assert dict(each.split() for each in header.split(", ")) == written
+    for listed in (rust, javascript):
+        assert dict(re.findall(r'[\[(]"(\w+)", "([\d.]+)"', listed)) == written
 
 
-def test_the_header_declares_the_ten_calls_and_the_page_names_them():
+def test_every_package_has_the_ten_calls_and_its_page_names_them():
+    sources = "".join(path.read_text() for path in (RUNTIMES / "rust" / "src").glob("*.rs"))
+    types = text("javascript", "index.d.ts")
     for call in CALLS:
-        assert re.search(rf"SKYSHINE_API \w+ skyshine_{call}\(", text("skyshine.h")), call
-        assert f"`skyshine_{call}`" in text("README.md"), call
+        assert re.search(rf"SKYSHINE_API \w+ skyshine_{call}\(", text("c", "skyshine.h")), call
+        assert re.search(rf"pub fn {call}\(", sources), call
+        assert re.search(rf"^ *(export function )?{camel(call)}\(", types, re.MULTILINE), call
+        assert f"`skyshine_{call}`" in text("c", "README.md"), call
+        assert re.search(rf"^\|.*\b{camel(call)}\(", text("javascript", "README.md"), re.MULTILINE), call
+        assert re.search(rf"\|.*\b{call}\(", text("rust", "README.md")), call
+
+
+def test_npm_packs_the_binding_with_the_library_its_types_and_page():
+    need("npm")
+    (packed,) = json.loads(
+        run("npm", "pack", "--dry-run", "--ignore-scripts", "--json", folder=RUNTIMES / "javascript")
+    )
+    held = {file["path"] for file in packed["files"]} | {"kernel.wasm"}  # made by the script of `npm pack`
+    own = set(run("git", "ls-files", folder=RUNTIMES / "javascript").split()) - {"build.py"}
+    assert held == own | {"kernel.wasm"} and {"index.js", "index.d.ts", "README.md", "package.json"} <= held
+    assert "kernel.wasm" in json.loads(text("javascript", "package.json"))["files"]
+
+
+def test_cargo_packs_the_crate_with_the_sources_of_the_library():
+    need("cargo")
+    held = set(run("cargo", "package", "--list", "--allow-dirty", folder=RUNTIMES / "rust").split())
+    sources = {f"kernel/{path.name}" for path in KERNEL.iterdir() if path.suffix in (".c", ".h")}
+    assert sources | {"build.rs", "src/lib.rs", "README.md"} <= held
+    assert not [name for name in held if name.startswith("kernel/") and name not in sources]
+
+
+@pytest.mark.validation  # a minute: the packed crate is compiled
+def test_cargo_would_publish_the_crate_and_clippy_has_no_complaint(tmp_path):
+    need("cargo", "pkg-config")
+    target = ("--target-dir", os.environ.get("CARGO_TARGET_DIR", str(tmp_path / "target")))
+    run("cargo", "publish", "--dry-run", "--allow-dirty", *target, folder=RUNTIMES / "rust")
+    if shutil.which("cargo-clippy") is None:
+        pytest.skip("clippy not installed")
+    run("cargo", "clippy", "--all-targets", *target, "--", "-D", "warnings", folder=RUNTIMES / "rust")
 
 
 @pytest.fixture(scope="module")
@@ -68,9 +124,13 @@ def source_archive(tmp_path_factory):
         return {name.partition("/")[2] for name in content.getnames()}
 
 
-def test_the_source_distribution_holds_the_library(source_archive):
+def test_the_source_distribution_holds_the_runtimes(source_archive):
     listed = run("git", "ls-files", "examples/runtimes", folder=CHECKOUT).split()
-    assert len(listed) > 25 and set(listed) <= source_archive
+    link = "examples/runtimes/rust/kernel"  # to mat/kernel, beside which the crate finds the sources too
+    assert len(listed) > 25 and set(listed) - {link} <= source_archive
+    assert not [
+        name for name in source_archive if name.startswith(link) or "node_modules" in name or "/target/" in name
+    ]
 
 
 def test_the_source_distribution_holds_the_kernel_and_its_compiler_alone(source_archive):

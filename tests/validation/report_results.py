@@ -16,7 +16,9 @@ BEGIN, END = "<!-- report_results.json: begin -->", "<!-- report_results.json: e
 RUNS = (("street", 2, 40), ("street", 1, 12), ("starter", 2, 12))  # example, band, scenes of each source
 LEFT_OUT = ("tables", "face", "transmittance_extrapolation", "radiance_extrapolation")  # parts and sums of other rows
 UNMODELLED = ("aureole", "seen_faces", "lobe", "depth_buffer", "aliasing")
-LAST = ("pixel", "all", *UNMODELLED, "weather_of_the_air", "misclassification")  # not among the sources of the pixel
+VERTICES = ("vertices_centre", "vertices_nearest")
+# Not among the sources of the pixel.
+LAST = ("pixel", "all", *UNMODELLED, *VERTICES, "weather_of_the_air", "misclassification")
 LEAST_K = 0.005  # largest error of any run below which a source has no row
 MEASURES = ("rms", "p99", "maximum")
 

@@ -392,9 +392,9 @@ def through_slit(wavelength, values):
 
 
 def older_less_own(state, sights, continua):
-    from mat.maintain.atmospheres import older_continuum
+    from mat.maintain.atmospheres import water_continua
 
-    nodes, own, foreign, exponent = older_continuum.coefficients(continua)
+    nodes, own, foreign, exponent = water_continua.coefficients(continua)
     wavenumber = 1e4 / WAVELENGTH
     inside = (wavenumber >= nodes[0]) & (wavenumber <= nodes[-1])
     older = [np.interp(wavenumber, nodes, values) for values in (own, foreign, exponent)]

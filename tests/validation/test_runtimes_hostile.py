@@ -19,7 +19,7 @@ import runtime_loaders
 
 pytestmark = pytest.mark.validation
 CORPUS = hostile_corpus.cases()
-LOADERS = ("library", "c")
+LOADERS = ("library", *runtime_loaders.PREPARED)
 RANDOM_FILES = 2000
 
 
@@ -30,15 +30,18 @@ def good(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def load(tmp_path_factory):
-    """A loader by its name; that in C with sanitizers."""
+    """A loader by its name or its language; that in C with sanitizers."""
 
     def make(name: str) -> runtime_loaders.Loader:
         if name == "library":
             return runtime_loaders.library()
-        if missing := runtime_loaders.missing_tools():
+        if missing := runtime_loaders.missing_tools(name):
             pytest.skip(f"{', '.join(missing)} not installed")
-        command = runtime_loaders.prepared(tmp_path_factory.mktemp("c"), runtime_loaders.SANITIZED)
-        return runtime_loaders.program(command, runtime_loaders.SANITIZERS)
+        folder = tmp_path_factory.mktemp(name)
+        if name == "c":
+            command = runtime_loaders.prepared(folder, runtime_loaders.SANITIZED)
+            return runtime_loaders.program(command, runtime_loaders.SANITIZERS)
+        return runtime_loaders.program(runtime_loaders.PREPARED[name](folder))
 
     return make
 
@@ -54,7 +57,7 @@ def test_every_file_of_the_corpus_is_refused_or_read_alike(name, load, good, tmp
 
 
 def test_random_files_are_refused_or_read_alike(load, tmp_path):
-    loaders = {name: load(name) for name in LOADERS}
+    loaders = {name: load(name) for name in ("library", "c")}
     counts, findings = hostile_random.compare(RANDOM_FILES, 0, loaders, tmp_path)
     print(f"\n{RANDOM_FILES} random files: {dict(counts)}, {len(findings)} findings", end="")
     assert not findings, "\n".join(findings)

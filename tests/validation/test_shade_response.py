@@ -7,6 +7,7 @@ from collections import defaultdict
 
 import numpy as np
 import pytest
+from numpy_response import StoredResponse
 
 from skyshine.mat.job.load import load_job
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
@@ -19,7 +20,6 @@ from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, response_table
 from skyshine.mat.surface.solver import DAY, FINE_STEPS, bound_excess, solve_columns
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.tables.axes import AxisRule
-from skyshine.mat.tables.response import StoredResponse
 from skyshine.materials.library import load_library
 
 pytestmark = pytest.mark.validation

@@ -6,35 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-const double SKY_HARMONIC_CODES[HARMONICS] = {0, 10, 11, 20, 21, 22, 40, 41, 42, 43, 44};
-static const double ZONAL_CODES[] = {0, 10, 20, 40};
-/* How the format reads an axis; the last line holds for all that have none of their own. */
-static const struct {
-    const char *name, *rule, *or_rule;
-    double period;
-} RULES[] = {
-    {"material", "exact", "exact", 0},
-    {"harmonic", "exact", "exact", 0},
-    {"zonal_harmonic", "exact", "exact", 0},
-    {"channel", "exact", "exact", 0},
-    {"absorber", "exact", "exact", 0},
-    {"source_part", "exact", "exact", 0},
-    {"direct_light_part", "exact", "exact", 0},
-    {"thermal_sky_part", "exact", "exact", 0},
-    {"scattered_sky_part", "exact", "exact", 0},
-    {"thermal_harmonics_part", "exact", "exact", 0},
-    {"scattered_harmonics_part", "exact", "exact", 0},
-    {"ground_harmonics_part", "exact", "exact", 0},
-    {"azimuth", "linear_periodic", "linear_periodic", 360},
-    {"time", "linear_periodic", "linear", 24},
-    {"response_hour", "linear_periodic", "linear_periodic", 24},
-    {"forcing_time", "linear_periodic", "linear_periodic", 24},
-    {NULL, "linear", "linear", 0},
-};
-/* Read at the nearest node outside, whatever the file says. */
-static const char *const CLAMPED[] = {"share", "height_root", "direction", "surface_height", "target_height", "elevation_above_rise", "planck_temperature", NULL};
-enum { LAST_CODE = 65535 };
-
 /* A text attribute into NAME bytes; 0 where there is none, or it is not one text that fits. */
 int sky_read_text(hid_t item, const char *name, char *to)
 {
@@ -119,66 +90,37 @@ int sky_is_listed(const char *const *list, const char *name)
     return 0;
 }
 
-/* Where the rule of an axis stands in `RULES`. */
-static size_t rule_of(const char *axis)
+/* Number of a rule by its name, or failure. */
+static int32_t rule_of(const struct source *from, hid_t array, const char *axis)
 {
-    size_t rule = 0;
-    while (RULES[rule].name && strcmp(RULES[rule].name, axis)) ++rule;
-    return rule;
+    static const char *const NAMES[] = {"linear", "linear_periodic", "exact"};
+    char rule[NAME];
+    sky_read_text(array, "interpolation", rule);
+    for (int32_t k = 0; k < 3; ++k)
+        if (!strcmp(rule, NAMES[k])) return k;
+    sky_fail("%s: the axis '%s' has interpolation '%s'; allowed: linear, linear_periodic, exact", from->path, axis, rule);
 }
 
-/* Whether values beyond an axis are read at its ends, by the format or by the caller. */
-static int is_clamped(const char *axis, const char *const *clamped)
+/* An axis of an array, handed over; its length and its reference. */
+static size_t read_axis(const struct source *from, SkyDatabase *database, int32_t number, int32_t place, const char *name,
+                        const char *const *clamped, hobj_ref_t *reference)
 {
-    for (size_t i = 0; CLAMPED[i]; ++i)
-        if (!strcmp(CLAMPED[i], axis)) return 1;
-    return sky_is_listed(clamped, strcmp(axis, "sky_source_elevation") ? axis : "source_elevation");
-}
-
-/* The rule of an axis must be that of the format, and its nodes must suit it. */
-static void read_rule(const struct source *from, hid_t array, struct axis *axis, const char *const *clamped)
-{
-    char policy[NAME];
-    const size_t rule = rule_of(axis->name);
-    if (!sky_read_text(array, "interpolation", axis->rule) || (strcmp(axis->rule, RULES[rule].rule) && strcmp(axis->rule, RULES[rule].or_rule)))
-        sky_fail("%s: the axis '%s' has interpolation '%s'; allowed: %s", from->path, axis->name, axis->rule, RULES[rule].rule);
-    if (H5Aexists(array, "out_of_range") > 0 && (!sky_read_text(array, "out_of_range", policy) || (strcmp(policy, "error") && strcmp(policy, "clamp"))))
-        sky_fail("%s: the axis '%s' has out_of_range '%s'; allowed: error, clamp", from->path, axis->name, policy);
-    axis->clamps = is_clamped(axis->name, clamped) || (H5Aexists(array, "out_of_range") > 0 && !strcmp(policy, "clamp"));
-    if (H5Aexists(array, "period") > 0 && !sky_read_number(array, "period", &axis->period)) axis->period = NAN;
-    axis->dark_below = NAN;
-    if (!strcmp(axis->name, "source_elevation") && H5Aexists(array, "dark_below") > 0 &&
-        (!sky_read_number(array, "dark_below", &axis->dark_below) || !(axis->dark_below >= -90 && axis->dark_below <= 0)))
-        sky_fail("%s: the axis '%s' has dark_below %g; allowed: -90 to 0", from->path, axis->name, axis->dark_below);
-    if (axis->period != RULES[rule].period)
-        sky_fail("%s: the axis '%s' has period %g; allowed: %g", from->path, axis->name, axis->period, RULES[rule].period);
-    const double first = axis->nodes[0], last = axis->nodes[axis->count - 1];
-    const int periodic = !strcmp(axis->rule, "linear_periodic");
-    for (size_t i = 0; i < axis->count; ++i)
-        if (!isfinite(axis->nodes[i]) || (i && axis->nodes[i] <= axis->nodes[i - 1]))
-            sky_fail("%s: the axis '%s' is not a list of ascending numbers", from->path, axis->name);
-    if ((periodic && last >= first + axis->period) || (axis->period > 0 && last > first + axis->period))
-        sky_fail("%s: the axis '%s' has nodes beyond its period", from->path, axis->name);
-    const int zonal = !strcmp(axis->name, "zonal_harmonic");
-    if (zonal || !strcmp(axis->name, "harmonic")) {
-        int known = zonal ? axis->count == 3 || axis->count == 4 : axis->count == 6 || axis->count == HARMONICS;
-        for (size_t i = 0; known && i < axis->count; ++i) known = axis->nodes[i] == (zonal ? ZONAL_CODES : SKY_HARMONIC_CODES)[i];
-        if (!known) sky_fail("%s: the axis '%s' has codes that are not those of the format", from->path, axis->name);
-    } else if (!strcmp(axis->rule, "exact") && (first < 1 || last > LAST_CODE))
-        sky_fail("%s: the axis '%s' has codes beyond 1 to %d", from->path, axis->name, LAST_CODE);
-}
-
-static hobj_ref_t read_axis(const struct source *from, struct axis *axis, const char *const *clamped)
-{
+    char policy[NAME] = "";
+    double period = 0.0, dark = NAN;
     hsize_t length;
-    hobj_ref_t reference;
-    const int codes = !strcmp(RULES[rule_of(axis->name)].rule, "exact");
-    hid_t array = sky_open_array(from, axis->name);
-    axis->count = sky_read_shape(from, array, axis->name, 1, codes ? H5T_INTEGER : H5T_FLOAT, codes ? 4 : 8, &length);
-    axis->nodes = sky_read_values(from, array, axis->name, H5T_NATIVE_DOUBLE, axis->count, sizeof(double));
-    read_rule(from, array, axis, clamped);
-    if (H5Rcreate(&reference, from->file, axis->name, H5R_OBJECT, -1) < 0) sky_fail("%s: '%s' cannot be read", from->path, axis->name);
-    return reference;
+    hid_t array = sky_open_array(from, name);
+    const int32_t rule = rule_of(from, array, name);
+    const int codes = rule == SKY_EXACT, stated = H5Aexists(array, "out_of_range") > 0;
+    const size_t count = sky_read_shape(from, array, name, 1, codes ? H5T_INTEGER : H5T_FLOAT, codes ? 4 : 8, &length);
+    const double *nodes = sky_read_values(from, array, name, H5T_NATIVE_DOUBLE, count, sizeof(double));
+    if (stated && (!sky_read_text(array, "out_of_range", policy) || (strcmp(policy, "error") && strcmp(policy, "clamp"))))
+        sky_fail("%s: the axis '%s' has out_of_range '%s'; allowed: error, clamp", from->path, name, policy);
+    if (H5Aexists(array, "period") > 0 && !sky_read_number(array, "period", &period)) period = NAN;
+    if (H5Aexists(array, "dark_below") > 0 && !sky_read_number(array, "dark_below", &dark)) dark = NAN;
+    if (H5Rcreate(reference, from->file, name, H5R_OBJECT, -1) < 0) sky_fail("%s: '%s' cannot be read", from->path, name);
+    const int clamps = sky_is_listed(clamped, strcmp(name, "sky_source_elevation") ? name : "source_elevation");
+    skyshine_set_axis(database, number, place, nodes, count, rule, period, dark, clamps || !strcmp(policy, "clamp"));
+    return count;
 }
 
 /* Whether the dimension scales of an array, a list of references for each axis, begin with these. */
@@ -188,7 +130,7 @@ static int has_scales(hid_t array, const hobj_ref_t *axes, size_t rank)
     hid_t attribute = sky_id(H5Aopen(array, "DIMENSION_LIST", H5P_DEFAULT)), type = sky_id(H5Aget_type(attribute)), space = sky_id(H5Aget_space(attribute));
     hid_t of = H5Tget_class(type) == H5T_VLEN ? sky_id(H5Tget_super(type)) : H5I_INVALID_HID;
     int fits = of >= 0 && H5Tequal(of, H5T_STD_REF_OBJ) > 0 && H5Sget_simple_extent_npoints(space) == (hssize_t)rank;
-    hvl_t lists[AXES] = {{0, NULL}};
+    hvl_t lists[SKY_AXES] = {{0, NULL}};
     if (fits && H5Aread(attribute, type, lists) >= 0) {
         for (size_t k = 0; k < rank; ++k) fits = fits && lists[k].len > 0 && *(hobj_ref_t *)lists[k].p == axes[k];
         H5Dvlen_reclaim(type, space, H5P_DEFAULT, lists);
@@ -198,24 +140,21 @@ static int has_scales(hid_t array, const hobj_ref_t *axes, size_t rank)
     return fits;
 }
 
-void sky_read_array(const struct source *from, const struct layout *layout, struct array *array, const char *const *clamped)
+void sky_read_array(const struct source *from, SkyDatabase *database, int32_t kind, int32_t array, const char *const *clamped)
 {
-    hobj_ref_t references[AXES];
-    hsize_t lengths[AXES];
-    array->name = layout->name;
-    while (array->rank < AXES && layout->axes[array->rank]) ++array->rank;
-    hid_t stored = sky_open_array(from, layout->name);
-    size_t count = sky_read_shape(from, stored, layout->name, array->rank, H5T_FLOAT, sizeof(float), lengths);
-    for (size_t k = 0; k < array->rank; ++k) {
-        struct axis *axis = &array->axes[k];
-        axis->name = layout->axes[k];
-        references[k] = read_axis(from, axis, clamped);
-        if (lengths[k] != axis->count)
-            sky_fail("%s: '%s' has %llu values along '%s', which has %zu nodes", from->path, layout->name, (unsigned long long)lengths[k], axis->name, axis->count);
+    hobj_ref_t references[SKY_AXES];
+    hsize_t lengths[SKY_AXES];
+    const char *name = skyshine_array_name(kind, array);
+    int32_t rank = 0;
+    while (skyshine_axis_name(kind, array, rank)) ++rank;
+    hid_t stored = sky_open_array(from, name);
+    const size_t count = sky_read_shape(from, stored, name, (size_t)rank, H5T_FLOAT, sizeof(float), lengths);
+    skyshine_set_array(database, array, sky_read_values(from, stored, name, H5T_NATIVE_FLOAT, count, sizeof(float)));
+    for (int32_t k = 0; k < rank; ++k) {
+        const char *axis = skyshine_axis_name(kind, array, k);
+        const size_t nodes = read_axis(from, database, array, k, axis, clamped, &references[k]);
+        if (lengths[k] != nodes)
+            sky_fail("%s: '%s' has %llu values along '%s', which has %zu nodes", from->path, name, (unsigned long long)lengths[k], axis, nodes);
     }
-    if (!has_scales(stored, references, array->rank)) sky_fail("%s: '%s' has other dimension scales than its axes", from->path, layout->name);
-    array->values = sky_read_values(from, stored, layout->name, H5T_NATIVE_FLOAT, count, sizeof(float));
-    for (size_t i = 0; i < count; ++i)
-        if (!isfinite(array->values[i]) || array->values[i] < layout->least || array->values[i] > layout->most)
-            sky_fail("%s: '%s' holds %g; allowed: %g to %g", from->path, layout->name, array->values[i], layout->least, layout->most);
+    if (!has_scales(stored, references, (size_t)rank)) sky_fail("%s: '%s' has other dimension scales than its axes", from->path, name);
 }

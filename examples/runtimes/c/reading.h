@@ -22,8 +22,8 @@ size_t sky_read_shape(const struct source *from, hid_t array, const char *name, 
 
 void *sky_read_values(const struct source *from, hid_t array, const char *name, hid_t type, size_t count, size_t size);
 
-/* An array with its axes. */
-void sky_read_array(const struct source *from, const struct layout *layout, struct array *array, const char *const *clamped);
+/* An array of the kernel's list, with its axes, handed over to a database. */
+void sky_read_array(const struct source *from, SkyDatabase *database, int32_t kind, int32_t array, const char *const *clamped);
 
 /* Whether a list of texts, which ends in NULL, has one. */
 int sky_is_listed(const char *const *list, const char *name);

@@ -17,11 +17,11 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine import atmospheres
-from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, default_water_continuum
 from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.atmosphere.transfer.ordinate_light import falling_fluxes
+from skyshine.mat.atmosphere.transfer.ordinate_light import level_light
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, forward_scattered, sky_irradiance, zenith_angles
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -111,10 +111,11 @@ class BroadbandPoints:
         return cls(longwave, shortwave, errors)
 
 
-@lru_cache(maxsize=1)
-def packaged_points() -> BroadbandPoints:
-    """The packaged points, read once a process."""
-    return BroadbandPoints.open()
+@lru_cache(maxsize=2)
+def packaged_points(water_continuum: str | None = None) -> BroadbandPoints:
+    """The packaged points with a water vapour continuum, by default that of jobs; read once a process."""
+    name = default_water_continuum() if water_continuum is None else water_continuum
+    return BroadbandPoints.open(table=AbsorptionTable.open(water_continuum=name))
 
 
 def broadband_fluxes(
@@ -205,7 +206,7 @@ def sunlight_shares(
     place = np.clip(np.searchsorted(levels, altitude, side="right") - 1, 0, levels.size - 2)
     share = ((altitude - levels[place]) / np.diff(levels)[place])[:, None, None]
     sine = np.sin(elevation)
-    falling = falling_fluxes(
+    _, falling = level_light(
         state, air.shells, air.optics, air.delta_fraction, air.scaled_source_paths, sine, ground_albedo, air.nodes
     )
     diffuse += falling[place] * (1 - share) + falling[place + 1] * share

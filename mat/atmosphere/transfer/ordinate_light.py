@@ -180,7 +180,7 @@ class OrdinateLight:
         return sky
 
 
-def falling_fluxes(
+def level_light(
     state: AtmosphericState,
     shells: Shells,
     optics: SpectralOptics,
@@ -189,26 +189,28 @@ def falling_fluxes(
     sine: Floats,
     albedo: npt.ArrayLike,
     nodes: int = NODES,
-) -> Floats:
-    """Falling diffuse flux (N, U, P) on the levels, under a source of unit irradiance at elevations of sines (U,).
+) -> tuple[Floats, Floats]:
+    """Rising and falling diffuse flux (N, U, P) on the levels, under a source of unit irradiance at elevations of sines
+    (U,).
 
     Other arguments as of `OrdinateLight.of`; `albedo` of the ground, one number or (P,). Light scattered straight
     forward counts as beam.
     """
-    falling = np.empty((state.altitude.size, sine.size, optics.wavenumber.size))
+    rising, falling = np.empty((2, state.altitude.size, sine.size, optics.wavenumber.size))
     moments = solved_moments(optics, nodes)
     low_sun = LowSun.of(shells, nodes, sine)
     parts = layer_parts(shells, optics, fraction, molecules=True)
 
     def solve(start: int) -> None:
         part = slice(start, start + _CHUNK)
-        layers, _, down = _field(
+        layers, up, down = _field(
             state, shells, optics, moments, fraction, source_paths, sine, part, 1, albedo, low_sun, parts
         )
+        rising[..., part] = layers.ordinates.flux(up[parts.levels])
         falling[..., part] = layers.ordinates.flux(down[parts.levels])
 
     parallel_map(solve, range(0, optics.wavenumber.size, _CHUNK))
-    return falling
+    return rising, falling
 
 
 def _field(

@@ -5,7 +5,7 @@ Scattering by molecules is negligible at thermal wavelengths and is counted as a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -74,6 +74,47 @@ class ThermalSource:
         return replace(self, emission=self.emission[:, points], field=field)
 
 
+def level_emission(
+    state: AtmosphericState, shells: Shells, optics: SpectralOptics, nodes: int = NODES
+) -> tuple[Floats, Floats]:
+    """Rising and falling thermal flux on the levels, (N, P) W m^-2 (cm^-1)^-1; arguments as of `ThermalSource.of`."""
+    rising, falling = np.empty((2, state.altitude.size, optics.wavenumber.size))
+    parts = layer_parts(shells, optics, delta_fraction(optics, nodes), molecules=False)
+
+    def take(part: slice, few: SpectralOptics, layers: ScaledLayers, up: Floats, down: Floats) -> None:
+        rising[:, part] = layers.ordinates.flux(up[parts.levels])[:, 0]
+        falling[:, part] = layers.ordinates.flux(down[parts.levels])[:, 0]
+
+    _solve(state, shells, optics, nodes, parts, take)
+    return rising, falling
+
+
+def _solve(
+    state: AtmosphericState,
+    shells: Shells,
+    optics: SpectralOptics,
+    nodes: int,
+    parts: LayerParts,
+    take: Callable[[slice, SpectralOptics, ScaledLayers, Floats, Floats], None],
+) -> None:
+    """Hand over the layers, and thermal radiances rising and falling at the ends of their parts, some points at a
+    time.
+    """
+    points = optics.wavenumber.size
+    moments, fraction = solved_moments(optics, nodes), delta_fraction(optics, nodes)
+    albedo = np.broadcast_to(state.albedo_at(optics.wavenumber), (points,))
+    ground = (1 - albedo) * planck_wavenumber(optics.wavenumber, state.surface_temperature)
+    together = _CHUNK * max(1, _CHUNK_NODES // nodes)
+
+    def solve(start: int) -> None:
+        part = slice(start, start + together)
+        few = optics.at(part)
+        layers = ScaledLayers.of(shells, few, moments, fraction[:, part], molecules=False, azimuthal=1, parts=parts)
+        take(part, few, layers, *layers.thermal(few.emission, ground[part], albedo[part]))
+
+    parallel_map(solve, range(0, points, together))
+
+
 @dataclass(frozen=True, eq=False)
 class ThermalField:
     """Thermal radiation among particles.
@@ -107,24 +148,16 @@ class ThermalField:
     ) -> ThermalField:
         """The field of a state; arguments as of `ThermalSource.of`."""
         points, directions = optics.wavenumber.size, ordinates(nodes, 1)
-        moments, fraction = solved_moments(optics, nodes), delta_fraction(optics, nodes)
+        fraction = delta_fraction(optics, nodes)
         parts = layer_parts(shells, optics, fraction, molecules=False)
         source = np.empty((parts.places, directions.pairs[0].size, points))
         straight = np.empty((state.altitude.size, angles.size, points))
-        albedo = np.broadcast_to(state.albedo_at(optics.wavenumber), (points,))
-        ground = (1 - albedo) * planck_wavenumber(optics.wavenumber, state.surface_temperature)
 
-        together = _CHUNK * max(1, _CHUNK_NODES // nodes)
+        def take(part: slice, few: SpectralOptics, layers: ScaledLayers, up: Floats, down: Floats) -> None:
+            source[..., part] = layers.source(up, down, few.emission)[:, 0]
+            straight[..., part] = layers.radiance(np.cos(angles), up, down, few.emission)[:, :, 0, 0]
 
-        def solve(start: int) -> None:
-            part = slice(start, start + together)
-            few = optics.at(part)
-            layers = ScaledLayers.of(shells, few, moments, fraction[:, part], molecules=False, azimuthal=1, parts=parts)
-            rising, falling = layers.thermal(few.emission, ground[part], albedo[part])
-            source[..., part] = layers.source(rising, falling, few.emission)[:, 0]
-            straight[..., part] = layers.radiance(np.cos(angles), rising, falling, few.emission)[:, :, 0, 0]
-
-        parallel_map(solve, range(0, points, together))
+        _solve(state, shells, optics, nodes, parts, take)
         scaled = optics.extinction - optics.aerosol_scattering * fraction
         return cls(directions, parts, optics.extinction, scaled, source, straight, angles)
 

@@ -80,17 +80,6 @@ def test_readings_are_those_of_the_table_at_the_place_of_the_sight(make_views, t
     assert read.path_radiance_ratio[:, 0] == pytest.approx(tables.air.value("path_radiance_ratio", **place))
 
 
-def test_materials_are_assigned_in_their_shares(tables):
-    share = np.array([[0.7, 0.3, 0.0], [0.0, 1.0, 0.0], [0.2, 0.2, 0.6]])
-    assigned = replace(tables, assigned_share=share).assigned_materials(np.random.default_rng(2), (20_000, 3))
-    counts = np.array([np.bincount(column, minlength=3) for column in assigned.T]) / 20_000
-    assert counts == pytest.approx(share, abs=0.02) and np.all(counts[share == 0] == 0)
-
-
-def test_without_a_test_of_the_textures_every_material_is_right(tables):
-    assert np.array_equal(tables.assigned_materials(np.random.default_rng(2), (4, 3)), [[0, 1, 2]] * 4)
-
-
 def test_a_missing_database_says_what_to_do(small_job, tmp_path):
     job = load_job(small_job).trimmed
     with pytest.raises(InputError, match=r"holds no s01.htt.h5; build the job first: mat build"):

@@ -204,3 +204,21 @@ def test_a_coarse_depth_buffer_and_coarse_pixels_show_under_their_names(honest, 
     assert changed(wrong, honest) == {"depth_buffer", "aliasing"}
     assert rms(wrong.errors["depth_buffer"]) > 100 * rms(honest.errors["depth_buffer"])
     assert rms(wrong.errors["aliasing"]) > 1.5 * rms(honest.errors["aliasing"])
+
+
+def test_vertices_of_the_other_material_show_as_vertices(honest, budget_of, job, monkeypatch):
+    """Without textures there is no row. Vertices of each pixel's own material err by the height of a face alone; of the
+    other, by the difference of their emission: what one material is too warm the other is too cold.
+    """
+    from skyshine.mat.budget import measurement
+
+    names = ("vertices_centre", "vertices_nearest")
+    assert not set(names) & set(honest.errors)
+    other = np.eye(2)[::-1]
+    monkeypatch.setattr(measurement, "vertex_materials", lambda *_: dict(zip(names, (other, np.eye(2)), strict=True)))
+    wrong = budget_of(job.parent / "built")
+    swapped, right = (kelvin(wrong, wrong.errors.pop(name)) for name in names)
+    assert changed(wrong, honest) == set()
+    assert np.abs(right).max() < 0.7 and rms(swapped) > 3 * rms(right)
+    clear = np.abs(swapped).min(axis=1) > 3 * np.abs(right).max()
+    assert clear.sum() > 3 and np.all(swapped[clear, 0] * swapped[clear, 1] < 0)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy_air import ChannelReader
 
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
@@ -23,7 +24,6 @@ from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.radiometry.band_wavelengths import band_wavelengths, emission_shares
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.mat.tables.channel_fields import THERMAL_SHARE
-from skyshine.mat.tables.channel_reader import ChannelReader
 from skyshine.schemas.errors import CheckFailed, InputError
 
 RESPONSE = SpectralResponse.rectangular(3.995, 4.005)
@@ -167,14 +167,14 @@ def test_isothermal_air_without_particles_shows_its_black_body(air, sun):
     read = dark.value("path_radiance_ratio", **{**WHERE, "range": [0.001, 100.0]}, **LIT)
     black = dark.root.variables["thermal_reference"].data.sum()
     tau = np.exp(-5.5 * np.array([0.001, 100.0]) / dark.value("beta_star", **{**WHERE, "range": [0.001, 100.0]}))
-    depth = dark._reader.paths([0.001, 100.0], 0.5, 5.0).depth
+    depth = ChannelReader.of(dark.root, dark.attributes).paths([0.001, 100.0], 0.5, 5.0).depth
     seen = -np.expm1(-depth) @ np.asarray(dark.root.variables["thermal_reference"].data) / (1 - tau)
     assert read == pytest.approx(seen, rel=2e-3)
     assert read[1] == pytest.approx(black, rel=0.02)
 
 
 def test_lines_on_both_sides_of_the_horizon_agree_up_to_the_ground(table):
-    dip = float(table._reader.rays.line(1.0, 1.0, np.ones(1))[0])
+    dip = float(table.rays.line(1.0, 1.0, np.ones(1))[0])
     sides = np.array([dip - 1e-6, dip + 1e-6])
     beta = table.value("beta_star", range=80.0, altitude=1.0, elevation=sides)
     assert beta[0] == pytest.approx(beta[1], rel=0.03)

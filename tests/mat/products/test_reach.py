@@ -73,11 +73,11 @@ def test_tolerances_of_channels_finer_than_any_build_held_are_refused(band, job)
 @pytest.mark.parametrize(
     ("band", "elevation", "tolerance", "notes"),
     [
-        ([3.7, 3.9], [-20, 60], "1 K", 1),
-        ([3.7, 3.9], [-20, 60], "3 K", 0),
-        ([3.7, 3.9], [10, 60], "1 K", 0),
-        ([3.4, 4.8], [-20, 60], "1 K", 0),
-        ([10.0, 10.2], [-20, 60], "1 K", 0),
+        ([3.7, 3.9], [-20, 60], "0.5 K", 1),
+        ([3.7, 3.9], [-20, 60], "1 K", 0),
+        ([3.7, 3.9], [10, 60], "0.5 K", 0),
+        ([3.0, 5.0], [-20, 60], "0.3 K", 0),
+        ([10.0, 10.2], [-20, 60], "0.3 K", 0),
     ],
 )
 def test_a_low_sun_that_outweighs_emission_is_remarked_on(band, elevation, tolerance, notes, job):

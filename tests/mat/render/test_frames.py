@@ -12,11 +12,15 @@ from skyshine.mat.render.rays import ray_caster
 from skyshine.mat.render.scene_file import load_scene
 from skyshine.mat.runtime.equivalent_temperature import equivalent_temperature
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
+from skyshine.mat.surface.forcing import plane_irradiance, sun_cosine
+from skyshine.mat.surface.surroundings import Exposure, Surroundings
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.response import forcing_hours
+from skyshine.mat.tables.shade import AUREOLE, DIFFUSE, DIRECT, SUN_AZIMUTH, SUN_ELEVATION
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import TmmFile
 
+SKY = (AUREOLE, DIFFUSE, DIRECT, SUN_AZIMUTH, SUN_ELEVATION)
 GROUND, ROOF_HEIGHT, ROOF_HALF = 40.0, 3.0, 2.0  # m
 
 
@@ -108,7 +112,7 @@ def library_pixel(
             one(hour),
             temperature=kelvin,
             **faces,
-        ).on_ground_of(air, surface),
+        ),
         view,
     ).radiance[0]
 
@@ -121,17 +125,6 @@ def test_a_pixel_of_a_plan_is_the_pixel_of_the_library(plan, small_build):
     assert frame.radiance == pytest.approx(expected, rel=1e-6)
     band = open_table(small_build / "b01.band.h5")
     assert frame.apparent_temperature == pytest.approx(equivalent_temperature(band, expected), rel=1e-9)
-
-
-def test_faces_lie_on_the_ground_that_the_file_names_at_their_hours(small_build):
-    surface, air = open_table(small_build / "s01.htt.h5"), open_table(small_build / "s01b01.atmq.h5")
-    count = np.zeros(2)
-    faces = Faces(np.zeros((2, 1), int), np.ones((2, 1)), count, count, count + 45.0, np.array([14.0, 4.0]))
-    name = air.attributes["ground_material"]
-    ground = faces.on_ground_of(air, surface).ground_temperature
-    lowest = float(surface.root.axes["altitude"].values[0])
-    expected = [surface.temperature(material=str(name), altitude=lowest, time=hour).item() for hour in (14.0, 4.0)]
-    assert ground == pytest.approx(expected, abs=1e-9) and ground[0] > ground[1] + 5
 
 
 @pytest.mark.parametrize("azimuth", [180.0, 90.0])
@@ -223,6 +216,74 @@ def test_the_sky_view_under_the_roof_is_its_view_factor(roofed):
     assert view == pytest.approx(1 - 4 * corner, abs=0.03)
 
 
+def shines_as_grass(folder, kelvin, lit=0.0):
+    """Temperature (1,) of the wall of .95 that sends, under the sky of 10:00, what grass sends at `kelvin` [K] with the
+    share `lit` of the direct light on it.
+    """
+    surface, band, air = tables_of(folder)
+    dark = 1 - band.value("reflectance_planck", material="grass_green", planck_temperature=kelvin)
+    track = surface.source_track("sun", time=10.0)
+    line = {"range": 0.04, "altitude": 0.13, "elevation": -50.0, "source_elevation": track.elevation}
+    level, direct = (air.value(name, **line) for name in ("ambient_radiance", "direct_radiance"))
+    around = 0.5 * (level + band.blackbody_radiance(air.ground_temperature(surface, time=10.0)))
+    sent = dark * band.blackbody_radiance(kelvin) + (1 - dark) * around
+    sent += band.value("reflectance", material="grass_green") * lit * direct
+    return np.atleast_1d(equivalent_temperature(band, (sent - 0.05 * around) / 0.95))
+
+
+def reflected_by_grass(surface, slope):
+    """Sunlight (288,) that grass facing south reflects [W m^-2]."""
+    sky = {name: np.asarray(surface.root.variables[name].data, float) for name in SKY}
+    light = plane_irradiance(
+        slope, 180.0, sky[SUN_ELEVATION], sky[SUN_AZIMUTH], sky[DIRECT][0], sky[DIFFUSE][0],
+        surface.attributes.get("ground_albedo", 0.0), sky[AUREOLE],
+    )  # fmt: skip
+    return (1 - surface.value("solar_absorptance", material="grass_green")) * sum(light)
+
+
+def test_a_pixel_at_the_foot_of_a_slope_sees_it_as_warm_and_bright_as_it_is(roofed, write_glb, small_build, tmp_path):
+    """Against the temperature, sunlight and reflection of the slope's own plane."""
+    corners = np.array([[[-40, 0, 0], [40, 0, 0], [40, 40, -40]], [[-40, 0, 0], [40, 40, -40], [-40, 40, -40]]], float)
+    parts = [("ground", level(GROUND, 0.0), None), ("slope", corners, None)]
+    mesh = {"file": str(write_glb(parts, tmp_path / "slope.glb"))}
+    mesh["materials"] = {"ground": "asphalt_road", "slope": "grass_green"}
+    camera = {"perspective": {"field_of_view_deg": 1.0, "size": [1, 1], "position_m": [0, -25, 30]}}
+    camera["perspective"]["look_at_m"] = [0, -2, 0]
+    scene = roofed(surface={"altitude_km": 0.1, "mesh": mesh}, camera=camera)
+    (frame,) = frames_of(scene)
+    with Renderer(scene) as renderer:
+        place = renderer._see(0, np.array([10.0]))
+    view = place.exposure.sky_view
+    assert 0.75 < view[0] < 0.95  # of a plane of 45 degrees without end: .854
+    surface, _, _ = tables_of(small_build)
+    grass = {"material": "grass_green", "altitude": 0.1 + 0.02, "slope": 45.0, "azimuth": 180.0}
+    kelvin_of_slope = surface.temperature(**grass, time=forcing_hours())
+    reflected = reflected_by_grass(surface, 45.0)
+    assert reflected.max() > 100  # W m^-2
+    shaded = place.exposure.shaded.astype(float)  # early and late, by the slope
+    exposure = Exposure(shaded, view[:, None], kelvin_of_slope[None], wall_light=reflected[None])
+    asphalt = {"material": np.array(["asphalt_road"]), "altitude": np.array([0.1])}
+    change = surface.exposed_change(exposure, **asphalt)
+    kelvin = surface.temperature(material="asphalt_road", altitude=0.1, time=10.0, absorbed_change=change[0])
+    assert frame.surface_temperature[0, 0] == pytest.approx(float(kelvin), abs=0.02)
+    sun = surface.source_track("sun", time=10.0)
+    pixel = library_pixel(
+        small_build,
+        hour=10.0,
+        distance=place.seen.range[0],
+        elevation=place.rays.elevation[0],
+        azimuth=place.rays.azimuth[0],
+        altitude=0.13,
+        surface_altitude=0.1,
+        kelvin=np.array([[float(kelvin)]]),
+        sky_view=view,
+        wall_temperature=shines_as_grass(
+            small_build, kelvin_of_slope[120], float(sun_cosine(45.0, 180.0, sun.elevation, sun.azimuth))
+        ),
+    )
+    assert frame.radiance[0, 0] == pytest.approx(pixel, rel=1e-4)
+
+
 def test_a_shaded_pixel_is_the_pixel_of_the_library_under_the_same_shade(roofed, small_build):
     scene = roofed()
     (frame,) = frames_of(scene)
@@ -237,8 +298,13 @@ def test_a_shaded_pixel_is_the_pixel_of_the_library_under_the_same_shade(roofed,
     surface, _, _ = tables_of(small_build)
     view = float(place.exposure.sky_view[chosen])
     place_of = {"material": "asphalt_road", "altitude": 0.1}
-    change = surface.absorbed_change(**place_of, shade=[interval], sky_view=view)
-    kelvin = surface.temperature(**place_of, time=10.0, absorbed_change=change)
+    # The table has no faces that hang: the roof is as warm as the air; it reflects what the ground does.
+    light = reflected_by_grass(surface, 180.0)
+    exposure = Exposure(Surroundings((interval,)).shaded(forcing_hours(), 1 / 12)[None], np.array([[view]]))
+    change = surface.exposed_change(
+        replace(exposure, wall_light=light[None]), material=np.array(["asphalt_road"]), altitude=np.array([0.1])
+    )
+    kelvin = surface.temperature(**place_of, time=10.0, absorbed_change=change[0])
     pixel = seen.pixel[chosen]
     rows, columns = divmod(pixel, 24)
     assert frame.surface_temperature[rows, columns] == pytest.approx(float(kelvin), abs=1e-6)
@@ -254,9 +320,9 @@ def test_a_shaded_pixel_is_the_pixel_of_the_library_under_the_same_shade(roofed,
         kelvin=np.array([[float(kelvin)]]),
         lit=np.array([0.0]),
         sky_view=np.array([view]),
-        wall_temperature=np.array([float(air)]),
+        wall_temperature=shines_as_grass(small_build, float(air)),
     )
-    assert frame.radiance[rows, columns] == pytest.approx(expected, rel=1e-6)
+    assert frame.radiance[rows, columns] == pytest.approx(expected, rel=1e-5)
     lit = np.flatnonzero(~now & (seen.point[:, 2] < 1.0) & (place.exposure.sky_view > 0.95))
     warm = frame.surface_temperature.ravel()[seen.pixel[lit]]
     assert warm.min() > float(kelvin) + 2.0

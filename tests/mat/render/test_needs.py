@@ -155,7 +155,8 @@ def test_a_sphere_has_a_span_of_slopes(yard, tmp_path, write_glb):
 
 def test_walls_that_no_pixel_shows_keep_a_tilted_face(yard, plain_texture):
     limits, _ = limits_of(yard(camera=camera([0, 0, 9], [0, 0.5, 0], field_of_view_deg=20)))
-    assert limits["faces_deg"] == [[0, 0], [90, 0]] and limits["materials"][0] == "asphalt_road"
+    # The wall, and the lower side of the plate, which ground beside it sees.
+    assert limits["faces_deg"] == [[0, 0], [90, 0], [180, 0]] and limits["materials"][0] == "asphalt_road"
     plan = {"altitude_km": 0.1, "plan": {"texture": str(plain_texture), "metres_per_texel": 2.0}}
     limits, _ = limits_of(yard(surface=plan, camera={"plan_view": {"height_m": 500.0, "size": [8, 4]}}))
     assert limits["faces_deg"] == [[0, 0]] and limits["elevation_deg"] == [-90, -89.5]

@@ -16,6 +16,7 @@ from skyshine.mat.quantities.lines_of_sight import LinesOfSight, direction
 from skyshine.mat.render.exposure import hidden
 from skyshine.mat.render.frames import Renderer
 from skyshine.mat.render.scene_file import load_scene
+from skyshine.mat.render.surface import SurfaceMaterials
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
 from skyshine.mat.tables.loader import open_table
 from skyshine.tmm import open_tmm
@@ -91,7 +92,7 @@ def test_a_plan_in_the_shade_is_that_of_the_library_s_pixels(shaded_texture, sma
 
 @pytest.mark.parametrize("shaded_sky", [0.6, 0.95])
 def test_shade_of_a_photograph_beside_a_roof_sees_the_smaller_of_both_skies(
-    shaded_texture, small_build, tables, write_glb, tmp_path, shaded_sky
+    shaded_texture, small_build, tables, write_glb, tmp_path, shaded_sky, monkeypatch
 ):
     """Ground of a texture beside a roof, which leaves less or more of the sky than the photograph."""
 
@@ -118,6 +119,8 @@ def test_shade_of_a_photograph_beside_a_roof_sees_the_smaller_of_both_skies(
             "hours": [HOUR],
         }
     )
+    # A roof whose material is not known is as warm as the air.
+    monkeypatch.setattr(SurfaceMaterials, "of_faces", lambda self, face: np.full(len(face), -1))
     with Renderer(scene) as renderer:
         (frame,) = renderer.frames()
         place = renderer._see(0, np.array([HOUR]))

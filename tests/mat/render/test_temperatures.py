@@ -31,7 +31,9 @@ def points():
     slope, azimuth = np.array([0.0, 0.0, 45.0, 0.0]), np.array([0.0, 0.0, 180.0, 0.0])
     altitude = np.array([0.1, 0.3, 0.1, 0.1])
     mixtures = Mixtures(("asphalt_road", "grass_green"), number, share)
-    return SeenSurface(np.arange(4), zero, zero, zero, np.ones(4), slope, azimuth, altitude, mixtures)
+    return SeenSurface(
+        np.arange(4), np.arange(4), zero, zero, zero, zero, np.ones(4), slope, azimuth, altitude, mixtures
+    )
 
 
 def test_each_material_of_each_point_has_the_temperature_of_the_table(table, points):
@@ -39,7 +41,7 @@ def test_each_material_of_each_point_has_the_temperature_of_the_table(table, poi
     steps = np.arange(288) / 12
     shaded = np.zeros((4, 288), bool)
     shaded[1:3] = (steps >= SHADE[0]) & (steps < SHADE[1])
-    exposure = SeenExposure(shaded, np.array([1.0, 0.8, 1.0, 1.0]))
+    exposure = SeenExposure(shaded, np.array([1.0, 0.8, 1.0, 1.0]), np.zeros((4, 0)))
     codes = np.array([table.materials[name] for name in points.materials.names])
     read = SeenTemperatures.of(table, points, exposure, codes, np.full(codes.size, np.nan), hours)
     assert len(read.kelvin) == 5  # the last point is the first again
@@ -81,7 +83,7 @@ def test_source_and_line_of_sight_of_a_view_span_the_angle_between_their_directi
 
 
 def test_a_mixture_gets_the_light_that_its_shaded_materials_leave():
-    exposure = SeenExposure(np.zeros((3, 288), bool), np.array([1.0, 0.3, 0.9]))
+    exposure = SeenExposure(np.zeros((3, 288), bool), np.array([1.0, 0.3, 0.9]), np.zeros((3, 0)))
     shares = np.array([[0.75, 0.25], [0.75, 0.25], [0.5, 0.5]])
     lit, view = exposure.of_mixtures(shares, np.array([[np.nan, 0.4], [np.nan, 0.4], [np.nan, np.nan]]))
     np.testing.assert_allclose(lit, [0.75, 0.75, 1.0], rtol=1e-12)

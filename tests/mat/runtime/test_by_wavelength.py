@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from skyshine.mat.runtime.by_wavelength import emitted_share, reflected, transmittance
+from skyshine.mat.runtime.by_wavelength import emitted_share, reflected
 
 # Two materials at three wavelengths.
 REFLECTANCE = np.array([[0.1, 0.2, 0.4], [0.0, 0.5, 1.0]])
@@ -23,10 +23,3 @@ def test_surfaces_reflect_each_wavelength_by_its_reflectance():
     light = np.array([2.0, 1.0, 0.5])
     assert reflected(SPECTRA, light) == pytest.approx([0.2 + 0.2 + 0.2, 0.0 + 0.5 + 0.5])
     assert np.all(reflected(SPECTRA, -light) == 0)  # no light is below 0
-
-
-def test_depth_goes_with_range():
-    depth = np.array([[0.5, 1.0], [0.5, 1.0], [0.5, 1.0]])
-    found = transmittance(depth, np.array([2.0, 2.0, 0.0]), np.array([2.0, 3.0, 0.0]))
-    assert found[0] == pytest.approx(np.exp([-0.5, -1.0])) and found[1] == pytest.approx(np.exp([-0.75, -1.5]))
-    assert found[2] == pytest.approx(np.exp([-0.5, -1.0]))

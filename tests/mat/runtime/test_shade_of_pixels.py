@@ -82,9 +82,10 @@ def test_the_light_of_the_sky_in_the_shade_is_the_formula_of_the_page(tables, fa
     surface, band, air = tables
     place = {"range": 1.0, "altitude": 0.6, "elevation": -30.0, "source_elevation": 50.0}
     level = air.value("ambient_radiance", **place)
-    face = air.ambient_radiance(slope=15.0, azimuth=200.0 - 170.0, **place)
+    kelvin = air.ground_temperature(surface, time=12.0)
+    face = air.ambient_radiance(slope=15.0, azimuth=30.0, ground_temperature=kelvin, band=band, **place)
     wall = band.blackbody_radiance(surface.value("air_temperature", altitude=0.1, forcing_time=12.0))
-    ground = band.blackbody_radiance(air.ground_temperature(surface, time=12.0))
+    ground = band.blackbody_radiance(kelvin)
     hidden = (1 - DARK_SKY) * (1 + np.cos(np.radians(15.0))) / 2
     expected = face + 0.5 * hidden * (0.95 * wall + 0.05 * (level + ground) / 2 - level)
     reflectance = 0.6 * band.value("reflectance", material="asphalt_road") + 0.4 * band.value(

@@ -7,7 +7,7 @@ import pytest
 
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance, sky_radiance
-from skyshine.mat.runtime.walls import beside_walls
+from skyshine.mat.runtime.walls import beside_walls, wall_as_it_shines
 from skyshine.mat.tables.loader import open_table
 
 COUNT = 4
@@ -43,6 +43,18 @@ def test_light_beside_a_wall_is_the_formula_of_the_page():
         *(np.array([[v, 2 * v]]) for v in (5.0, 4.0, 9.0, 7.0)), np.array([0.3]), np.array([0.5]), 0.9
     )
     assert parted == pytest.approx(np.array([[1.0, 2.0]]) * light)
+
+
+def test_a_wall_as_it_shines_sends_what_the_sunlit_wall_emits_and_reflects(tables):
+    """L = eps B(T) + (1 - eps) around + (1 - eps) cos E: read back from the plain wall at the temperature told."""
+    band = tables[1]
+    kelvin, emissivity, around, direct = np.array([300.0, 290.0]), np.array([0.8, 0.95]), np.array([3.0, 5.0]), 2.0
+    emitted = emissivity * band.blackbody_radiance(kelvin)
+    sunlit = (1 - emissivity) * np.array([0.7, 0.0]) * direct
+    shines = wall_as_it_shines(band, emitted, 1 - emissivity, around, sunlit)
+    plain = 0.95 * band.blackbody_radiance(shines) + 0.05 * around
+    assert plain == pytest.approx(emitted + (1 - emissivity) * around + sunlit, rel=1e-5)
+    assert shines[1] == pytest.approx(290.0, abs=1e-3)
 
 
 def test_shade_takes_the_direct_light_and_nothing_else(tables, faces, view):

@@ -12,7 +12,8 @@ from skyshine.mat.scene import clear_sky as module
 from skyshine.mat.scene.clear_sky import band_model_sky
 from skyshine.schemas.kept_arrays import CACHE_VARIABLE
 
-CONDITIONS = 250.0, 0.2, 1.0167  # m, albedo, au
+CONTINUUM = "mt_ckd_4.3_closure"
+CONDITIONS = 250.0, 0.2, 1.0167, CONTINUUM  # m, albedo, au
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +27,9 @@ def computed(monkeypatch, tmp_path):
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
     monkeypatch.setattr(module, "SUN_ELEVATIONS", module.SUN_ELEVATIONS[::12])
     times = []
-    monkeypatch.setattr(module, "broadband_fluxes", lambda *given: times.append(1) or broadband_fluxes(*given))
+    monkeypatch.setattr(
+        module, "broadband_fluxes", lambda *given, **named: times.append(1) or broadband_fluxes(*given, **named)
+    )
     return tmp_path / module.FOLDER, times
 
 
@@ -43,22 +46,23 @@ def test_a_kept_sky_is_the_same(air, computed):
 def test_another_distance_of_the_sun_is_its_inverse_square_and_needs_no_other(air, computed):
     _, times = computed
     band_model_sky(air, *CONDITIONS)
-    near = band_model_sky(air, 250.0, 0.2, 0.9833)
+    near = band_model_sky(air, 250.0, 0.2, 0.9833, CONTINUUM)
     exact = broadband_fluxes(air, near.altitude, near.solar_elevation, 0.2, sun_distance=0.9833)
     np.testing.assert_allclose(near.direct, exact.direct_normal, rtol=1e-12)
     np.testing.assert_allclose(near.diffuse, exact.diffuse, rtol=1e-12)
     assert len(times) == 1
 
 
-@pytest.mark.parametrize("change", ["warmer", "albedo", "higher"])
+@pytest.mark.parametrize("change", ["warmer", "albedo", "higher", "continuum"])
 def test_anything_else_is_another_sky(air, computed, change):
     _, times = computed
     first = band_model_sky(air, *CONDITIONS)
-    highest, albedo, distance = CONDITIONS
+    highest, albedo, *rest = CONDITIONS
     other = {
         "warmer": lambda: band_model_sky(replace(air, temperature=air.temperature + 1.0), *CONDITIONS),
-        "albedo": lambda: band_model_sky(air, highest, albedo + 0.1, distance),
-        "higher": lambda: band_model_sky(air, highest + 300.0, albedo, distance),
+        "albedo": lambda: band_model_sky(air, highest, albedo + 0.1, *rest),
+        "higher": lambda: band_model_sky(air, highest + 300.0, albedo, *rest),
+        "continuum": lambda: band_model_sky(air, *CONDITIONS[:3], "mt_ckd_4.3"),
     }[change]()
     assert len(times) == 2 and not same(first, other)
 

@@ -7,6 +7,8 @@ import pytest
 
 import skyshine.mat
 from skyshine.mat.job.load import load_job
+from skyshine.mat.scene import ground_notes
+from skyshine.materials.library import load_library
 
 MATERIALS = ["concrete_wall", "asphalt_road"]
 
@@ -78,3 +80,18 @@ def test_nothing_is_said_where_the_ground_is_named_or_all_is_level():
 def test_faces_that_are_all_tilted_see_ground_too():
     (line,) = notes(job() | {"surface_grid": {"slope_deg": [90], "altitude_km": [0]}})
     assert "those of 90 degrees" in line
+
+
+@pytest.mark.validation  # 9 s
+def test_of_all_materials_few_have_the_ends_of_the_change():
+    library = load_library()
+    names = [material.name for material in library]
+    given = load_job(job() | {"materials": ["concrete_wall", "brick_red"]}).trimmed
+    assert len(ground_notes._extremes(library, names)) < 45 < len(names)
+    ends = []
+    for start in range(0, len(names), 25):  # few enough that all of them are solved
+        (line,) = ground_notes._without_ground(given, ["soil_loam_brown", *names[start : start + 25]])
+        ends += [float(text) for text in re.search(r"by (\S+) to (\S+) K", line).groups()]
+    (line,) = ground_notes._without_ground(given, ["soil_loam_brown", *names])
+    stated = [float(text) for text in re.search(r"by (\S+) to (\S+) K", line).groups()]
+    assert stated == pytest.approx([min(ends), max(ends)], abs=0.3)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from skyshine.mat.atmosphere.gases.absorption import default_water_continuum
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.state.state import AtmosphericState
@@ -25,7 +26,7 @@ def air():
 
 @pytest.fixture(scope="module")
 def sky(air):
-    return band_model_sky(air, 3000.0, 0.2, 1.0)
+    return band_model_sky(air, 3000.0, 0.2, 1.0, default_water_continuum())
 
 
 def test_interpolation_between_elevations_and_altitudes(air, sky):

@@ -304,18 +304,6 @@ def test_of_the_open_air_the_horizon_takes_the_sun_and_its_surroundings_alone(pl
     np.testing.assert_allclose(diffuse[:, hidden], ((1 - whole[4]) * whole[1])[:, hidden], rtol=1e-12)
 
 
-def test_surrounding_radiation_adds_up_to_the_forcing(plain):
-    scene = within(plain, Enclosure(black(300.0, 1, 0.3, 0.9), black(315.0, 8, 0.4, 0.8), CANYON, 0.7))
-    for place in (plain, scene):
-        around, forcing = place.surrounding_radiation(96), place.forcing(96)
-        shape = len(HEIGHTS) * len(SLOPES), 96
-        longwave, sunlight = (around.views.received(part).reshape(shape) for part in (around.longwave, around.sunlight))
-        np.testing.assert_allclose(longwave, forcing.longwave_ground, atol=2e-3)
-        np.testing.assert_allclose(sunlight, forcing.shortwave_reflected, rtol=1e-9, atol=1e-9)
-    assert around.visible.min() == 0 and around.visible.max() == 1
-    assert around.temperature[0, :2, 0].tolist() == [300.0, 315.0]
-
-
 @pytest.mark.parametrize(
     ("make", "message"),
     [

@@ -4,6 +4,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from numpy_response import ColumnFilm, ColumnResponse, StoredFilm, StoredResponse
 
 from skyshine.mat.products.shade_error import stored_response
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
@@ -14,9 +15,9 @@ from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, response_table
 from skyshine.mat.surface.solver import FINE_STEPS, solve_columns
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import Wetting
-from skyshine.mat.tables.film_response import FILM, ColumnFilm
+from skyshine.mat.tables.axes import AxisRule
+from skyshine.mat.tables.film_response import FILM
 from skyshine.mat.tables.htt import shade_fields
-from skyshine.mat.tables.response import ColumnResponse, StoredResponse
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group
@@ -56,7 +57,16 @@ class Rain:
         self.materials = surface_materials([library[name] for name in (SHEET, SNOW)], None, Wetting(rain=True))
         self.scene = Scene(*self.inputs, PLACE[0], np.array([0.0, 90.0]), np.zeros(2))
         self.table = response_table(self.materials, self.scene)
-        self.response = stored_response(self.table)
+        self.library = stored_response(self.table)
+        film = self.table.film
+        self.response = StoredResponse(
+            AxisRule("response_altitude", self.table.altitudes_m / 1e3),
+            AxisRule("response_slope", self.table.slopes_deg),
+            LAG_STARTS,
+            OFFSETS,
+            *(getattr(self.table, name) for name in ("kernel", "temperature", "loss_slope", "loss_excess", "melt")),
+            StoredFilm(*(getattr(film, field.name) for field in fields(StoredFilm))),
+        )
 
     def whole(self, around=None):
         """Temperatures [K] and absorbed heat of the dry sheet [W m^-2] at 288 times."""
@@ -81,6 +91,10 @@ def test_a_sheet_stays_wet_in_the_shade_as_its_whole_solution_does(rain, around)
     forgotten = start + replace(column, film=None).change(dark - lit, start, limit) - whole
     assert np.abs(error).max() < 2.5 and np.sqrt(np.mean(error**2)) < 0.3
     assert np.abs(forgotten).max() > 3 * np.abs(error).max()
+    # The library in C, which readers of files call.
+    faces = [np.array([1]), np.array([0.3]), np.zeros(1), np.zeros(1)]
+    changed = rain.library.changes(faces, dark - lit, start, limit)
+    np.testing.assert_allclose(changed, column.change(dark - lit, start, limit), atol=1e-9)
     still = column.change(0 * lit, start, limit)
     assert np.abs(still).max() < 1e-12
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from numpy_response import ColumnResponse
 
-from skyshine.mat.tables.response import FORCING_STEPS, ColumnResponse
+from skyshine.mat.tables.response import FORCING_STEPS
 
 SLOPE = 20.0  # W m^-2 K^-1 of heat loss
 MELTING_POINT = 273.15

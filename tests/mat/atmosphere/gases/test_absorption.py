@@ -281,6 +281,23 @@ def test_another_water_continuum_changes_that_alone_and_only_in_its_range():
         assert np.all((ratio >= factor[0]) & (ratio <= factor[1])), (low, ratio)
 
 
+def test_the_continuum_for_closure_changes_the_foreign_part_of_the_window_alone():
+    """for_closure_absco_ref over for_absco_ref of MT_CKD 4.3 at 1000 cm-1: 5.946e-28 over 2.451e-28."""
+    own, closure = (
+        AbsorptionTable.open(water_continuum=name).points(995.0, 1005.0) for name in (None, "mt_ckd_4.3_closure")
+    )
+    foreign = [
+        points.cross_sections([1e5], [296.0], [0.0], gases=["H2O_continuum"])["H2O_continuum"]
+        for points in (own, closure)
+    ]
+    assert foreign[1] / foreign[0] == pytest.approx(np.full_like(foreign[0], 2.426), rel=0.04)
+    by_water = [
+        points.cross_sections([1e5], [296.0], [0.02], gases=["H2O_continuum"])["H2O_continuum"] - 0.98 * dry
+        for points, dry in zip((own, closure), foreign, strict=True)
+    ]
+    np.testing.assert_allclose(by_water[0], by_water[1], rtol=1e-9)
+
+
 def test_the_lowtran7_continuum_is_near_the_measured_self_continuum_of_the_window():
     """The fit of Roberts, Selby and Biberman 1976 (Appl. Opt. 15, 2085) to measurements at 296 K, g^-1 cm^2 atm^-1."""
     points = AbsorptionTable.open(water_continuum="lowtran7").points(800.0, 1200.0)
@@ -305,6 +322,7 @@ def test_the_lowtran7_continuum_reaches_over_the_whole_table():
 
 def test_an_unknown_water_continuum_is_named():
     with pytest.raises(
-        InputError, match="found water vapour continuum 'ckd_2'; allowed: mt_ckd_4.3, mt_ckd_2.4, lowtran7$"
+        InputError,
+        match="found water vapour continuum 'ckd_2'; allowed: mt_ckd_4.3, mt_ckd_4.3_closure, mt_ckd_2.4, lowtran7$",
     ):
         AbsorptionTable.open(water_continuum="ckd_2")

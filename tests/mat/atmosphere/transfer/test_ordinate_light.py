@@ -10,7 +10,7 @@ from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.transfer import geometry
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.directions import angles_along
-from skyshine.mat.atmosphere.transfer.ordinate_light import falling_fluxes
+from skyshine.mat.atmosphere.transfer.ordinate_light import level_light
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
 from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS, elevations_along
@@ -128,7 +128,7 @@ def test_the_flux_alone_is_that_of_the_whole_field(hazy):
     air = hazy(0.3, (0.0, 1e-26))
     light, sine = air.diffuse_light, np.sin(np.radians(ELEVATIONS))
     shared = air.state, air.shells, air.optics, air.delta_fraction, air.scaled_source_paths
-    assert falling_fluxes(*shared, sine, 0.3) == pytest.approx(light.falling, rel=2e-4, abs=1e-12)
+    assert level_light(*shared, sine, 0.3)[1] == pytest.approx(light.falling, rel=2e-4, abs=1e-12)
 
 
 def test_the_elevation_of_a_source_alone_gives_the_same_light_as_all(hazy):

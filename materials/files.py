@@ -215,7 +215,7 @@ class SoilFile(StrictModel):
         description="Class of grains by which conductivity and evaporation follow moisture."
     )
     porosity: Sourced[Annotated[float, Field(ge=0.05, le=0.95)]] = Field(
-        description="Share of the volume between the grains, 0.05 to 0.95: the most water that it holds."
+        description="Share of the volume between the grains, 0.05 to 0.95: the largest water content."
     )
     solid_conductivity: Sourced[Conductivity] = Field(description="Conductivity of the grains themselves, W m^-1 K^-1.")
     layers: Sourced[Literal[1, 2]] = Field(description="How many layers below the skin are of this soil.")
@@ -230,13 +230,13 @@ class StandFile(StrictModel):
     leaf_area_index: Sourced[Annotated[float, Field(gt=0.0, le=MOST_LEAVES)]] = Field(
         description="Area of one side of the leaves over that of the ground, up to 20."
     )
-    soil: Sourced[Text] = Field(description="Name of the material on which they stand.")
+    soil: Sourced[Text] = Field(description="Name of the material below the leaves.")
     moisture: Sourced[Annotated[float, Field(ge=0.0, le=0.95)]] | None = Field(
         None, description="Water in that soil, m3/m3, where a job has no soil_moisture for it; by default as it is."
     )
     clumping: Sourced[Annotated[float, Field(ge=0.1, le=1.0)]] | None = Field(
         None,
-        description="By which the leaf area counts where leaves stand in clumps, 0.1 to 1; by default 1, at random.",
+        description="By which the leaf area counts where leaves grow in clumps, 0.1 to 1; by default 1, at random.",
     )
 
     def stand(self) -> Stand:
@@ -381,7 +381,7 @@ def load_spectrum(file: StrPath) -> SpectrumFile:
     text = read_text(file)
     comments = [(n, line[1:].strip()) for n, line in enumerate(text.splitlines(), 1) if line.startswith("#")]
     if not data_lines(text):
-        raise InputError(f"holds no spectrum; add the line {_HEADERS} and rows below it", file=file)
+        raise InputError(f"contains no spectrum; add the line {_HEADERS} and rows below it", file=file)
     parsed = parse_table(text, file)
     _check(parsed)
     table, columns = parsed.values, parsed.names

@@ -191,12 +191,12 @@ def load_library(folder: StrPath | None = None) -> MaterialLibrary:
     Raises
     ------
     InputError
-        An index cannot be read, or a name or code stands twice.
+        An index cannot be read, or a name or code occurs twice.
     """
     if folder is None:
         folder = os.environ.get(ENVIRONMENT) or None
     if folder is not None and not Path(folder).is_dir():
-        raise InputError(f"{ENVIRONMENT} names '{folder}', which is not a folder; give one that holds mat.yaml")
+        raise InputError(f"{ENVIRONMENT} names '{folder}', which is not a folder; give one that contains mat.yaml")
     user_folder = None if folder is None else Path(folder)
     user_files = None if user_folder is None else _stamps(user_folder)
     return _library(user_folder, _stamps(materials.path()), user_files)
@@ -247,7 +247,7 @@ def _refuse_repeats(document: Document, index: Index) -> None:
                 earlier = document.where(("materials", lines[value], field))[0]
                 raise document.error(
                     ("materials", position, field),
-                    f"{field} {value} stands twice (first at line {earlier}); allowed: each {field} once; "
+                    f"{field} {value} occurs twice (first at line {earlier}); allowed: each {field} once; "
                     f"{'give this material a free code' if field == 'code' else 'rename this material'}",
                 )
             lines[value] = position

@@ -167,7 +167,7 @@ class Stand:
     leaf_area_index : float
         One-sided area of the leaves per area of ground [m^2 m^-2].
     soil : str
-        Name of the material on which they stand.
+        Name of the material below the leaves.
     moisture : float or None
         Volume fraction of water in it where a job says nothing of that; None: as the library has it.
     clumping : float

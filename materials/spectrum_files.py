@@ -211,14 +211,14 @@ def _column(file: Path, heads: list[str], columns: int, record: str | None) -> i
     names_text = ", ".join(names[:8]) + (" ..." if len(names) > 8 else "")
     if record is not None:
         if record not in names:
-            raise InputError(f"holds no column '{record}'; it has {names_text or 'no names of columns'}", file=file)
+            raise InputError(f"contains no column '{record}'; it has {names_text or 'no names of columns'}", file=file)
         return names.index(record) + 1
     spectra = [number for number, name in enumerate(names, 1) if _SPECTRAL.search(name.lower())]
     if columns <= 1 or len(spectra) == 1:
         return spectra[0] if columns > 1 else 1
     if not names:
         raise InputError(f"found {columns + 1} columns without names; allowed: 2, or names in a line above", file=file)
-    raise InputError(f"holds {columns} columns of values; name one with --record: {names_text}", file=file)
+    raise InputError(f"contains {columns} columns of values; name one with --record: {names_text}", file=file)
 
 
 def _numbers(line: str) -> list[float]:
@@ -266,7 +266,7 @@ def _scale(text: str) -> str | None:
 def _quantity(file: Path, text: str) -> str | None:
     """What a head of values names; absorptance of an opaque sample is its emissivity."""
     if wrong := re.search(r"transmi\w*|absorbance", text):
-        raise InputError(f"holds {wrong.group()}; allowed: reflectance, emissivity or absorptance", file=file)
+        raise InputError(f"contains {wrong.group()}; allowed: reflectance, emissivity or absorptance", file=file)
     return "emissivity" if re.search("emi[st]|absorpt", text) else "reflectance" if re.search("refl", text) else None
 
 
@@ -274,13 +274,14 @@ def _usgs(file: Path, lines: list[str], stated: Said) -> _Raw:
     """A spectrum of the USGS library 7 as text: a title, then one value a channel."""
     if stated.wavelengths is None:
         raise InputError(
-            "holds one column; a spectrum of the USGS needs its file of wavelengths: give --wavelengths FILE", file=file
+            "contains one column; a spectrum of the USGS needs its file of wavelengths: give --wavelengths FILE",
+            file=file,
         )
     value = _one_column(lines)
     wavelength = _one_column(read_text(stated.wavelengths).splitlines())
     if len(value) != len(wavelength):
         raise InputError(
-            f"holds {len(value)} values and {stated.wavelengths.name} {len(wavelength)} wavelengths; give the file of "
+            f"contains {len(value)} values and {stated.wavelengths.name} {len(wavelength)} wavelengths; give the file of "
             "the same spectrometer",
             file=file,
         )
@@ -301,9 +302,11 @@ def _envi(file: Path, stated: Said) -> _Raw:
     named = fields.get("spectra names") or range(1, len(values) + 1)
     names = [named] if isinstance(named, str) else [str(name) for name in named]  # one needs no braces
     if stated.record is None and len(names) > 1:
-        raise InputError(f"holds {len(names)} spectra; name one with --record: {', '.join(names[:8])} ...", file=file)
+        raise InputError(
+            f"contains {len(names)} spectra; name one with --record: {', '.join(names[:8])} ...", file=file
+        )
     if stated.record is not None and stated.record not in names:
-        raise InputError(f"holds no spectrum '{stated.record}'; it has {', '.join(names[:8])} ...", file=file)
+        raise InputError(f"contains no spectrum '{stated.record}'; it has {', '.join(names[:8])} ...", file=file)
     index = names.index(stated.record) if stated.record is not None else 0
     try:
         wavelength, value = np.array(fields["wavelength"], float), values[index].astype(float)

@@ -229,7 +229,7 @@ class _Builder:
                 raise _at(
                     key_node,
                     self.file,
-                    f"key '{key}' stands twice (first at line {earlier[0]}); allowed: each key once; remove one",
+                    f"key '{key}' occurs twice (first at line {earlier[0]}); allowed: each key once; remove one",
                 )
             data[key] = self.build(value_node, (*path, key))
             mark = (key_node.start_mark.line + 1, key_node.start_mark.column + 1)
@@ -262,7 +262,7 @@ def read_yaml(file: StrPath) -> Document:
     except UnicodeDecodeError as error:
         raise InputError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8", file=file) from None
     except ValueError:
-        raise InputError("is no path: it holds a null character", file=repr(str(file))) from None
+        raise InputError("is no path: it contains a null character", file=repr(str(file))) from None
     return _document(text, file)
 
 
@@ -286,7 +286,9 @@ def mapping_document(data: Mapping[str, Any], folder: StrPath) -> Document:
     try:
         text = yaml.dump(data, Dumper=_plain_dumper(), sort_keys=False, allow_unicode=True)
     except (yaml.YAMLError, RecursionError, TypeError, ValueError) as error:
-        raise InputError(f"holds what YAML does not: {error}; give plain numbers, texts, lists and mappings") from None
+        raise InputError(
+            f"contains what YAML does not: {error}; give plain numbers, texts, lists and mappings"
+        ) from None
     if len(text) > BYTE_LIMIT:
         raise InputError(f"found {len(text)} characters; allowed: at most {BYTE_LIMIT}", file=file)
     document = _document(text, file)

@@ -330,7 +330,7 @@ def _check_kind(file: h5py.File, path: StrPath, filetype: str | None, major: int
     name, version = (as_text(file.attrs.get(key)) for key in ("filetype", "format_version"))
     if name is None or (filetype is not None and name != filetype):
         expected = f"'{filetype}'" if filetype else "a database of skyshine"
-        raise InputError(f"holds {name!r}; allowed: {expected}; name another file", file=path)
+        raise InputError(f"contains {name!r}; allowed: {expected}; name another file", file=path)
     if major is not None:
         check_version(path, str(name), str(version), major)
 

@@ -188,7 +188,7 @@ def texts_of(dataset: h5py.Dataset) -> npt.NDArray[np.object_]:
         longest = max(map(len, np.ravel(texts[block])), default=0)
         if longest > TEXT_LIMIT:
             raise InputError(
-                f"'{dataset.name}' holds a text of {longest} characters; allowed: up to {TEXT_LIMIT}; shorten it",
+                f"'{dataset.name}' contains a text of {longest} characters; allowed: up to {TEXT_LIMIT}; shorten it",
                 file=dataset.file.filename,
             )
     return texts

@@ -120,7 +120,7 @@ class Gate:
             Something is not as the formats have it.
         """
         if self.text_bytes > JOB_LIMIT:
-            raise self._refuse("", f"holds a text of {self.text_bytes} bytes", f"texts of up to {JOB_LIMIT} bytes")
+            raise self._refuse("", f"contains a text of {self.text_bytes} bytes", f"texts of up to {JOB_LIMIT} bytes")
         self._attributes(self.file.id, "", root=True)
         self.by_rows = self.file.attrs.get("filetype") in READ_BY_ROWS
         self._enter(self.file["/"].id, "", 0)
@@ -193,7 +193,7 @@ class Gate:
         kind, space = item.get_type(), item.get_space()
         text = kind.get_class() == h5py.h5t.STRING and kind.is_variable_str()
         if not text and kind.get_size() not in _ITEM_BYTES.get(kind.get_class(), ()):
-            raise self._refuse(path, f"holds values of type {kind.dtype}", "integers, floats and text")
+            raise self._refuse(path, f"contains values of type {kind.dtype}", "integers, floats and text")
         if space.get_simple_extent_type() == h5py.h5s.NULL or len(item.shape) > RANK_LIMIT:
             raise self._refuse(path, f"has shape {item.shape}", f"arrays of up to {RANK_LIMIT} axes")
         how = item.get_create_plist()
@@ -261,7 +261,7 @@ class Gate:
                 raise self._refuse(where, f"is of type {kind.dtype} and shape {shape}", "the references of axes")
             return
         if attribute.get_space().get_simple_extent_type() == h5py.h5s.NULL:
-            raise self._refuse(where, "holds nothing", "a value")
+            raise self._refuse(where, "contains no value", "a value")
         if form not in (*_NUMERIC, h5py.h5t.STRING) and not (form == h5py.h5t.ENUM and kind.dtype.kind == "b"):
             raise self._refuse(where, f"is of type {kind.dtype}", "numbers, booleans and text")
         is_text = form == h5py.h5t.STRING

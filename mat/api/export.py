@@ -95,5 +95,5 @@ def _databases(files: Iterable[Path], pattern: str) -> Iterator[Path]:
     for path in files:
         databases = sorted(path.glob(pattern)) if path.is_dir() else [path]
         if not databases:
-            raise InputError(f"holds no database ({pattern}); build one with 'mat build'", file=path)
+            raise InputError(f"contains no database ({pattern}); build one with 'mat build'", file=path)
         yield from databases

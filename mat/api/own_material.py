@@ -104,7 +104,7 @@ def new_material(
         next(candidate for candidate in range(FIRST_CODE, 65536) if candidate not in codes) if code is None else code
     )
     if number in codes:
-        raise InputError(f"code {number} is that of '{library.by_code(number).name}'; leave --code out for a free one")
+        raise InputError(f"code {number} is that of '{library.by_code(number).name}'; remove --code for a free one")
     wavelength, reflectance, borrowed = _joined(pattern, spectrum)
     if emissivity is not None:
         if thermal_emissivity is not None or spectrum is not None:

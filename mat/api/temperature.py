@@ -201,7 +201,7 @@ def temperature(
 def _before(period: float, spin_up: int) -> str:
     """Weather assumed for the days before a record."""
     if spin_up:
-        return f"no days before: the first day, {spin_up} times, stands for them (spin-up)"
+        return f"no days before: the first day, {spin_up} times, is repeated for them (spin-up)"
     return f"no days before: the record, {period / 3600:g} h, repeats"
 
 
@@ -244,7 +244,7 @@ def surface_material(
     if text.endswith((".yaml", ".yml")) or Path(text).is_file():
         missing = [key for key in optical_values if key not in optical]
         if missing:
-            raise InputError(f"a material file holds no {missing[0]}; give {missing[0]}", file=text)
+            raise InputError(f"a material file contains no {missing[0]}; give {missing[0]}", file=text)
         thermal, surface, *_ = load_thermal(text)
         result = SurfaceMaterial(text, thermal, surface, **optical)
         capacity = film_capacity(surface, None) if wetting.rain else 0.0

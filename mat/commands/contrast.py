@@ -155,7 +155,7 @@ def _print(result: Contrast, material: str, background: str) -> None:
         if step > 1.5 * usual:
             gap = f"{clock_text(begin)} to {clock_text((begin + step) % 24)}"
             click.echo(
-                f"without values: {gap}, which the tables do not hold (see source_elevation_deg, needs of the job)"
+                f"without values: {gap}, which the tables do not cover (see source_elevation_deg, needs of the job)"
             )
     times = ", ".join(clock_text(round(hour * 60) / 60 % 24) for hour in result.crossovers)
     click.echo(f"crossovers: {times or 'none'}\n")

@@ -122,7 +122,7 @@ def _show(library: MaterialLibrary, material: Material, summary: dict[str, float
     for line in material.reflectance_note.splitlines():
         click.echo(f"  {line}")
     if material.transmits:
-        click.echo("  transmits: absorptance stands beside reflectance and is less than 1 - reflectance")
+        click.echo("  transmits: absorptance is given beside reflectance and is less than 1 - reflectance")
     click.echo("references")
     for key, text in _cited(library, material).items():
         click.echo(f"  [{key}] {text}")

@@ -19,7 +19,7 @@ def command(files: tuple[str, ...], out: str) -> None:
         raise InputError(f"found --out '{out}'; allowed: a name that ends in .png")
     for file in files:
         if file.endswith(".tmm.h5"):
-            raise InputError("holds a texture; draw it with 'tmm preview'", file=file)
+            raise InputError("contains a texture; draw it with 'tmm preview'", file=file)
     try:
         if len(files) == 1:
             click.echo(draw(files[0], target))

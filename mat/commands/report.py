@@ -57,14 +57,16 @@ def _job_file(text: str) -> Path:
     path = Path(text)
     if path.suffix == ".h5":
         raise InputError(
-            "is a database; name the job that it was built with, or the folder that holds its job.yaml", file=path
+            "is a database; name the job that it was built with, or the folder that contains its job.yaml", file=path
         )
     if not path.is_dir():
         return path
     for folder in (path, path.parent):
         if (folder / "job.yaml").is_file():
             return folder / "job.yaml"
-    raise InputError("holds no job.yaml; name the job's file, and --built for another folder of databases", file=path)
+    raise InputError(
+        "contains no job.yaml; name the job's file, and --built for another folder of databases", file=path
+    )
 
 
 def _print(report: dict[str, Any]) -> None:

@@ -87,9 +87,9 @@ def write_heat_signatures(folder: Path, out: Path, moment: Moment, unknown_mater
     tables = SceneTables.of(folder, state=moment.state, bands=bands, source=moment.source)
     if len(tables.bands) > 1:
         names = ", ".join(read.name for read in tables.bands)
-        raise InputError(f"holds the bands {names}; a heat signature is of one; name it with --band", file=folder)
+        raise InputError(f"contains the bands {names}; a heat signature is of one; name it with --band", file=folder)
     if not held_hours(tables.surface, np.array([moment.hour]))[0]:
-        raise InputError(f"holds no temperatures at {moment.hour:g} h; name an hour of the tables", file=folder)
+        raise InputError(f"contains no temperatures at {moment.hour:g} h; name an hour of the tables", file=folder)
     read, paths = tables.bands[0], []
     radiance = _radiance_by_code(tables, read, moment)
     kelvin = {
@@ -160,7 +160,7 @@ def _refuse_strangers(database: Path, image: MaterialImage, tables: SceneTables,
     if 0 in present and unknown is None:
         empty = int(((image.level.mix_code == 0) & (image.level.mix_weight > 0)).any(axis=-1).sum())
         raise InputError(
-            f"has {empty} texels without material; name what stands for them with --unknown-material", file=database
+            f"has {empty} texels without material; name a substitute with --unknown-material", file=database
         )
 
 

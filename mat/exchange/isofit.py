@@ -341,6 +341,6 @@ def read_channels(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
             raise InputError(f"found '{line.strip()}'; allowed: [number] wavelength width", file=path, line=number)
         rows.append(values[-2:])
     if not rows:
-        raise InputError("holds no channel; allowed: lines of [number] wavelength width", file=path)
+        raise InputError("contains no channel; allowed: lines of [number] wavelength width", file=path)
     scale = 1e3 if max(row[0] for row in rows) < 100 else 1.0
     return tuple(scale * row[0] for row in rows), tuple(scale * row[1] for row in rows)

@@ -34,7 +34,7 @@ OWNER = "the skyshine authors"
 LICENCE = "Apache-2.0"
 WAVELENGTH_DIGITS = 12  # of a wavelength in m: 1e-6 um
 EMISSION = (
-    "Planck mean at this temperature of 1 - hemispherical reflectance at near-normal incidence, which stands for"
+    "Planck mean at this temperature of 1 - hemispherical reflectance at near-normal incidence, which replaces"
     " hemispherical emissivity"
 )
 LOBE = (

@@ -76,7 +76,7 @@ class Accuracy(StrictModel):
         ge=0.05,
         le=1,
         description=(
-            "Of ambient light on tilted faces that reflect 0.3, at 300 K: 6 harmonics hold 0.15 K and 11 hold 0.05 K."
+            "Of ambient light on tilted faces that reflect 0.3, at 300 K: 6 harmonics are accurate to 0.15 K and 11 to 0.05 K."
         ),
     )
     seed: int = Field(1, ge=0, le=2**31 - 1, description="Of the random points at which table errors are measured.")

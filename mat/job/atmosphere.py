@@ -144,7 +144,7 @@ class State(StrictModel):
         None,
         description=(
             "File of measured or modelled air: CSV, University of Wyoming (text or CSV), IGRA v2 or netCDF on pressure"
-            " levels; with file, time and column where it holds several."
+            " levels; with file, time and column if it contains several."
         ),
     )
     air: Literal["weather", "profile"] = Field(

@@ -170,7 +170,7 @@ def _check_query_limits(job: Job, document: Document) -> None:
         if low > nodes[-1] or (high < nodes[0] and key != "source_elevation_deg"):
             raise document.error(
                 ("needs", key),
-                f"needs.{key}: found [{low:g}, {high:g}]; allowed: some of what {grid}.{name} holds, {nodes[0]:g} to"
+                f"needs.{key}: found [{low:g}, {high:g}]; allowed: part of the range of {grid}.{name}, {nodes[0]:g} to"
                 f" {nodes[-1]:g}; change one of them",
             )
 

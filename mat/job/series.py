@@ -106,7 +106,7 @@ def members(series: Series, folder: Path, utc_offset_h: float = 0.0) -> Iterator
 def _soundings(folder: Path, name: str, utc_offset_h: float) -> Iterator[Member]:
     soundings = soundings_of_folder(folder, name, utc_offset_h)
     if not 0 < len(soundings) <= MEMBER_LIMIT:
-        raise InputError(f"holds {len(soundings)} soundings; allowed: 1 to {MEMBER_LIMIT}", file=folder / name)
+        raise InputError(f"contains {len(soundings)} soundings; allowed: 1 to {MEMBER_LIMIT}", file=folder / name)
     for changes in soundings:
         yield Member(changes)
 

@@ -105,7 +105,10 @@ def _ground_of_file(file: Path, choice: str | None, site: Site) -> tuple[GroundY
         return (ground_of_file(file, site.utc_offset_h) if is_whole_year(file) else None), ""
     except InputError as error:
         line = "" if error.line is None else f"in line {error.line}: "
-        return None, f"tells no year of the ground, for which the mean air of the days stands ({line}{error.message})"
+        return (
+            None,
+            f"contains no year of the ground; the mean air temperature of the days replaces it ({line}{error.message})",
+        )
 
 
 def _weather_file(document: Document, state: int, name: str) -> Path:

@@ -64,7 +64,7 @@ class StateSurroundings(StrictModel):
     horizon_deg: HorizonElevation = Field(
         0.0,
         description=(
-            "Elevation up to which walls stand: one all around, or [azimuth, elevation] pairs, linear between them."
+            "Elevation of the tops of walls: one all around, or [azimuth, elevation] pairs, linear between them."
             " Walls hide the Sun."
         ),
     )

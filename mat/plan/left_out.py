@@ -12,7 +12,7 @@ from skyshine.mat.job.trim import hours_around, read_share
 from skyshine.materials.library import MaterialLibrary
 
 PLACED_BOUND = "within that of the table: as many times are placed between the hours as would be equally spaced"
-ANEW_BOUND = "twice {} in 99 % of the reads: nodes are placed anew, and hold it as those of the whole job do"
+ANEW_BOUND = "twice {} in 99 % of the reads: nodes are placed anew, with the same tolerance as those of the whole job"
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def tables_left_out(loaded: LoadedJob, library: MaterialLibrary, materials: tupl
                 f"{spared} of {total} orientations",
                 "level surfaces face no azimuth: solved once and copied",
                 "none",
-                "nothing to restore: the table holds them",
+                "nothing to restore: the table contains them",
             )
         )
     if not job.ambient_harmonics:

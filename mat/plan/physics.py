@@ -96,7 +96,7 @@ _RESTORE_SPECTRUM = "a smaller accuracy.spectral_tolerance"
 
 def _points(job: Job, count: int, band: int) -> list[LeftOut]:
     """Spectral points of a band, which has so many."""
-    bound = f"about {job.accuracy.spectral_tolerance:g} of a value, rms; the file holds what is measured"
+    bound = f"about {job.accuracy.spectral_tolerance:g} of a value, rms; the file states the measured error"
     what = f"all but {MAX_POINTS} or fewer of {count:,} spectral points in b{band:02d}"
     return [LeftOut(what, "a few represent all", bound, _RESTORE_SPECTRUM)] if count > MAX_POINTS else []
 

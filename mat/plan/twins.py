@@ -29,7 +29,7 @@ def twins_left_out(loaded: LoadedJob, materials: tuple[str, ...]) -> list[LeftOu
             f"the heat balance of {name}",
             f"it is that of {representative}: solved once and copied",
             "none",
-            "nothing to restore: the table holds it",
+            "nothing to restore: the table contains it",
         )
         for name, representative in twins.items()
     ]

@@ -230,7 +230,7 @@ class _SourceTables:
                 probes = self._probes(base, irradiance, *count)
             with report.stage("channels"):
                 sampled = channels.on_shared(common, probes)
-            report.notes.append(f"{self.source}: nodes of {whose}{'' if sampled else ' do not hold'}")
+            report.notes.append(f"{self.source}: nodes of {whose}{'' if sampled else ' exceed the tolerance'}")
         if sampled is None:
             with report.stage("channels"):
                 sampled = channels.placed(axes.most_nodes, insist=self.loaded.insists("atmosphere_grid"))

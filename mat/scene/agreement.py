@@ -56,7 +56,7 @@ def twilight_warnings(job: Job) -> list[str]:
             lines.append(
                 (
                     number,
-                    f"tables hold no light of a Sun from {lowest:g} degrees down to {dark:.0f}, where it is dark:"
+                    f"tables contain no light of a Sun from {lowest:g} degrees down to {dark:.0f}, where it is dark:"
                     f" runtimes refuse {hours:.1f} h of the day; give a source_elevation_deg of {CIVIL_TWILIGHT:g} or"
                     " lower",
                 )

@@ -72,7 +72,9 @@ def read_bases(path: str | os.PathLike[str]) -> set[str]:
     root = parse_xml(read_xml(path), Path(path))
     bases = {"".join((element.findtext("{*}Name") or "").split()) for element in root.iter("{*}Base_Material")}
     if not bases - {""}:
-        raise InputError("holds no Base_Material; name a Base Material Table, or remove it to have one made", file=path)
+        raise InputError(
+            "contains no Base_Material; name a Base Material Table, or remove it to have one made", file=path
+        )
     return bases - {""}
 
 

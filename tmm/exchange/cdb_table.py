@@ -50,7 +50,7 @@ class Composite:
 def read_table(path: str | os.PathLike[str]) -> dict[int, Composite]:
     """Read a table leniently: any namespace or none, weights omitted, indices in any order.
 
-    Raises InputError: the file is missing or is not XML, it contains no composite material, an index stands twice or is
+    Raises InputError: the file is missing or is not XML, it contains no composite material, an index occurs twice or is
     no whole number, or a composite has no base material.
 
     Returns them by index, ascending.
@@ -97,11 +97,11 @@ def parse_table(text: bytes, path: Path) -> dict[int, Composite]:
         composite = _composite(element, path)
         if composite.index in table:
             raise InputError(
-                f"index {composite.index} stands twice; allowed: once in a table", file=path, line=element.sourceline
+                f"index {composite.index} occurs twice; allowed: once in a table", file=path, line=element.sourceline
             )
         table[composite.index] = composite
     if not table:
-        raise InputError("holds no Composite_Material; name a Composite Material Table of a CDB", file=path)
+        raise InputError("contains no Composite_Material; name a Composite Material Table of a CDB", file=path)
     return dict(sorted(table.items()))
 
 

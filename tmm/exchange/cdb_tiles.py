@@ -164,7 +164,7 @@ class _Cutter:
         for composite in earlier.table.values():
             if composite.name not in self._materials.library:
                 raise InputError(
-                    f"holds '{composite.name}', which is no material of the library, and would be lost; name another"
+                    f"contains '{composite.name}', which is no material of the library, and would be lost; name another"
                     " folder with --out",
                     file=index_file,
                 )

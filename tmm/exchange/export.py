@@ -160,7 +160,7 @@ def _export_materials(
             raise InputError("--level goes with --tile; tiles that are cut have all levels of detail; leave it out")
         return cut_tiles(Path(path), root, materials, target.lod, progress)
     if target.model is not None or target.lod is not None:
-        raise InputError("--tile stands alone: it names the level of detail, and no model; leave --model and --lod out")
+        raise InputError("--tile excludes these: it names the level of detail, and no model; remove --model and --lod")
     tile = parse_tile(target.tile)
     if level is None:
         sizes = _level_sizes(path)

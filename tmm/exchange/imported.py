@@ -195,7 +195,7 @@ def _with_table(path: Path, table_path: Path, materials: CdbMaterials) -> tuple[
 
     table, index = read_table(table_path), read_plane(path)
     if index.dtype.kind != "u":
-        raise InputError("holds floats; allowed: unsigned integers, indices into the table", file=path)
+        raise InputError("contains floats; allowed: unsigned integers, indices into the table", file=path)
     present = indices_in(index, table, path, table_path.name)
     layers, shares = index[np.newaxis], np.ones((1, *index.shape), np.float32)
     image = indexed_image(path.name.partition(".")[0], layers, shares, table, materials)

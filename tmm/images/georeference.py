@@ -70,7 +70,7 @@ def _world(image: Path) -> GeoReference | None:
     try:
         a, d, b, e, c, f = (plain_number(word) for word in world_file.read_text(encoding="utf-8").split())
     except (ValueError, OSError):
-        raise InputError("is no world file: it must hold six numbers; fix or remove it", file=world_file) from None
+        raise InputError("is no world file: it must contain six numbers; fix or remove it", file=world_file) from None
     if not (np.isfinite([a, b, c, d, e, f]).all() and a * e - b * d):
         raise InputError("maps the image to a line; fix its first four numbers or remove it", file=world_file)
     return GeoReference(_six(_from_centre([a, b, c, d, e, f])), "")

@@ -33,7 +33,8 @@ class Labels:
         grey, dtype = self._raster.channels < 3, self._raster.dtype
         if dtype.kind != "u" or (not grey and dtype != np.uint8):
             raise InputError(
-                "the label image holds floats or 16 bit colours; allowed: 8 bit colours or a grey level", file=self.path
+                "the label image contains floats or 16 bit colours; allowed: 8 bit colours or a grey level",
+                file=self.path,
             )
         self._channels = 1 if grey else 3
         self._colours = [(self._colour(key, grey), names.index(name)) for key, name in labels.palette.items()]
@@ -44,7 +45,7 @@ class Labels:
         components = [int(key[i : i + 2], 16) for i in (1, 3, 5)]
         if grey and len(set(components)) > 1:
             raise InputError(
-                f"the label image is grey and cannot hold {key}; give grey levels in the palette", file=self.path
+                f"the label image is grey and cannot store {key}; give grey levels in the palette", file=self.path
             )
         return components[: self._channels]
 

@@ -204,7 +204,7 @@ class Range(StrictModel):
 class Rule(StrictModel):
     """A material for the texels whose quantities all lie in the ranges; without ranges, for all texels."""
 
-    material: MaterialOrMixture = Field(description="Material or mixture of the texels for which the rule holds.")
+    material: MaterialOrMixture = Field(description="Material or mixture of the texels that match the rule.")
     when: dict[str, Range] = Field(default={}, description=f"Ranges of: {', '.join(QUANTITIES)}, or names of layers.")
 
 

@@ -19,7 +19,7 @@ def doubts(mapped: TextureMap, summary: Written) -> list[str]:
         warnings.append(f"the label image has no texel of {', '.join(absent)}; fine where the texture has none")
     if not summary.texels.any():
         way = {
-            "rules": "no rule holds anywhere; compare the limits with the image",
+            "rules": "no rule matches anywhere; compare the limits with the image",
         }
         warnings.append(
             f"no texel has a material: {way.get(mapped.job.way, 'all are below the thresholds of the classifier')}"

@@ -133,6 +133,6 @@ def test_where_shared_nodes_do_not_hold_a_state_has_its_own(job_of, monkeypatch)
     )
     monkeypatch.setattr("skyshine.mat.products.atmosphere.shared_nodes", lambda *_: SharedNodes(coarse, few.sources))
     group, report = built(loaded, 1)
-    assert "sun: nodes of similar airs do not hold" in report.notes
+    assert "sun: nodes of similar airs exceed the tolerance" in report.notes
     assert group.axes["share"].values.size > 2
     assert np.max(group.groups["accuracy"].variables["p99_kelvin"].data) <= FINE

@@ -60,7 +60,7 @@ class Sourced(StrictModel, Generic[Value]):
     """A value and where it comes from."""
 
     value: Value = Field(description="The value itself, in the unit of its key.")
-    source: Text = Field(description="Where it comes from: a reference of mat.yaml in brackets and the place in it.")
+    source: Text = Field(description="Source of the value: a reference of mat.yaml in brackets and the place in it.")
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
@@ -77,12 +77,12 @@ class Sourced(StrictModel, Generic[Value]):
 class LayerFile(StrictModel):
     """A layer, every number with its source; m, W m^-1 K^-1, kg m^-3, J kg^-1 K^-1."""
 
-    thickness: Sourced[Thickness] = Field(description="m.")
+    thickness: Sourced[Thickness] = Field(description="Thickness, m.")
     conductivity: Sourced[Conductivity] = Field(
-        description="Of heat, W m^-1 K^-1; without effect in a skin, which has no resistance."
+        description="Thermal conductivity, W m^-1 K^-1; without effect in a skin, which has no resistance."
     )
-    density: Sourced[Density] = Field(description="kg m^-3.")
-    heat_capacity: Sourced[HeatCapacity] = Field(description="Of mass, J kg^-1 K^-1.")
+    density: Sourced[Density] = Field(description="Density, kg m^-3.")
+    heat_capacity: Sourced[HeatCapacity] = Field(description="Specific heat, J kg^-1 K^-1.")
 
     def layer(self) -> Layer:
         return Layer(**{name: getattr(self, name).value for name in type(self).model_fields})
@@ -115,7 +115,9 @@ class BackFile(StrictModel):
         None, description="K, one or by hour, or the day's mean air temperature; of fixed and convective, no default."
     )
     coefficient: Sourced[Coefficient] | None = Field(
-        None, description="Of heat to the air behind, W m^-2 K^-1; of convective, open and cavity, no default."
+        None,
+        description="Coefficient of heat transfer to the air behind, W m^-2 K^-1; of convective, open and "
+        "cavity, no default.",
     )
     heat_flux: Sourced[HeatFlux | HeatFluxByHour] | None = Field(
         None, description="Into the stack from behind, or into the cavity (by default none), W m^-2, one or by hour."
@@ -123,12 +125,14 @@ class BackFile(StrictModel):
     exchange: Sourced[Coefficient] | None = Field(
         None,
         description=(
-            "Of enclosed with outdoor air, by ventilation and through its other faces, W m^-2 K^-1 of this face; of"
-            " cavity, no default."
+            "Heat exchange of enclosed with outdoor air, by ventilation and through its other faces, W m^-2 "
+            "K^-1 of this face; of cavity, no default."
         ),
     )
     capacity: Sourced[AirCapacity] | None = Field(
-        None, description="Of the enclosed air and what is in it, J m^-2 K^-1 of this face; of cavity, no default."
+        None,
+        description="Heat capacity of the enclosed air and what is in it, J m^-2 K^-1 of this face; of "
+        "cavity, no default.",
     )
 
     @model_validator(mode="after")
@@ -178,18 +182,21 @@ class SurfaceFile(StrictModel):
     a plate.
     """
 
-    roughness_length: Sourced[Roughness] = Field(description="Of momentum, m; without effect on a plate.")
+    roughness_length: Sourced[Roughness] = Field(
+        description="Roughness length of momentum, m; without effect on a plate."
+    )
     wetness: Sourced[Fraction] = Field(description="Share of the surface that evaporates, 0 to 1.")
     surface_resistance: Sourced[Resistance] = Field(
-        description="Of evaporation, s m^-1; of a canopy the least, in full light and humid air of 25 Celsius."
+        description="Resistance to evaporation, s m^-1; of a canopy the least, in full light and humid air "
+        "of 25 Celsius."
     )
     canopy: Sourced[bool] = Field(description="Whether the skin is leaves, whose stomata open with light.")
     snow: Sourced[bool] = Field(description="Whether it is snow or ice, whose temperature ends at the melting point.")
     exposure: Sourced[Literal["field", "plate", "roof", "wall"]] | None = Field(
         None,
         description=(
-            "To wind: endless ground or canopy (field), an object on open ground (plate), roof or wall of a building;"
-            " by default field on a fixed back, else plate."
+            "Exposure to wind: endless ground or canopy (field), an object on open ground (plate), roof or "
+            "wall of a building; by default field on a fixed back, else plate."
         ),
     )
 
@@ -218,7 +225,7 @@ class SoilFile(StrictModel):
         description="Share of the volume between the grains, 0.05 to 0.95: the largest water content."
     )
     solid_conductivity: Sourced[Conductivity] = Field(description="Conductivity of the grains themselves, W m^-1 K^-1.")
-    layers: Sourced[Literal[1, 2]] = Field(description="How many layers below the skin are of this soil.")
+    layers: Sourced[Literal[1, 2]] = Field(description="Number of layers below the skin are of this soil.")
 
     def soil(self) -> Soil:
         return Soil(**{name: getattr(self, name).value for name in type(self).model_fields})
@@ -236,7 +243,7 @@ class StandFile(StrictModel):
     )
     clumping: Sourced[Annotated[float, Field(ge=0.1, le=1.0)]] | None = Field(
         None,
-        description="By which the leaf area counts where leaves grow in clumps, 0.1 to 1; by default 1, at random.",
+        description="Clumping factor of the leaf area where leaves grow in clumps, 0.1 to 1; by default 1, at random.",
     )
 
     def stand(self) -> Stand:
@@ -250,10 +257,10 @@ class PenetratingLightFile(StrictModel):
     """Sunlight that layers let in; 1, m^-1."""
 
     share: Sourced[Annotated[float, Field(gt=0.0, le=1.0)]] = Field(
-        description="Of all sunlight that the material absorbs, 0 to 1."
+        description="Share of all sunlight that the material absorbs, 0 to 1."
     )
     extinction: Sourced[Annotated[float, Field(ge=0.05, le=1000.0)]] = Field(
-        description="By which it is absorbed within the layers, m^-1."
+        description="Coefficient of its absorption within the layers, m^-1."
     )
 
 
@@ -266,8 +273,8 @@ class ThermalFile(StrictModel):
     layers: Annotated[list[LayerFile], Field(min_length=2, max_length=2)] = Field(
         description="Two layers that conduct, from the skin inwards."
     )
-    back: BackFile = Field(description="What the second layer rests on.")
-    surface: SurfaceFile = Field(description="How the surface exchanges heat and water with the air.")
+    back: BackFile = Field(description="Boundary below the second layer.")
+    surface: SurfaceFile = Field(description="Exchange of heat and water between surface and air.")
     soil: SoilFile | None = Field(
         default=None, description="Its pores, where it answers to soil moisture; without it, moisture changes nothing."
     )

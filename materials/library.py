@@ -48,7 +48,9 @@ Code = Annotated[int, Field(ge=1, le=65535, strict=True)]
 class IndexEntry(StrictModel):
     """A line of the index."""
 
-    code: Code = Field(description="In textures and tables; never reused or changed. A user's own need unused ones.")
+    code: Code = Field(
+        description="Code in textures and tables; never reused or changed. A user's own need unused ones."
+    )
     name: Name = Field(description="Lower-case letters, digits and underscores; names the files of the material.")
     group: Name = Field(description="Kind of material, by which lists are sorted, such as roofing.")
     description: Text = Field(description="One line that says what it is.")

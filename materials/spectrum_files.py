@@ -281,8 +281,8 @@ def _usgs(file: Path, lines: list[str], stated: Said) -> _Raw:
     wavelength = _one_column(read_text(stated.wavelengths).splitlines())
     if len(value) != len(wavelength):
         raise InputError(
-            f"contains {len(value)} values and {stated.wavelengths.name} {len(wavelength)} wavelengths; give the file of "
-            "the same spectrometer",
+            f"contains {len(value)} values and {stated.wavelengths.name} {len(wavelength)} wavelengths; give the file "
+            "of the same spectrometer",
             file=file,
         )
     title = re.sub(r"^\s*splib\w+\s+Record=\d+:\s*", "", lines[0]).strip() if lines else ""

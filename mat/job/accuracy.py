@@ -69,17 +69,22 @@ class Accuracy(StrictModel):
         ),
     )
     solver_steps: Literal[48, 96, 144, 192, 288] = Field(
-        96, description="Of the heat balance a day; columns whose temperature would ring are solved in 192 or more."
+        96,
+        description="Steps of the heat balance per day; columns whose temperature would ring are solved in "
+        "192 or more.",
     )
     tilted_faces_k: float = Field(
         0.15,
         ge=0.05,
         le=1,
         description=(
-            "Of ambient light on tilted faces that reflect 0.3, at 300 K: 6 harmonics are accurate to 0.15 K and 11 to 0.05 K."
+            "Harmonics of ambient light on tilted faces: with a reflectance of 0.3 at 300 K, 6 harmonics are "
+            "accurate to 0.15 K and 11 to 0.05 K."
         ),
     )
-    seed: int = Field(1, ge=0, le=2**31 - 1, description="Of the random points at which table errors are measured.")
+    seed: int = Field(
+        1, ge=0, le=2**31 - 1, description="Seed of the random points at which table errors are measured."
+    )
 
 
 def by_number(accuracy: Any) -> Any:

@@ -23,12 +23,12 @@ _ANY_YEAR = 2001  # of 365 days
 class GroundYear(StrictModel):
     """Annual wave of the temperature at the surface of the ground, at the altitude of the weather."""
 
-    mean_c: Celsius = Field(description="Of the year.")
+    mean_c: Celsius = Field(description="Mean temperature of the year.")
     amplitude_c: Annotated[float, Field(ge=0, le=60)] = Field(
         description="Half of what the warmest day exceeds the coldest by."
     )
     coldest_day: Annotated[float, Field(ge=1, lt=YEAR + 1)] | None = Field(
-        None, description="Of the year; by default 15 January in the north, half a year later in the south."
+        None, description="Day of the year; by default 15 January in the north, half a year later in the south."
     )
 
     def at_latitude(self, latitude_deg: float) -> GroundYear:

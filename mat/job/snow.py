@@ -16,7 +16,7 @@ from skyshine.tmm.job.materials import MaterialName
 class SnowCover(StrictModel):
     """Snow on a material."""
 
-    depth_m: float = Field(ge=0.005, le=10, description="Of the snow.")
+    depth_m: float = Field(ge=0.005, le=10, description="Depth of the snow.")
     snow: MaterialName = Field("snow_fine", description="Material of the snow: its spectrum, density and conductivity.")
 
 

@@ -42,7 +42,9 @@ class SoundingChoice(StrictModel):
         ),
     )
     column: Literal["interpolated", "nearest"] = Field(
-        "interpolated", description="Of a grid, at the site and time: between its columns and times, or the nearest."
+        "interpolated",
+        description="Column of a grid at the site and time: interpolated between its columns and times, or "
+        "the nearest.",
     )
 
 

@@ -77,9 +77,9 @@ def stored_response(table: ResponseTable) -> Tables:
     for number, (name, names) in enumerate(array_names(SURFACE)):
         if name in arrays:
             database.set_array(number, np.asarray(arrays[name]))
-            for place, axis in enumerate(names):
+            for index, axis in enumerate(names):
                 nodes, rule, period = axes[axis]
-                database.set_axis(number, place, np.asarray(nodes, float), rule, period, np.nan, False)
+                database.set_axis(number, index, np.asarray(nodes, float), rule, period, np.nan, False)
     return Tables(database, None, None)
 
 

@@ -66,7 +66,7 @@ def _extremes(library: MaterialLibrary, names: list[str]) -> list[str]:
     """Names of materials between which the changes of all lie; all names where they are few."""
     if len(names) <= _BRIGHT + _DARK + _LIGHT:
         return names
-    surfaces = {each.name: each for each in surface_materials([library[name] for name in names])}
+    surfaces = {surface.name: surface for surface in surface_materials([library[name] for name in names])}
 
     def warms(name: str) -> float:
         return surfaces[name].solar_absorptance - surfaces[name].thermal_emissivity

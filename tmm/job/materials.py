@@ -54,7 +54,8 @@ def _known_seed(name: str, info: pydantic.ValidationInfo) -> str:
 def _single(value: Any) -> Any:
     if isinstance(value, dict):
         raise ValueError(
-            f"found the mapping {value!r}; allowed here: one material; mixtures are allowed in material, palette, rules,"
+            f"found the mapping {value!r}; allowed here: one material; mixtures are allowed in material, palette, "
+            "rules,"
             " clusters and overrides.labels"
         )
     return value

@@ -127,7 +127,8 @@ class Classifier(StrictModel):
 
     speed: Literal["best", "fast"] = Field(
         default="best",
-        description="With seeds. best: colour and texture, spread over a graph of superpixels, with the job's model "
+        description="Classifier for seeds. best: colour and texture, spread over a graph of superpixels, "
+        "with the job's model "
         "where it names one; fast: colours averaged over a box, many times faster and less accurate.",
     )
     radius: int = Field(
@@ -211,7 +212,7 @@ class Rule(StrictModel):
 class Rules(StrictModel):
     """Rules, of which the first that matches gives the material; where none matches it is unknown."""
 
-    rules: tuple[Rule, ...] = Field(min_length=1, description="In the order in which they are tried.")
+    rules: tuple[Rule, ...] = Field(min_length=1, description="Rules in the order of trial.")
     layers: dict[str, JobPath] = Field(
         default={}, description="Further images of the texture's size, such as height, whose first channel rules name."
     )
@@ -293,9 +294,9 @@ class TextureJob(StrictModel):
         "found, and store it as a layer; polygons correct it.",
     )
     classifier: Classifier = Field(
-        Classifier(), description="How texels are classified from seeds, clusters or a model."
+        Classifier(), description="Classification of texels from seeds, clusters or a model."
     )
-    held_out: HeldOut = Field(HeldOut(), description="How the quality is measured.")
+    held_out: HeldOut = Field(HeldOut(), description="Measurement of the quality.")
     material: MaterialOrMixture | None = Field(
         default=None, description="One material, or one mixture, for the whole texture."
     )

@@ -87,8 +87,8 @@ def command(
     out: str | None,
     as_json: bool,
 ) -> None:
-    """Contrast of MATERIAL against level BACKGROUND through the day, from the databases in FOLDER, and the hours at
-    which it changes its sign.
+    """Print the contrast of MATERIAL against level BACKGROUND through the day, from the databases in FOLDER, and the
+    hours at which it changes its sign.
 
     Contrast is the difference of the apparent temperatures at the observer, of black bodies of the same radiance in
     the band.

@@ -15,7 +15,7 @@ from skyshine.schemas.errors import CheckFailed
 def command(as_json: bool) -> None:
     """Show versions, packages, extras, threads and the cache of this installation.
 
-    Ends with status 1 where a package that all commands need is missing.
+    The exit status is 1 if a package that all commands need is missing.
     """
     from skyshine.mat.api.installation import installation
 

@@ -68,7 +68,7 @@ def fit(
     thermal_emissivity: float | None,
     as_json: bool,
 ) -> None:
-    """Find parameters of a material from a measured record of its skin temperature.
+    """Fit parameters of a material to a measured time series of its skin temperature.
 
     The record is a CSV as `mat temperature --forcing` takes it, of a level surface at equal steps over two days or
     more, with a column surface_temperature (K, or [C]), or lw_up (W/m2) from which it follows with the emissivity.

@@ -62,11 +62,11 @@ def front(
     lowtran: str | None,
     as_json: bool,
 ) -> None:
-    """Error of a pixel against run time of JOB (default: the starter job) at tolerances from 5 to 0.1 K.
+    """Measure the error of a pixel against run time of JOB (default: the starter job) at tolerances from 5 to 0.1 K.
 
     JOB is built as it is written and at tolerances for the pixel; the errors of all are measured on the same scenes.
-    The page front.html, with its numbers as front.json, says what the next second and the next kelvin buy. Databases
-    are kept in the folder: settings that are finished are not built again.
+    The page front.html, with its numbers as front.json, shows the marginal cost and benefit of each setting (Pareto
+    front). Databases are kept in the folder: settings that are finished are not built again.
 
     \b
     Example:

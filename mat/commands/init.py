@@ -14,7 +14,7 @@ import click
 def command(folder: str, example: str) -> None:
     """Write a starter job, with the picture it needs, into FOLDER. Files that are there already are not touched.
 
-    Beside it stand the JSON Schemas by which editors with a YAML language server complete and check its keys.
+    The JSON Schemas beside it let editors with a YAML language server complete and check its keys.
     """
     from pathlib import Path
 

@@ -14,7 +14,7 @@ from skyshine.schemas.errors import InputError, nearest
 def command(name: str | None, as_json: bool) -> None:
     """List the ready states, or show the keys of the one called NAME.
 
-    A job's state takes one with `preset: NAME`; keys written beside it take the place of the preset's own.
+    A job's state takes one with `preset: NAME`; keys written beside it replace those of the preset.
     """
     import yaml
 

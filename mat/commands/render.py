@@ -15,7 +15,7 @@ from skyshine.schemas.commands import allow_outside_option, emit_json, json_opti
 def command(scene: str, out: str | None, as_json: bool) -> None:
     """Draw SCENE from built databases: radiance and apparent temperature by hour and band.
 
-    The folder then holds, for each hour and band, the apparent temperature as a 16-bit PNG with 100 values a kelvin,
+    The folder then contains, for each hour and band, the apparent temperature as a 16-bit PNG with 100 values a kelvin,
     the radiance as EXR in W m^-2 sr^-1 and, for a band with a sensor, its counts; and the day in one picture and as
     animations.
     """

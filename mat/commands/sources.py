@@ -15,7 +15,7 @@ def sources(as_json: bool) -> None:
     """Count the values of all materials by field and kind of source.
 
     cited: a reference; derived: from other numbers of the file or a cited law; definition: what the stack represents;
-    estimate: nobody measured it; user: a plain number of your own files. Spectra have origins by range and do not
+    estimate: no measurement available; user: a plain number of your own files. Spectra have origins by range and do not
     count.
     """
     from skyshine.materials.library import load_library

@@ -169,12 +169,12 @@ def command(
     picture: str | None,
     as_json: bool,
 ) -> None:
-    """Transmittance and radiance along one line of sight, for each spectral interval.
+    """Compute transmittance and radiance along one line of sight, for each spectral interval.
 
     Prints CSV, or JSON with --json, or draws with --plot. Sky and direct irradiance are those at the end of the line of
     sight, at the observer where it leads into space.
 
-    With --job the air is that of a state of a job, as its tables have it; nothing that describes the air may stand
+    With --job the air is that of a state of a job, as its tables have it; no option that describes the air is allowed
     beside it.
 
     Example: mat spectrum --atmosphere tropical --range 5 --wavenumber 700:1250 --json

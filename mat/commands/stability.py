@@ -29,7 +29,7 @@ from skyshine.schemas.quantity import quantity
 )
 @json_option
 def stability(seconds: float, seed: int, case: str | None, drawn: str | None, as_json: bool) -> None:
-    """Extreme and stiff cases of surface, air, whole jobs, bands, tables and textures, at random for a given time.
+    """Run extreme and stiff cases of surface, air, whole jobs, bands, tables and textures, at random for a given time.
 
     The parts share the time evenly, whatever a case of each costs. Reports the worst residual and violation of a bound,
     and the slowest case; anything not finite or out of bounds fails, with the options that run the case again.

@@ -121,14 +121,14 @@ def command(
     leaf_area_index: str | None,
     as_json: bool,
 ) -> None:
-    """Temperature and every flux of one surface through the day.
+    """Compute temperature and every flux of one surface through the day.
 
     Absorbed fluxes count inwards, all others outwards; absorbed = emitted + convection + evaporation + conduction +
     melt. The CSV has the columns time (ISO 8601), air_temperature, relative_humidity, wind_speed in SI and percent, and
     sw_down, or direct_normal and diffuse; air_temperature[C] names another unit; by choice lw_down or cloud_fraction,
-    pressure, and wind_height and air_height [m] where wind and air were not measured at 10 and 2 m. Notes say what
-    represents what is missing. A weather file of a job may have the same columns. A back by hour is in UTC under a CSV,
-    and so are the hours of --shade; with --job they are local clock hours.
+    pressure, and wind_height and air_height [m] where wind and air were not measured at 10 and 2 m. Notes list the
+    defaults used for missing columns. A weather file of a job may have the same columns. A back by hour is in UTC under
+    a CSV, and so are the hours of --shade; with --job they are local clock hours.
 
     With --job the surface is between the ground and the walls that the state names. Shade ends the direct light and
     what comes from around the Sun. Where --sky-view is below 1, the rest of the sky that is open there is a wall of the

@@ -31,8 +31,8 @@ def command(source: str, out: str, texture: str | None, altitude: float | None, 
     """Write a page that shows a built FOLDER, or the SCENE of a scene file, in the infrared.
 
     Of a folder the page shows a texture, of a scene its surface from the first place of its camera,
-    every face in full sun but for the shade that a photograph shows. The page opens from the file in any browser with
-    WebGL2 and asks for nothing elsewhere. Time of day, band, source, range and gain are set on it; the temperature
+    with no cast shadows except the shade of the photograph. The page opens from the file in any browser with
+    WebGL2 without network access. Time of day, band, source, range and gain are set on it; the temperature
     under the pointer and the time of a frame are shown.
     """
     if Path(source).suffix.lower() in (".yaml", ".yml"):

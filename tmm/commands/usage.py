@@ -10,7 +10,7 @@ from skyshine.schemas.quantity import quantity
 @click.argument("files", type=click.Path(), nargs=-1, required=True)
 @json_option
 def command(files: tuple[str, ...], as_json: bool) -> None:
-    """Share of each material in the texels of FILES: of each file, and of all together."""
+    """Print the share of each material in the texels of FILES: of each file, and of all together."""
     from skyshine.tmm.database.usage import library_usage, read_usage
 
     shares = {file: read_usage(file) for file in files}

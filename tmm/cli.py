@@ -23,8 +23,8 @@ main = CommandGroup(
     package="skyshine.tmm.commands",
     commands=COMMANDS,
     help="Maps the texels of textures to materials, with confidence and exact mip levels.\n\n"
-    "Training labels can come from three sources, alone or together, under 'seeds' of a texture in the job: answers to 'tmm "
-    "suggest' ('suggested'), a label image ('labels'), or polygons in pixels ('polygons') or in map "
+    "Training labels can come from three sources, alone or together, under 'seeds' of a texture in the job: answers "
+    "to 'tmm suggest' ('suggested'), a label image ('labels'), or polygons in pixels ('polygons') or in map "
     "coordinates as GeoJSON ('file').\n\n"
     "Example: tmm classify demo.tmm.yaml && tmm preview build/yellowstone_road.tmm.h5 --out materials.png",
 )

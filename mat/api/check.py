@@ -48,8 +48,8 @@ class JobCheck:
     seconds : dict of str to float
         Processor seconds by stage, estimated within a factor of two.
     warnings : list of str
-        Where weather, profile, sounding and the place of a weather file disagree, and which tolerance a build will
-        likely not hold, with numbers.
+        Contradictions between weather, profile, sounding and the site of a weather file, and tolerances that a build
+        will probably not reach, with numbers.
     surfaces : list of str
         What the job changes in materials of the library, with numbers.
     """

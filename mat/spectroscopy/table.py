@@ -215,7 +215,7 @@ def write_part(folder: Path, points: IntervalPoints, key: str) -> None:
     for gas, ratio in points.humid.items():
         arrays[f"humid_{gas}"] = pack(np.clip(ratio, -3.0, 3.0), RATIO_STEP, 0.0)
     if points.reference is not None:
-        arrays["reference"] = pack(points.reference, REFERENCE_STEP, 0.0)
+        arrays["reference"] = pack(np.asarray(points.reference, float), REFERENCE_STEP, 0.0)
     path = part_path(folder, points.low)
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_suffix(f".{os.getpid()}.tmp")

@@ -397,15 +397,14 @@ class TemperatureTable(Table):
             self.material_codes(material), *(np.asarray(coordinates[name]) for name in _PLACE)
         )
         faces, view = [values.ravel() for values in columns], np.asarray(exposure.sky_view, float)
-        of_each = isinstance(exposure.facing, np.ndarray)
-        facing = None if of_each else exposure.facing
+        facing = None if isinstance(exposure.facing, np.ndarray) else exposure.facing
         with messages(self.path):
             change = kernel_tables(self).absorbed(faces, exposure.shaded, view, facing, exposure.facing_emissivity)
-        if of_each or np.any(exposure.wall_light):
+        if isinstance(exposure.facing, np.ndarray) or np.any(exposure.wall_light):
             absorptance, emissivity = (
                 self.value(name, material=faces[0]) for name in (light.ABSORPTANCE, light.EMISSIVITY)
             )
-            walls = exposure if of_each else replace(exposure, facing=None)
+            walls = exposure if facing is None else replace(exposure, facing=None)
             change = change + OpenAir.of(self.root).heat_of_walls(walls, faces[1], faces[3], absorptance, emissivity)
         return change.reshape(*columns[0].shape, response.FORCING_STEPS)
 

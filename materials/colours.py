@@ -51,9 +51,9 @@ def natural_colour(wavelength: npt.NDArray[np.float64], reflectance: npt.NDArray
     [0.8, 0.0, 0.0]
     """
     sensitivity = _matching(1000 * WAVELENGTHS)
-    seen = sensitivity @ np.interp(WAVELENGTHS, wavelength, reflectance) / sensitivity.sum(axis=1)
+    response = sensitivity @ np.interp(WAVELENGTHS, wavelength, reflectance) / sensitivity.sum(axis=1)
     white = np.linalg.inv(_SRGB).sum(axis=1)
-    linear = np.clip(_SRGB @ (seen * white), 0, 1)
+    linear = np.clip(_SRGB @ (response * white), 0, 1)
     encoded: npt.NDArray[np.float64] = np.where(
         linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055
     )
@@ -88,19 +88,19 @@ def spread_colours(colours: npt.NDArray[np.float64], apart: float) -> npt.NDArra
     steps = np.arange(-60, 61, 4.0)
     moves = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     moves = moves[np.argsort((moves**2).sum(axis=1), kind="stable")]
-    placed = np.empty((len(colours), 3))
+    chosen = np.empty((len(colours), 3))
     result = np.empty((len(colours), 3), np.uint8)
     for k, colour in enumerate(rgb2lab(colours)):
         start = (DARKEST + colour[0] / 100 * (BRIGHTEST - DARKEST), *(CHROMA * colour[1:]))
-        tried = start + moves
-        tried = tried[(tried[:, 0] >= DARKEST) & (tried[:, 0] <= BRIGHTEST)]
+        candidates = start + moves
+        candidates = candidates[(candidates[:, 0] >= DARKEST) & (candidates[:, 0] <= BRIGHTEST)]
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Conversion from CIE-LAB", category=UserWarning)
-            shown = rgb2lab(lab2rgb(tried))  # what lies beyond sRGB comes back at its border
-        far = ((shown[:, np.newaxis] - placed[:k]) ** 2).sum(axis=2).min(axis=1, initial=np.inf) >= apart**2
-        at = np.argmax(far & (np.abs(shown - tried).max(axis=1) < 2))
-        result[k] = np.rint(255 * lab2rgb(shown[at]))
-        placed[k] = rgb2lab(result[k] / 255)
+            displayable = rgb2lab(lab2rgb(candidates))  # what lies beyond sRGB comes back at its border
+        far = ((displayable[:, np.newaxis] - chosen[:k]) ** 2).sum(axis=2).min(axis=1, initial=np.inf) >= apart**2
+        at = np.argmax(far & (np.abs(displayable - candidates).max(axis=1) < 2))
+        result[k] = np.rint(255 * lab2rgb(displayable[at]))
+        chosen[k] = rgb2lab(result[k] / 255)
     return result
 
 
@@ -110,21 +110,23 @@ def material_colours(names: Sequence[str], library: MaterialLibrary) -> npt.NDAr
     Those of the packaged materials are fixed; a material of a user's own library has that of its spectrum, and one that
     the library does not have is magenta.
     """
-    fixed, taken = _packaged(), {(0, 0, 0)}
+    fixed, assigned = _packaged(), {(0, 0, 0)}
     colours = np.empty((len(names), 3), np.uint8)
     for k, name in enumerate(names):
         if name in fixed:
             colour = fixed[name]
         elif name in library:
-            own = library[name]
-            red, green, blue = spread_colours(natural_colour(own.wavelength, own.reflectance)[np.newaxis], 0.0)[0]
+            material = library[name]
+            red, green, blue = spread_colours(
+                natural_colour(material.wavelength, material.reflectance)[np.newaxis], 0.0
+            )[0]
             colour = int(red), int(green), int(blue)
         else:
             colour = 255, 0, 255
-        while colour in taken:  # the next one, which looks alike
+        while colour in assigned:  # the next one, which looks alike
             number = (sum(part << shift for part, shift in zip(colour, (16, 8, 0), strict=True)) + 1) % (1 << 24)
             colour = number >> 16, number >> 8 & 255, number & 255
-        taken.add(colour)
+        assigned.add(colour)
         colours[k] = colour
     return colours
 

@@ -60,7 +60,7 @@ class Sourced(StrictModel, Generic[Value]):
     """A value and where it comes from."""
 
     value: Value = Field(description="The value itself, in the unit of its key.")
-    source: Text = Field(description="Where it comes from: a reference of mat.yaml in brackets and the place in it.")
+    source: Text = Field(description="Source of the value: a reference of mat.yaml in brackets and the place in it.")
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
@@ -70,19 +70,19 @@ class Sourced(StrictModel, Generic[Value]):
     @model_validator(mode="before")
     @classmethod
     def _of_the_user(cls, content: Any) -> Any:
-        """A plain number stands for itself: whoever writes one is its source."""
+        """A plain number has no source entry: whoever writes one is its source."""
         return {"value": content, "source": USER} if isinstance(content, int | float | str | list) else content
 
 
 class LayerFile(StrictModel):
     """A layer, every number with its source; m, W m^-1 K^-1, kg m^-3, J kg^-1 K^-1."""
 
-    thickness: Sourced[Thickness] = Field(description="m.")
+    thickness: Sourced[Thickness] = Field(description="Thickness, m.")
     conductivity: Sourced[Conductivity] = Field(
-        description="Of heat, W m^-1 K^-1; without effect in a skin, which has no resistance."
+        description="Thermal conductivity, W m^-1 K^-1; without effect in a skin, which has no resistance."
     )
-    density: Sourced[Density] = Field(description="kg m^-3.")
-    heat_capacity: Sourced[HeatCapacity] = Field(description="Of mass, J kg^-1 K^-1.")
+    density: Sourced[Density] = Field(description="Density, kg m^-3.")
+    heat_capacity: Sourced[HeatCapacity] = Field(description="Specific heat, J kg^-1 K^-1.")
 
     def layer(self) -> Layer:
         return Layer(**{name: getattr(self, name).value for name in type(self).model_fields})
@@ -115,7 +115,9 @@ class BackFile(StrictModel):
         None, description="K, one or by hour, or the day's mean air temperature; of fixed and convective, no default."
     )
     coefficient: Sourced[Coefficient] | None = Field(
-        None, description="Of heat to the air behind, W m^-2 K^-1; of convective, open and cavity, no default."
+        None,
+        description="Coefficient of heat transfer to the air behind, W m^-2 K^-1; of convective, open and "
+        "cavity, no default.",
     )
     heat_flux: Sourced[HeatFlux | HeatFluxByHour] | None = Field(
         None, description="Into the stack from behind, or into the cavity (by default none), W m^-2, one or by hour."
@@ -123,12 +125,14 @@ class BackFile(StrictModel):
     exchange: Sourced[Coefficient] | None = Field(
         None,
         description=(
-            "Of enclosed with outdoor air, by ventilation and through its other faces, W m^-2 K^-1 of this face; of"
-            " cavity, no default."
+            "Heat exchange of enclosed with outdoor air, by ventilation and through its other faces, W m^-2 "
+            "K^-1 of this face; of cavity, no default."
         ),
     )
     capacity: Sourced[AirCapacity] | None = Field(
-        None, description="Of the enclosed air and what stands in it, J m^-2 K^-1 of this face; of cavity, no default."
+        None,
+        description="Heat capacity of the enclosed air and what is in it, J m^-2 K^-1 of this face; of "
+        "cavity, no default.",
     )
 
     @model_validator(mode="after")
@@ -163,11 +167,11 @@ def refuse_incomplete_back(model: StrictModel, kind: str, keys: dict[str, str]) 
         The model's own key for each value of `BACK_VALUES`.
     """
     for name, key in keys.items():
-        given = getattr(model, key) is not None
-        if given != (name in BACK_VALUES[kind]) and name not in BACK_CHOICES.get(kind, ()):
+        is_stated = getattr(model, key) is not None
+        if is_stated != (name in BACK_VALUES[kind]) and name not in BACK_CHOICES.get(kind, ()):
             raise ValueError(
-                f"a back of kind '{kind}' {'takes no' if given else 'needs a'} '{key}'; "
-                f"{'remove' if given else 'add'} it or change the kind"
+                f"a back of kind '{kind}' {'takes no' if is_stated else 'needs a'} '{key}'; "
+                f"{'remove' if is_stated else 'add'} it or change the kind"
             )
 
 
@@ -178,18 +182,21 @@ class SurfaceFile(StrictModel):
     a plate.
     """
 
-    roughness_length: Sourced[Roughness] = Field(description="Of momentum, m; without effect on a plate.")
+    roughness_length: Sourced[Roughness] = Field(
+        description="Roughness length of momentum, m; without effect on a plate."
+    )
     wetness: Sourced[Fraction] = Field(description="Share of the surface that evaporates, 0 to 1.")
     surface_resistance: Sourced[Resistance] = Field(
-        description="Of evaporation, s m^-1; of a canopy the least, in full light and humid air of 25 Celsius."
+        description="Resistance to evaporation, s m^-1; of a canopy the least, in full light and humid air "
+        "of 25 Celsius."
     )
     canopy: Sourced[bool] = Field(description="Whether the skin is leaves, whose stomata open with light.")
     snow: Sourced[bool] = Field(description="Whether it is snow or ice, whose temperature ends at the melting point.")
     exposure: Sourced[Literal["field", "plate", "roof", "wall"]] | None = Field(
         None,
         description=(
-            "To wind: endless ground or canopy (field), an object on open ground (plate), roof or wall of a building;"
-            " by default field on a fixed back, else plate."
+            "Exposure to wind: endless ground or canopy (field), an object on open ground (plate), roof or "
+            "wall of a building; by default field on a fixed back, else plate."
         ),
     )
 
@@ -202,8 +209,10 @@ class SurfaceFile(StrictModel):
 
     def properties(self, back: str) -> SurfaceProperties:
         """Of a stack on a kind of back."""
-        given = {name: getattr(self, name).value for name in type(self).model_fields if getattr(self, name) is not None}
-        return SurfaceProperties(**{"exposure": "field" if back == "fixed" else "plate"} | given)
+        values = {
+            name: getattr(self, name).value for name in type(self).model_fields if getattr(self, name) is not None
+        }
+        return SurfaceProperties(**{"exposure": "field" if back == "fixed" else "plate"} | values)
 
 
 class SoilFile(StrictModel):
@@ -213,10 +222,10 @@ class SoilFile(StrictModel):
         description="Class of grains by which conductivity and evaporation follow moisture."
     )
     porosity: Sourced[Annotated[float, Field(ge=0.05, le=0.95)]] = Field(
-        description="Share of the volume between the grains, 0.05 to 0.95: the most water that it holds."
+        description="Share of the volume between the grains, 0.05 to 0.95: the largest water content."
     )
     solid_conductivity: Sourced[Conductivity] = Field(description="Conductivity of the grains themselves, W m^-1 K^-1.")
-    layers: Sourced[Literal[1, 2]] = Field(description="How many layers below the skin are of this soil.")
+    layers: Sourced[Literal[1, 2]] = Field(description="Number of layers below the skin are of this soil.")
 
     def soil(self) -> Soil:
         return Soil(**{name: getattr(self, name).value for name in type(self).model_fields})
@@ -228,28 +237,30 @@ class StandFile(StrictModel):
     leaf_area_index: Sourced[Annotated[float, Field(gt=0.0, le=MOST_LEAVES)]] = Field(
         description="Area of one side of the leaves over that of the ground, up to 20."
     )
-    soil: Sourced[Text] = Field(description="Name of the material on which they stand.")
+    soil: Sourced[Text] = Field(description="Name of the material below the leaves.")
     moisture: Sourced[Annotated[float, Field(ge=0.0, le=0.95)]] | None = Field(
         None, description="Water in that soil, m3/m3, where a job has no soil_moisture for it; by default as it is."
     )
     clumping: Sourced[Annotated[float, Field(ge=0.1, le=1.0)]] | None = Field(
         None,
-        description="By which the leaf area counts where leaves stand in clumps, 0.1 to 1; by default 1, at random.",
+        description="Clumping factor of the leaf area where leaves grow in clumps, 0.1 to 1; by default 1, at random.",
     )
 
     def stand(self) -> Stand:
-        given = {name: getattr(self, name).value for name in type(self).model_fields if getattr(self, name) is not None}
-        return Stand(**given)
+        values = {
+            name: getattr(self, name).value for name in type(self).model_fields if getattr(self, name) is not None
+        }
+        return Stand(**values)
 
 
 class PenetratingLightFile(StrictModel):
     """Sunlight that layers let in; 1, m^-1."""
 
     share: Sourced[Annotated[float, Field(gt=0.0, le=1.0)]] = Field(
-        description="Of all sunlight that the material absorbs, 0 to 1."
+        description="Share of all sunlight that the material absorbs, 0 to 1."
     )
     extinction: Sourced[Annotated[float, Field(ge=0.05, le=1000.0)]] = Field(
-        description="By which it is absorbed within the layers, m^-1."
+        description="Coefficient of its absorption within the layers, m^-1."
     )
 
 
@@ -262,12 +273,12 @@ class ThermalFile(StrictModel):
     layers: Annotated[list[LayerFile], Field(min_length=2, max_length=2)] = Field(
         description="Two layers that conduct, from the skin inwards."
     )
-    back: BackFile = Field(description="What the second layer rests on.")
-    surface: SurfaceFile = Field(description="How the surface exchanges heat and water with the air.")
+    back: BackFile = Field(description="Boundary below the second layer.")
+    surface: SurfaceFile = Field(description="Exchange of heat and water between surface and air.")
     soil: SoilFile | None = Field(
         default=None, description="Its pores, where it answers to soil moisture; without it, moisture changes nothing."
     )
-    stand: StandFile | None = Field(default=None, description="Of leaves: how much of them stands on what soil.")
+    stand: StandFile | None = Field(default=None, description="Canopy: leaf area index and the soil below it.")
     light: Annotated[list[PenetratingLightFile], Field(max_length=3)] = Field(
         default=[],
         description="Sunlight that layers let in (ice), by exponential laws; the rest stays at the surface.",
@@ -287,9 +298,9 @@ class ThermalFile(StrictModel):
         return self
 
     def stack(self) -> ThermalStack:
-        first, second = self.layers
+        outer, second = self.layers
         light = tuple(PenetratingLight(part.share.value, part.extinction.value) for part in self.light)
-        return ThermalStack(self.skin.layer(), (first.layer(), second.layer()), self.back.back(), light)
+        return ThermalStack(self.skin.layer(), (outer.layer(), second.layer()), self.back.back(), light)
 
 
 class SpecularFile(StrictModel):
@@ -344,11 +355,11 @@ def _sources(model: StrictModel, prefix: str = "") -> dict[str, str]:
 
 
 def _entries(name: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """Dotted names of what stands below a field: members of lists by number, those of mappings by key."""
+    """Dotted names of what is below a field: members of lists by number, those of mappings by key."""
     if isinstance(value, list):
-        return ((f"{name}.{number}", each) for number, each in enumerate(value, 1))
+        return ((f"{name}.{number}", item) for number, item in enumerate(value, 1))
     if isinstance(value, dict):
-        return ((f"{name}.{key}", each) for key, each in value.items())
+        return ((f"{name}.{key}", item) for key, item in value.items())
     return iter([(name, value)])
 
 
@@ -377,7 +388,7 @@ def load_spectrum(file: StrPath) -> SpectrumFile:
     text = read_text(file)
     comments = [(n, line[1:].strip()) for n, line in enumerate(text.splitlines(), 1) if line.startswith("#")]
     if not data_lines(text):
-        raise InputError(f"holds no spectrum; add the line {_HEADERS} and rows below it", file=file)
+        raise InputError(f"contains no spectrum; add the line {_HEADERS} and rows below it", file=file)
     parsed = parse_table(text, file)
     _check(parsed)
     table, columns = parsed.values, parsed.names
@@ -428,8 +439,8 @@ def _check(table: CsvTable) -> None:
 def _range(file: Path, number: int, text: str) -> SpectralRange:
     span, _, note = text.partition(";")
     try:
-        first, last, kind = span.split()
-        lower, upper = plain_number(first), plain_number(last)
+        start, stop, kind = span.split()
+        lower, upper = plain_number(start), plain_number(stop)
     except ValueError:
         raise InputError(
             f"found 'range:{text[:60]}'; allowed: 'range: LOWER UPPER KIND; note' with wavelengths in um",

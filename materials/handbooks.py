@@ -51,9 +51,9 @@ class Comparison:
     ----------
     material, quantity : str
     value : float
-        Of the library.
+        Value of the library.
     lower, upper : float
-        Over all handbooks that list the material.
+        Range of all handbooks that list the material.
     rows : tuple of HandbookRow
     reason : str
         Why it lies outside, where it does; "" otherwise.
@@ -95,9 +95,9 @@ def compare(handbooks: Handbooks, values: Mapping[str, Mapping[str, float]]) -> 
     Parameters
     ----------
     values : mapping of str to mapping of str to float
-        `QUANTITIES` by material; materials without a row are left out.
+        `QUANTITIES` by material; materials without a row are omitted.
     """
-    found = []
+    comparisons = []
     for name, numbers in values.items():
         for quantity in QUANTITIES:
             rows = tuple(r for r in handbooks.rows if name in r.materials and getattr(r, quantity) is not None)
@@ -105,5 +105,5 @@ def compare(handbooks: Handbooks, values: Mapping[str, Mapping[str, float]]) -> 
                 ranges = [getattr(row, quantity) for row in rows]
                 low, high = min(pair[0] for pair in ranges), max(pair[1] for pair in ranges)
                 reason = handbooks.reasons.get(f"{name}.{quantity}", "")
-                found.append(Comparison(name, quantity, numbers[quantity], low, high, rows, reason))
-    return found
+                comparisons.append(Comparison(name, quantity, numbers[quantity], low, high, rows, reason))
+    return comparisons

@@ -48,7 +48,9 @@ Code = Annotated[int, Field(ge=1, le=65535, strict=True)]
 class IndexEntry(StrictModel):
     """A line of the index."""
 
-    code: Code = Field(description="In textures and tables; never reused or changed. A user's own need unused ones.")
+    code: Code = Field(
+        description="Code in textures and tables; never reused or changed. A user's own need unused ones."
+    )
     name: Name = Field(description="Lower-case letters, digits and underscores; names the files of the material.")
     group: Name = Field(description="Kind of material, by which lists are sorted, such as roofing.")
     description: Text = Field(description="One line that says what it is.")
@@ -72,11 +74,11 @@ class Index(StrictModel):
 
 def unknown_material(name: object, allowed: Iterable[str]) -> str:
     """Words for a name that the library does not have: which it may mean, and how to add it."""
-    shown = str(name)[:40]
-    said = f"unknown material '{shown}'; {meant(shown, allowed)}"
-    if not re.fullmatch("[a-z][a-z0-9_]*", shown):
-        return said
-    return f"{said}; to add it: 'mat materials new {shown} --like ONE_OF_THESE'"
+    text = str(name)[:40]
+    message = f"unknown material '{text}'; {meant(text, allowed)}"
+    if not re.fullmatch("[a-z][a-z0-9_]*", text):
+        return message
+    return f"{message}; to add it: 'mat materials new {text} --like ONE_OF_THESE'"
 
 
 @dataclass(frozen=True)
@@ -99,11 +101,11 @@ class MaterialLibrary:
         Full references of the keys that sources name in square brackets.
     """
 
-    def __init__(self, version: str, references: dict[str, str], places: list[_Place]):
+    def __init__(self, version: str, references: dict[str, str], entries: list[_Place]):
         self.version = version
         self.references = references
-        self._places = {place.entry.name: place for place in sorted(places, key=lambda place: place.entry.code)}
-        self._names = {place.entry.code: name for name, place in self._places.items()}
+        self._places = {entry.entry.name: entry for entry in sorted(entries, key=lambda entry: entry.entry.code)}
+        self._names = {entry.entry.code: name for name, entry in self._places.items()}
         self._loaded: dict[str, Material] = {}
         self._change: Callable[[Material], Material] = lambda material: material
 
@@ -191,12 +193,12 @@ def load_library(folder: StrPath | None = None) -> MaterialLibrary:
     Raises
     ------
     InputError
-        An index cannot be read, or a name or code stands twice.
+        An index cannot be read, or a name or code occurs twice.
     """
     if folder is None:
         folder = os.environ.get(ENVIRONMENT) or None
     if folder is not None and not Path(folder).is_dir():
-        raise InputError(f"{ENVIRONMENT} names '{folder}', which is not a folder; give one that holds mat.yaml")
+        raise InputError(f"{ENVIRONMENT} names '{folder}', which is not a folder; give one that contains mat.yaml")
     user_folder = None if folder is None else Path(folder)
     user_files = None if user_folder is None else _stamps(user_folder)
     return _library(user_folder, _stamps(materials.path()), user_files)
@@ -213,12 +215,12 @@ def _stamps(folder: Path) -> Stamps:
 
 @lru_cache(maxsize=4)
 def _library(folder: Path | None, _packaged_files: Stamps, _own_files: Stamps | None) -> MaterialLibrary:
-    packaged, places = _read_index(materials.path())
+    packaged, entries = _read_index(materials.path())
     if folder is None:
-        return MaterialLibrary(packaged.data_version, packaged.references, places)
+        return MaterialLibrary(packaged.data_version, packaged.references, entries)
     index, user_places = _read_index(folder)
-    merged = {place.entry.name: place for place in places}
-    merged.update({place.entry.name: place for place in user_places})
+    merged = {entry.entry.name: entry for entry in entries}
+    merged.update({entry.entry.name: entry for entry in user_places})
     _refuse_shared_codes(merged.values())
     return MaterialLibrary(
         f"{packaged.data_version}+{folder.resolve().name}-{index.data_version}",
@@ -230,51 +232,51 @@ def _library(folder: Path | None, _packaged_files: Stamps, _own_files: Stamps | 
 def _read_index(folder: Path) -> tuple[Index, list[_Place]]:
     document = read_yaml(folder / "mat.yaml")
     index = parse_model(document, Index)
-    places = [
+    entries = [
         _Place(entry, folder, document.where(("materials", position))[0] or 1)
         for position, entry in enumerate(index.materials)
     ]
     _refuse_repeats(document, index)
-    return index, places
+    return index, entries
 
 
 def _refuse_repeats(document: Document, index: Index) -> None:
     for field in ("name", "code"):
-        seen: dict[Any, int] = {}
+        lines: dict[Any, int] = {}
         for position, entry in enumerate(index.materials):
             value = getattr(entry, field)
-            if value in seen:
-                first = document.where(("materials", seen[value], field))[0]
+            if value in lines:
+                earlier = document.where(("materials", lines[value], field))[0]
                 raise document.error(
                     ("materials", position, field),
-                    f"{field} {value} stands twice (first at line {first}); allowed: each {field} once; "
+                    f"{field} {value} occurs twice (first at line {earlier}); allowed: each {field} once; "
                     f"{'give this material a free code' if field == 'code' else 'rename this material'}",
                 )
-            seen[value] = position
+            lines[value] = position
 
 
-def _refuse_shared_codes(places: Iterable[_Place]) -> None:
+def _refuse_shared_codes(entries: Iterable[_Place]) -> None:
     """A user's addition must not take the code of another material: codes stand in textures."""
     owners: dict[int, _Place] = {}
-    for place in places:
-        other = owners.setdefault(place.entry.code, place)
-        if other is not place:
+    for entry in entries:
+        owner = owners.setdefault(entry.entry.code, entry)
+        if owner is not entry:
             raise InputError(
-                f"code {place.entry.code} of '{place.entry.name}' is that of '{other.entry.name}' "
-                f"({other.folder / 'mat.yaml'}:{other.line}); give it a free code (1 to 65535)",
-                file=place.folder / "mat.yaml",
-                line=place.line,
+                f"code {entry.entry.code} of '{entry.entry.name}' is that of '{owner.entry.name}' "
+                f"({owner.folder / 'mat.yaml'}:{owner.line}); give it a free code (1 to 65535)",
+                file=entry.folder / "mat.yaml",
+                line=entry.line,
             )
 
 
-def _read(place: _Place) -> Material:
-    # Their models take .06 s to build, which what asks for codes alone does not wait for.
+def _read(location: _Place) -> Material:
+    # Their models take 0.06 s to build, which what asks for codes alone does not wait for.
     from skyshine.materials.files import load_spectrum, load_specular, load_thermal
 
-    entry = place.entry
-    thermal = load_thermal(place.folder / "ht" / f"{entry.name}.yaml")
-    spectrum = load_spectrum(place.folder / "ref" / f"{entry.name}.csv")
-    fraction, width, lobe_sources = load_specular(place.folder / "spec" / f"{entry.name}.yaml")
+    entry = location.entry
+    thermal = load_thermal(location.folder / "ht" / f"{entry.name}.yaml")
+    spectrum = load_spectrum(location.folder / "ref" / f"{entry.name}.csv")
+    fraction, width, lobe_sources = load_specular(location.folder / "spec" / f"{entry.name}.yaml")
     return Material(
         code=entry.code,
         name=entry.name,

@@ -41,7 +41,7 @@ class Back:
         coefficient to the outdoor air of the hour), "cavity" (a coefficient to enclosed air that floats) or "heated" (a
         heat flux from inside).
     temperature : float, tuple of 24 floats or None
-        [K], of the day or at local clock hours 0 to 23, linear between them; None stands for the day's mean air
+        [K], of the day or at local clock hours 0 to 23, linear between them; None is the day's mean air temperature
         temperature. Only fixed and convective.
     coefficient : float or None
         [W m^-2 K^-1]; convective, open and cavity.
@@ -49,10 +49,10 @@ class Back:
         Into the stack from behind, or into the cavity [W m^-2], by hour as the temperature; heated, and cavity by
         choice.
     exchange : float or None
-        Of the enclosed air with the outdoor air, by ventilation and through the other faces [W m^-2 K^-1] of this face;
-        cavity only.
+        Heat exchange of the enclosed air with the outdoor air, by ventilation and through the other surfaces, per area
+        of this surface [W m^-2 K^-1]; cavity only.
     capacity : float or None
-        Of the enclosed air and what stands in it [J m^-2 K^-1]; cavity only.
+        Heat capacity of the enclosed air and its contents [J m^-2 K^-1]; cavity only.
     """
 
     kind: str
@@ -70,7 +70,7 @@ class PenetratingLight:
     Attributes
     ----------
     share : float
-        Of all absorbed sunlight.
+        Share of all absorbed sunlight.
     extinction : float
         [1/m]
     """
@@ -88,7 +88,7 @@ class ThermalStack:
     skin : Layer
         Stores heat at the surface temperature; its own conduction is neglected.
     layers : tuple of Layer
-        From the skin inwards: two of the library, one more or two under snow.
+        Layers from the skin inwards: two of the library, one more or two under snow.
     back : Back
     light : tuple of PenetratingLight
         Sunlight that the layers let in; the rest is absorbed at the surface.
@@ -107,12 +107,12 @@ class SurfaceProperties:
     Attributes
     ----------
     roughness_length : float
-        For momentum [m].
+        Roughness length for momentum [m].
     wetness : float
         Fraction of the surface that evaporates, 0 to 1.
     surface_resistance : float
-        In series with the aerodynamic resistance to evaporation [s m^-1]; 0 for free water. Of a canopy the
-        least, in full light and humid air of 25 C.
+        Resistance to evaporation in series with the aerodynamic one [s m^-1]; 0 for free water. For a canopy the
+        minimum, in full light and humid air of 25 C.
     canopy : bool
         Vegetation whose leaves exchange with the air within the canopy.
     snow : bool
@@ -123,7 +123,7 @@ class SurfaceProperties:
     delivered : float
         Share of the sunlight on it that leaves as electric power at 25 C, 0 to 1.
     delivered_per_kelvin : float
-        By which that share changes with temperature, over itself [K^-1].
+        Relative change of that share with temperature [K^-1].
     """
 
     roughness_length: float
@@ -147,7 +147,7 @@ class Soil:
     porosity : float
         Share of the volume that is pores.
     solid_conductivity : float
-        Of the grains [W m^-1 K^-1].
+        Thermal conductivity of the grains [W m^-1 K^-1].
     layers : int
         1 or 2: how many layers of the stack, from the skin inwards, are of this soil.
     """
@@ -165,9 +165,9 @@ class Stand:
     Attributes
     ----------
     leaf_area_index : float
-        Of one side of the leaves, over ground [m^2 m^-2].
+        One-sided area of the leaves per area of ground [m^2 m^-2].
     soil : str
-        Name of the material on which they stand.
+        Name of the material below the leaves.
     moisture : float or None
         Volume fraction of water in it where a job says nothing of that; None: as the library has it.
     clumping : float
@@ -230,16 +230,16 @@ class Material:
     reflectance_note : str
         The comment header of the spectrum: sample, file, citation, credit, geometry.
     soil : Soil or None
-        Of materials that answer to soil moisture.
+        Soil of a material whose properties depend on soil moisture.
     stand : Stand or None
-        Of leaves that stand on another material.
+        Canopy of leaves over another material.
     operated : mapping of str to Back
         Backs in operation by name, which a job may choose in place of that of `thermal`.
     moisture : float or None
         Volume fraction of water that a job has put into its soil.
     opened : OpenStand or None
-        Of a stand through whose gaps soil is seen, as a job asks; the spectra are then those of leaves and soil
-        together, seen from above. None: a closed skin.
+        Canopy with gaps through which soil is visible, as a job requests; the spectra are then those of leaves and soil
+        together, seen from above. None: a closed surface.
     """
 
     code: int

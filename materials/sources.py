@@ -1,4 +1,4 @@
-"""What stands behind the numbers of the library: kinds of source, and how many numbers have each."""
+"""Sources of the numbers of the library: kinds, and how many numbers have each."""
 
 from __future__ import annotations
 

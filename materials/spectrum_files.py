@@ -50,11 +50,11 @@ class Said:
     Attributes
     ----------
     unit : str or None
-        Of `UNITS`.
+        Unit among `UNITS`.
     scale : str or None
-        Of `SCALES`.
+        Scale among `SCALES`.
     quantity : str or None
-        Of `QUANTITIES`.
+        Quantity among `QUANTITIES`.
     wavelengths : Path or None
         File of wavelengths of a USGS spectrum, which holds none.
     record : str or None
@@ -103,27 +103,27 @@ class _Raw:
     quantity: str | None = None
 
 
-def read_spectrum(file: Path, said: Said) -> FileSpectrum:
+def read_spectrum(file: Path, stated: Said) -> FileSpectrum:
     """The spectrum of a file of any of the formats.
 
     Parameters
     ----------
     file : Path
         An ENVI library is given by its header (.hdr) or data file (.sli, .slb).
-    said : Said
+    stated : Said
 
     Raises
     ------
     InputError
         The file cannot be read, does not say its unit, or its values contradict what it says.
     """
-    raw = _envi(file, said) if file.suffix.lower() in (".hdr", ".sli", ".slb") else _text(file, said)
+    raw = _envi(file, stated) if file.suffix.lower() in (".hdr", ".sli", ".slb") else _text(file, stated)
     keep = (raw.y > DELETED) & np.isfinite(raw.x) & np.isfinite(raw.y)
     if keep.sum() < LEAST_POINTS:
         raise InputError(f"found {keep.sum()} points; allowed: a spectrum of at least {LEAST_POINTS}", file=file)
-    unit = said.unit or raw.unit or _guessed_unit(file, raw.x[keep])
-    quantity = said.quantity or raw.quantity or "reflectance"
-    value, scale = _as_fraction(file, raw.y[keep], said.scale, raw.scale)
+    unit = stated.unit or raw.unit or _guessed_unit(file, raw.x[keep])
+    quantity = stated.quantity or raw.quantity or "reflectance"
+    value, scale = _as_fraction(file, raw.y[keep], stated.scale, raw.scale)
     x = raw.x[keep]
     wavelength = 1e4 / _positive(file, x) if unit == "cm-1" else x * _IN_UM[unit]
     if not np.all((wavelength > 0.05) & (wavelength < 1000.0)):
@@ -154,17 +154,17 @@ def _guessed_unit(file: Path, x: Floats) -> str:
     )
 
 
-def _as_fraction(file: Path, value: Floats, said: str | None, written: str | None) -> tuple[Floats, str]:
+def _as_fraction(file: Path, value: Floats, stated: str | None, recorded: str | None) -> tuple[Floats, str]:
     """Values as fractions, and the scale in which they were read."""
     top = float(value.max())
     looks = "fraction" if top <= HIGHEST else "percent"
-    scale = said or written or looks
-    if said is None and written is not None and written != looks:
+    scale = stated or recorded or looks
+    if stated is None and recorded is not None and recorded != looks:
         raise InputError(
-            f"says that its values are {written}, but they reach {top:g}; give --scale fraction or percent",
+            f"says that its values are {recorded}, but they reach {top:g}; give --scale fraction or percent",
             file=file,
         )
-    if said is None and written is None and HIGHEST < top < DARKEST_PERCENT:
+    if stated is None and recorded is None and HIGHEST < top < DARKEST_PERCENT:
         raise InputError(
             f"does not say whether its values, up to {top:g}, are fractions or percent; give --scale",
             file=file,
@@ -183,22 +183,24 @@ def _ordered(wavelength: Floats, reflectance: Floats) -> tuple[Floats, Floats]:
     return nodes, np.bincount(inverse, weights=reflectance) / np.bincount(inverse)
 
 
-def _text(file: Path, said: Said) -> _Raw:
+def _text(file: Path, stated: Said) -> _Raw:
     lines = read_text(file).splitlines()
     rows = [numbers for numbers in map(_numbers, lines) if numbers]
-    if said.wavelengths is not None or (rows and sum(len(row) == 1 for row in rows) > len(rows) / 2):
-        return _usgs(file, lines, said)
+    if stated.wavelengths is not None or (rows and sum(len(row) == 1 for row in rows) > len(rows) / 2):
+        return _usgs(file, lines, stated)
     head = "\n".join(line for line in lines if not _numbers(line))
-    first, *heads = _column_heads(head)
-    column = _column(file, heads, mode(map(len, rows)) - 1 if rows else 0, said.record)
+    wavelength_head, *heads = _column_heads(head)
+    column = _column(file, heads, mode(map(len, rows)) - 1 if rows else 0, stated.record)
     pairs = np.array([(row[0], row[column]) for row in rows if len(row) > column], dtype=float).reshape(-1, 2)
-    found = re.search(r"^\s*Name\s*:\s*(.+)$", head, re.MULTILINE)
+    match = re.search(r"^\s*Name\s*:\s*(.+)$", head, re.MULTILINE)
     form = (
         "ECOSTRESS or ASTER text" if re.search(r"^\s*[XY] Units\s*:", head, re.MULTILINE | re.IGNORECASE) else "columns"
     )
     value = heads[column - 1].lower() if len(heads) >= column else ""
-    title = found.group(1).strip() if found else said.record or ""
-    return _Raw(pairs[:, 0], pairs[:, 1], form, title, _unit(first.lower()), _scale(value), _quantity(file, value))
+    title = match.group(1).strip() if match else stated.record or ""
+    return _Raw(
+        pairs[:, 0], pairs[:, 1], form, title, _unit(wavelength_head.lower()), _scale(value), _quantity(file, value)
+    )
 
 
 def _column(file: Path, heads: list[str], columns: int, record: str | None) -> int:
@@ -206,17 +208,17 @@ def _column(file: Path, heads: list[str], columns: int, record: str | None) -> i
     says it is of a spectrum (others may be its scatter).
     """
     names = [head.strip() for head in heads[: max(columns, 0)]]
-    shown = ", ".join(names[:8]) + (" ..." if len(names) > 8 else "")
+    names_text = ", ".join(names[:8]) + (" ..." if len(names) > 8 else "")
     if record is not None:
         if record not in names:
-            raise InputError(f"holds no column '{record}'; it has {shown or 'no names of columns'}", file=file)
+            raise InputError(f"contains no column '{record}'; it has {names_text or 'no names of columns'}", file=file)
         return names.index(record) + 1
     spectra = [number for number, name in enumerate(names, 1) if _SPECTRAL.search(name.lower())]
     if columns <= 1 or len(spectra) == 1:
         return spectra[0] if columns > 1 else 1
     if not names:
         raise InputError(f"found {columns + 1} columns without names; allowed: 2, or names in a line above", file=file)
-    raise InputError(f"holds {columns} columns of values; name one with --record: {shown}", file=file)
+    raise InputError(f"contains {columns} columns of values; name one with --record: {names_text}", file=file)
 
 
 def _numbers(line: str) -> list[float]:
@@ -264,22 +266,23 @@ def _scale(text: str) -> str | None:
 def _quantity(file: Path, text: str) -> str | None:
     """What a head of values names; absorptance of an opaque sample is its emissivity."""
     if wrong := re.search(r"transmi\w*|absorbance", text):
-        raise InputError(f"holds {wrong.group()}; allowed: reflectance, emissivity or absorptance", file=file)
+        raise InputError(f"contains {wrong.group()}; allowed: reflectance, emissivity or absorptance", file=file)
     return "emissivity" if re.search("emi[st]|absorpt", text) else "reflectance" if re.search("refl", text) else None
 
 
-def _usgs(file: Path, lines: list[str], said: Said) -> _Raw:
+def _usgs(file: Path, lines: list[str], stated: Said) -> _Raw:
     """A spectrum of the USGS library 7 as text: a title, then one value a channel."""
-    if said.wavelengths is None:
+    if stated.wavelengths is None:
         raise InputError(
-            "holds one column; a spectrum of the USGS needs its file of wavelengths: give --wavelengths FILE", file=file
+            "contains one column; a spectrum of the USGS needs its file of wavelengths: give --wavelengths FILE",
+            file=file,
         )
     value = _one_column(lines)
-    wavelength = _one_column(read_text(said.wavelengths).splitlines())
+    wavelength = _one_column(read_text(stated.wavelengths).splitlines())
     if len(value) != len(wavelength):
         raise InputError(
-            f"holds {len(value)} values and {said.wavelengths.name} {len(wavelength)} wavelengths; give the file of the"
-            " same spectrometer",
+            f"contains {len(value)} values and {stated.wavelengths.name} {len(wavelength)} wavelengths; give the file "
+            "of the same spectrometer",
             file=file,
         )
     title = re.sub(r"^\s*splib\w+\s+Record=\d+:\s*", "", lines[0]).strip() if lines else ""
@@ -292,17 +295,19 @@ def _one_column(lines: list[str]) -> Floats:
     return np.array([row[0] for row in map(_numbers, lines) if len(row) == 1], dtype=float)
 
 
-def _envi(file: Path, said: Said) -> _Raw:
+def _envi(file: Path, stated: Said) -> _Raw:
     """A spectrum of an ENVI spectral library, by the header reader of Spectral Python."""
     header = file if file.suffix.lower() == ".hdr" else _header(file)
     fields, values = _envi_library(header, file)
     named = fields.get("spectra names") or range(1, len(values) + 1)
     names = [named] if isinstance(named, str) else [str(name) for name in named]  # one needs no braces
-    if said.record is None and len(names) > 1:
-        raise InputError(f"holds {len(names)} spectra; name one with --record: {', '.join(names[:8])} ...", file=file)
-    if said.record is not None and said.record not in names:
-        raise InputError(f"holds no spectrum '{said.record}'; it has {', '.join(names[:8])} ...", file=file)
-    index = names.index(said.record) if said.record is not None else 0
+    if stated.record is None and len(names) > 1:
+        raise InputError(
+            f"contains {len(names)} spectra; name one with --record: {', '.join(names[:8])} ...", file=file
+        )
+    if stated.record is not None and stated.record not in names:
+        raise InputError(f"contains no spectrum '{stated.record}'; it has {', '.join(names[:8])} ...", file=file)
+    index = names.index(stated.record) if stated.record is not None else 0
     try:
         wavelength, value = np.array(fields["wavelength"], float), values[index].astype(float)
         value[value == float(fields.get("data ignore value", "nan"))] = np.nan

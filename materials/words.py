@@ -33,7 +33,7 @@ def matches(word: str, names: Iterable[str]) -> list[str]:
     ----------
     word : str
     names : iterable of str
-        Of the materials that there are.
+        Names of the available materials.
 
     Examples
     --------
@@ -45,18 +45,18 @@ def matches(word: str, names: Iterable[str]) -> list[str]:
     choices = list(names)
     lower = word.lower()
     forms = [lower, *([lower[:-1]] if lower.endswith("s") else [])]
-    said = [name for form in forms for name in aliases().get(form, ()) if name in choices]
-    held = [name for form in forms for name in choices if re.search(rf"(^|_){re.escape(form)}", name)]
-    held.sort(key=lambda name: (not name.startswith(forms[-1]), len(name)))
-    return list(dict.fromkeys([*said, *held]))
+    by_alias = [name for form in forms for name in aliases().get(form, ()) if name in choices]
+    containing = [name for form in forms for name in choices if re.search(rf"(^|_){re.escape(form)}", name)]
+    containing.sort(key=lambda name: (not name.startswith(forms[-1]), len(name)))
+    return list(dict.fromkeys([*by_alias, *containing]))
 
 
 def meant(word: str, names: Iterable[str]) -> str:
     """Words for the end of a message: the materials that a name may mean, or is spelt much like, and how to see all."""
     choices = list(names)
-    told = matches(word, choices)
-    found = told or difflib.get_close_matches(word, choices, n=NAMED, cutoff=ALIKE)
-    hint = f"did you mean '{found[0]}'? " if found else ""
-    more = f"; others: {', '.join(found[1:NAMED])}" if len(found) > 1 else ""
-    shown = word if told and re.fullmatch(r"[\w.-]+", word) else ""
-    return f"{hint}'mat materials{' ' + shown if shown else ''}' lists what there is{more}"
+    matching = matches(word, choices)
+    suggestions = matching or difflib.get_close_matches(word, choices, n=NAMED, cutoff=ALIKE)
+    hint = f"did you mean '{suggestions[0]}'? " if suggestions else ""
+    more = f"; others: {', '.join(suggestions[1:NAMED])}" if len(suggestions) > 1 else ""
+    text = word if matching and re.fullmatch(r"[\w.-]+", word) else ""
+    return f"{hint}'mat materials{' ' + text if text else ''}' lists what there is{more}"

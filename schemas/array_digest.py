@@ -64,12 +64,12 @@ def byte_planes(values: npt.NDArray[Any]) -> list[npt.NDArray[np.uint8]]:
         octets = little.view(np.uint8).reshape(-1, size)
         return [np.ascontiguousarray(octets[:, k]) for k in range(size)]
     # Shifts take a third of the time of bytes picked from memory.
-    whole = little.view(np.dtype(f"<u{size}"))
-    return [(whole >> whole.dtype.type(8 * k) if k else whole).astype(np.uint8) for k in range(size)]
+    words = little.view(np.dtype(f"<u{size}"))
+    return [(words >> words.dtype.type(8 * k) if k else words).astype(np.uint8) for k in range(size)]
 
 
 def is_constant(plane: npt.NDArray[np.uint8]) -> bool:
-    """Whether a plane holds one value alone."""
+    """Whether a plane contains one value alone."""
     return bool(plane[-1] == plane[0] and (plane == plane[0]).all())
 
 

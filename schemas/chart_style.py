@@ -108,7 +108,7 @@ def name_lines(axis: Axes) -> None:
     Parameters
     ----------
     axis : matplotlib Axes
-        With its lines, and limits that stay.
+        Axes with its lines and with fixed limits.
     """
     from matplotlib.figure import Figure
 
@@ -122,9 +122,9 @@ def name_lines(axis: Axes) -> None:
         label = str(line.get_label())
         if label.startswith("_"):
             continue
-        place = _last_point(axis, line)
-        if place is not None:
-            ends.append((place, label, line.get_color()))
+        point = _last_point(axis, line)
+        if point is not None:
+            ends.append((point, label, line.get_color()))
     if not ends:
         return
     height = axis.get_window_extent().height / figure.dpi * 72.0  # points
@@ -146,18 +146,18 @@ def name_lines(axis: Axes) -> None:
 def _last_point(axis: Axes, line: Line2D) -> tuple[float, float] | None:
     """Fractions of the axes at which a line ends at the right, within them; None where nothing of it is seen."""
     x, y = np.asarray(line.get_xdata(), float), np.asarray(line.get_ydata(), float)
-    seen = np.isfinite(x) & np.isfinite(y)
+    visible = np.isfinite(x) & np.isfinite(y)
     if axis.get_yscale() == "log":
-        seen &= y > 0
-    places = axis.transAxes.inverted().transform(line.get_transform().transform(np.column_stack([x, y])[seen]))
-    inside = places[(places[:, 0] <= 1.0 + 1e-9) & (places[:, 0] >= -1e-9)]
+        visible &= y > 0
+    points = axis.transAxes.inverted().transform(line.get_transform().transform(np.column_stack([x, y])[visible]))
+    inside = points[(points[:, 0] <= 1.0 + 1e-9) & (points[:, 0] >= -1e-9)]
     if not len(inside):
         return None
     right = inside[np.argmax(inside[:, 0])]
     return float(right[0]), float(np.clip(right[1], 0.0, 1.0))
 
 
-def spread(wanted: Sequence[float], gap: float, limits: tuple[float, float] = (-np.inf, np.inf)) -> list[float]:
+def spread(targets: Sequence[float], gap: float, limits: tuple[float, float] = (-np.inf, np.inf)) -> list[float]:
     """Places as near to ascending wanted ones as a gap between them allows, in least squares, and within limits that
     have room for them.
 
@@ -169,8 +169,8 @@ def spread(wanted: Sequence[float], gap: float, limits: tuple[float, float] = (-
     [0.8, 1.0]
     """
     groups: list[tuple[float, int]] = []  # means of places less their rank, which may not descend; counts
-    for rank, place in enumerate(wanted):
-        mean, count = place - rank * gap, 1
+    for rank, target in enumerate(targets):
+        mean, count = target - rank * gap, 1
         while groups and groups[-1][0] >= mean:
             before, number = groups.pop()
             mean, count = (before * number + mean * count) / (number + count), number + count
@@ -180,10 +180,10 @@ def spread(wanted: Sequence[float], gap: float, limits: tuple[float, float] = (-
     return [round(float(mean + rank * gap), 12) for rank, mean in enumerate(means)]
 
 
-def hours_of_day(axis: Axes, first: float = 0.0, last: float = 24.0) -> None:
+def hours_of_day(axis: Axes, start: float = 0.0, stop: float = 24.0) -> None:
     """Hours of the local clock along the lower axis, marked every three."""
-    ticks = np.arange(np.ceil(first / 3.0) * 3.0, last + 1e-9, 3.0)
-    axis.set_xlim(first, last)
+    ticks = np.arange(np.ceil(start / 3.0) * 3.0, stop + 1e-9, 3.0)
+    axis.set_xlim(start, stop)
     axis.set_xticks(ticks, [f"{hour % 24:02.0f}" if hour != 24 else "24" for hour in ticks])
     axis.set_xlabel("local clock, h")
 

@@ -25,11 +25,11 @@ def column_of(head: str, names: Mapping[str, str], units: Mapping[str, Collectio
     Parameters
     ----------
     head : str
-        As it is written.
+        Head of the column as written.
     names : mapping
         Folded spelling to the name of a quantity.
     units : mapping
-        By quantity the units that may follow its name after an underscore or blank.
+        Units by quantity that may follow its name after an underscore or blank.
 
     Examples
     --------
@@ -41,9 +41,9 @@ def column_of(head: str, names: Mapping[str, str], units: Mapping[str, Collectio
     brackets = _BRACKETS.fullmatch(head)
     if brackets is not None:
         return names.get(folded(brackets[1])), brackets[2].strip()
-    known = names.get(folded(head))
-    if known is not None:
-        return known, ""
+    recognised = names.get(folded(head))
+    if recognised is not None:
+        return recognised, ""
     for separator in "_ ":
         stem, _, suffix = head.strip().rpartition(separator)
         quantity = names.get(folded(stem)) if stem else None
@@ -52,9 +52,9 @@ def column_of(head: str, names: Mapping[str, str], units: Mapping[str, Collectio
     return None, ""
 
 
-def unit_of(written: str, units: Collection[str]) -> str | None:
+def unit_of(text: str, units: Collection[str]) -> str | None:
     """The unit among `units` that is written, in the same letters or else in any case; None where it is none."""
-    if written in units:
-        return written
-    plain = written.replace("\u00b5", "u").replace("\u03bc", "u")
+    if text in units:
+        return text
+    plain = text.replace("\u00b5", "u").replace("\u03bc", "u")
     return next((unit for unit in units if unit.casefold() == plain.casefold()), None)

@@ -49,7 +49,7 @@ class CommandGroup(click.Group):
     Parameters
     ----------
     package : str
-        Package that holds one module a command, each with a click command named ``command``.
+        Package that contains one module a command, each with a click command named ``command``.
     commands : dict of str to str
         Command names with the line that ``--help`` shows for each.
     moved : dict of str to str, optional
@@ -140,8 +140,8 @@ def json_option(function: Command) -> Command:
 def allow_outside_option(function: Command) -> Command:
     """Adds ``--allow-outside`` to a command: its jobs may name paths outside their folders."""
 
-    def allow(_context: click.Context, _parameter: click.Parameter, given: bool) -> None:
-        if given:
+    def allow(_context: click.Context, _parameter: click.Parameter, enabled: bool) -> None:
+        if enabled:
             allow_outside()
 
     text = "Let the job name paths that lead out of its folder."

@@ -37,9 +37,9 @@ class CsvTable:
     ----------
     file : Path
     names : tuple of str
-        Of the C columns, without their units.
+        Names of the C columns, without their units.
     units : tuple of str
-        As written, empty where a column names none.
+        Units as written, empty for a column that names none.
     values : (N, C) array
         Finite.
     header : int
@@ -57,8 +57,8 @@ class CsvTable:
 
     def error(self, row: int, column: int, message: str) -> InputError:
         """An `InputError` at the place of a value; row -1 is the header."""
-        line, place = self.places[row, column]
-        return InputError(message, file=self.file, line=line, column=place)
+        line, position = self.places[row, column]
+        return InputError(message, file=self.file, line=line, column=position)
 
 
 def read_text(file: StrPath) -> str:
@@ -118,13 +118,13 @@ def parse_table(text: str, file: StrPath, least_rows: int = 2, header: str | Non
         )
     number, line = lines[0]
     heads, delimiter = column_heads(file, number, line), delimiter_of(line)
-    places = {(-1, index): (number, head.column) for index, head in enumerate(heads)}
+    positions = {(-1, index): (number, head.column) for index, head in enumerate(heads)}
     rows = [
-        _row(file, heads, row, number, row_cells(file, number, line, len(heads), delimiter), places)
+        _row(file, heads, row, number, row_cells(file, number, line, len(heads), delimiter), positions)
         for row, (number, line) in enumerate(lines[1:])
     ]
     names, units = tuple(head.name for head in heads), tuple(head.unit for head in heads)
-    return CsvTable(file, names, units, np.array(rows), number, places)
+    return CsvTable(file, names, units, np.array(rows), number, positions)
 
 
 @dataclass(frozen=True)
@@ -186,12 +186,12 @@ def cells(line: str, delimiter: str = ",") -> list[tuple[str, int]]:
     """Cells of a line with the column each begins at, counted from 1."""
     if delimiter == " ":
         return [(word.group(), word.start() + 1) for word in _WORD.finditer(line) if word.group().strip()]
-    places, at = [], 0
+    positions, at = [], 0
     for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=False)):
-        place = line.find(cell, at) if cell else at
-        places.append((cell.strip(), place + 1))
-        at = max(line.find(delimiter, place + len(cell)) + 1, place + len(cell))
-    return places
+        position = line.find(cell, at) if cell else at
+        positions.append((cell.strip(), position + 1))
+        at = max(line.find(delimiter, position + len(cell)) + 1, position + len(cell))
+    return positions
 
 
 def _row(
@@ -199,12 +199,12 @@ def _row(
     heads: Sequence[Head],
     row: int,
     number: int,
-    found: list[tuple[str, int]],
-    places: dict[tuple[int, int], tuple[int, int]],
+    row_values: list[tuple[str, int]],
+    positions: dict[tuple[int, int], tuple[int, int]],
 ) -> list[float]:
     values = []
-    for index, (cell, column) in enumerate(found):
-        places[row, index] = (number, column)
+    for index, (cell, column) in enumerate(row_values):
+        positions[row, index] = (number, column)
         try:
             value = plain_number(cell)
         except ValueError:

@@ -27,7 +27,7 @@ Text = Annotated[str, pydantic.StringConstraints(strip_whitespace=True, min_leng
 NODE_LIMIT = 200_000
 DEPTH_LIMIT = 64
 BYTE_LIMIT = 20_000_000
-MAPPING = "<mapping>"  # stands for the file of a document that is given as plain data
+MAPPING = "<mapping>"  # represents the file of a document that is given as plain data
 
 
 def _whole_number(value: Any) -> Any:
@@ -125,7 +125,7 @@ class Document:
         return self.places[self.written(location)]
 
     def written(self, location: Location) -> Location:
-        """The parts of a location that stand in the file, without the names of a model's alternatives."""
+        """The parts of a location that are in the file, without the names of a model's alternatives."""
         path: Location = ()
         for part in location:
             path += (part,) if (*path, part) in self.places else ()
@@ -225,11 +225,11 @@ class _Builder:
                 raise _at(key_node, self.file, "found a list or mapping as a key; allowed: plain text keys")
             key = _scalar(key_node, self.file)
             if key in data:
-                first = self.places[(*path, key)]
+                earlier = self.places[(*path, key)]
                 raise _at(
                     key_node,
                     self.file,
-                    f"key '{key}' stands twice (first at line {first[0]}); allowed: each key once; remove one",
+                    f"key '{key}' occurs twice (first at line {earlier[0]}); allowed: each key once; remove one",
                 )
             data[key] = self.build(value_node, (*path, key))
             mark = (key_node.start_mark.line + 1, key_node.start_mark.column + 1)
@@ -262,14 +262,14 @@ def read_yaml(file: StrPath) -> Document:
     except UnicodeDecodeError as error:
         raise InputError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8", file=file) from None
     except ValueError:
-        raise InputError("is no path: it holds a null character", file=repr(str(file))) from None
+        raise InputError("is no path: it contains a null character", file=repr(str(file))) from None
     return _document(text, file)
 
 
 def mapping_document(data: Mapping[str, Any], folder: StrPath) -> Document:
     """A document whose content is given as plain data; its paths are relative to a folder, its errors name no line.
 
-    Numbers and arrays of numpy, paths, tuples and mappings of any kind stand for the plain values that they hold.
+    Numbers and arrays of numpy, paths, tuples and mappings of any kind are read as plain values.
 
     Raises
     ------
@@ -286,7 +286,9 @@ def mapping_document(data: Mapping[str, Any], folder: StrPath) -> Document:
     try:
         text = yaml.dump(data, Dumper=_plain_dumper(), sort_keys=False, allow_unicode=True)
     except (yaml.YAMLError, RecursionError, TypeError, ValueError) as error:
-        raise InputError(f"holds what YAML does not: {error}; give plain numbers, texts, lists and mappings") from None
+        raise InputError(
+            f"contains what YAML does not: {error}; give plain numbers, texts, lists and mappings"
+        ) from None
     if len(text) > BYTE_LIMIT:
         raise InputError(f"found {len(text)} characters; allowed: at most {BYTE_LIMIT}", file=file)
     document = _document(text, file)

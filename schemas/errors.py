@@ -17,7 +17,7 @@ class InputError(Exception):
     message : str
         What was found, what is allowed and what to do about it.
     file, line, column : optional
-        Where it was found; lines and columns count from 1.
+        Location of the error; lines and columns count from 1.
     """
 
     def __init__(
@@ -28,10 +28,10 @@ class InputError(Exception):
         line: int | None = None,
         column: int | None = None,
     ) -> None:
-        place = [str(part) for part in (file, line, column) if part is not None]
+        position = [str(part) for part in (file, line, column) if part is not None]
         self.message = " ".join(str(message).split())
         self.file, self.line, self.column = file, line, column
-        super().__init__(": ".join([":".join(place), self.message] if place else [self.message]))
+        super().__init__(": ".join([":".join(position), self.message] if position else [self.message]))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _rebuild, (self.message, self.file, self.line, self.column)

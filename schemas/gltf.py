@@ -102,8 +102,8 @@ def references(path: Path) -> Iterator[None]:
 
 def _gate(document: dict[str, Any], path: Path) -> None:
     """Refuse what is required and not understood, and views that are packed."""
-    used, required = ({*document.get(key, ())} for key in ("extensionsUsed", "extensionsRequired"))
-    for name in sorted((used & {*REFUSED} - {DRACO}) | (required - {*DECODED, *HARMLESS, DRACO})):
+    declared, required = ({*document.get(key, ())} for key in ("extensionsUsed", "extensionsRequired"))
+    for name in sorted((declared & {*REFUSED} - {DRACO}) | (required - {*DECODED, *HARMLESS, DRACO})):
         if name.startswith("KHR_materials_") and name not in REFUSED:
             continue
         remedy = REFUSED.get(name, "export the mesh without it")
@@ -134,11 +134,11 @@ def view_bytes(document: dict[str, Any], binary: bytes, path: Path) -> list[byte
         A buffer cannot be read or is shorter than it says, or a view reaches beyond its buffer.
     """
     buffers = []
-    for number, each in enumerate(document.get("buffers", [])):
-        source = resource(each["uri"], path) if "uri" in each else binary if number == 0 else b""
-        if len(source) < each["byteLength"]:
+    for number, buffer in enumerate(document.get("buffers", [])):
+        source = resource(buffer["uri"], path) if "uri" in buffer else binary if number == 0 else b""
+        if len(source) < buffer["byteLength"]:
             raise InputError(
-                f"buffer {number} has {len(source)} bytes; stated: {each['byteLength']}; export the mesh again",
+                f"buffer {number} has {len(source)} bytes; stated: {buffer['byteLength']}; export the mesh again",
                 file=path,
             )
         buffers.append(source)

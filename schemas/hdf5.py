@@ -137,12 +137,12 @@ class Group:
 
 @dataclass(frozen=True)
 class Filled:
-    """What stands in a file once its `Streamed` arrays are written.
+    """What is in a file once its `Streamed` arrays are written.
 
     Attributes
     ----------
     rest : Group
-        What else the root holds.
+        What else the root contains.
     known : dict of str to bytes
         Digests of `Streamed` arrays by their paths; the others are read back for theirs.
     """
@@ -195,11 +195,11 @@ def write_file(path: StrPath, root: Group, header: Header, fill: Callable[[h5py.
         # Everything that HDF5 1.10 keeps of arrays and groups has a checksum; the indexes of chunks before it have
         # none.
         with h5py.File(target, "w", libver=("v110", "v110"), track_order=True, **cache) as file:
-            known = _write_group(file, root)
+            digests = _write_group(file, root)
             filled = Filled(Group()) if fill is None else fill(file)
-            known |= filled.known | _write_group(file, filled.rest)
+            digests |= filled.known | _write_group(file, filled.rest)
             file.attrs.update(_root_attributes(header))
-            digest = content_hash(file, known)
+            digest = content_hash(file, digests)
             file.attrs[DIGEST] = digest
         if fill is None:
             part.write_bytes(image.getbuffer())
@@ -227,23 +227,23 @@ def _root_attributes(header: Header) -> dict[str, str]:
 
 def _write_group(target: h5py.Group, group: Group) -> dict[str, bytes]:
     """Write a group; returns the digests of its arrays of numbers by their paths, but for those that are `Streamed`."""
-    known: dict[str, bytes] = {}
+    digests: dict[str, bytes] = {}
     for name, value in group.attributes.items():
         target.attrs[name] = value
     for name, axis in group.axes.items():
-        dataset = _write_array(target, name, np.asarray(axis.values), axis, np.float64, None, known)
+        dataset = _write_array(target, name, np.asarray(axis.values), axis, np.float64, None, digests)
         dataset.make_scale(name)
     for name, variable in group.variables.items():
         data = variable.data if isinstance(variable.data, Streamed) else np.asarray(variable.data)
         expected = tuple(target[dim].shape[0] for dim in variable.dims)
         if data.shape != expected:
             raise ValueError(f"{name} has shape {data.shape}; its axes {variable.dims} have {expected}")
-        dataset = _write_array(target, name, data, variable, np.float32, variable.chunks, known)
+        dataset = _write_array(target, name, data, variable, np.float32, variable.chunks, digests)
         for position, dim in enumerate(variable.dims):
             dataset.dims[position].attach_scale(target[dim])
     for name, child in group.groups.items():
-        known |= _write_group(target.create_group(name, track_order=True), child)
-    return known
+        digests |= _write_group(target.create_group(name, track_order=True), child)
+    return digests
 
 
 _REFERENCE, _COMPACT_LIMIT = 16, 60_000  # bytes of one to a text; that fit into a header, which holds 64 KB
@@ -256,24 +256,24 @@ def _write_array(
     described: Axis | Variable,
     float_type: type[np.floating[Any]],
     chunks: tuple[int, ...] | None,
-    known: dict[str, bytes],
+    digests: dict[str, bytes],
 ) -> h5py.Dataset:
     kind: np.dtype[Any] = np.dtype(data.dtype)
     if isinstance(data, np.ndarray) and kind.kind in "UO":
         # The library follows damaged references to text out of the file; within the header of the array they are under
         # its checksum.
-        place = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        creation = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
         if _REFERENCE * data.size <= _COMPACT_LIMIT:
-            place.set_layout(h5py.h5d.COMPACT)
+            creation.set_layout(h5py.h5d.COMPACT)
         dataset = target.create_dataset(
-            name, data=data.astype(object), dtype=h5py.string_dtype(), track_order=True, dcpl=place
+            name, data=data.astype(object), dtype=h5py.string_dtype(), track_order=True, dcpl=creation
         )
     else:
         kind = np.dtype(float_type if kind.kind == "f" else kind).newbyteorder("<")
         content: dict[str, Any] = {"shape": data.shape}
         if not isinstance(data, Streamed):
             content = {"data": data.astype(kind, copy=False)}
-            known[f"{target.name.rstrip('/')}/{name}"] = array_digest(content["data"])
+            digests[f"{target.name.rstrip('/')}/{name}"] = array_digest(content["data"])
         filters: dict[str, Any] = {}
         if np.prod(data.shape) > 1:
             shape = tuple(min(c, n) for c, n in zip(chunks or _chunk_shape(data.shape), data.shape, strict=True))
@@ -329,8 +329,8 @@ def open_database(path: StrPath, filetype: str | None = None, major: int | None 
 def _check_kind(file: h5py.File, path: StrPath, filetype: str | None, major: int | None) -> None:
     name, version = (as_text(file.attrs.get(key)) for key in ("filetype", "format_version"))
     if name is None or (filetype is not None and name != filetype):
-        wanted = f"'{filetype}'" if filetype else "a database of skyshine"
-        raise InputError(f"holds {name!r}; allowed: {wanted}; name another file", file=path)
+        expected = f"'{filetype}'" if filetype else "a database of skyshine"
+        raise InputError(f"contains {name!r}; allowed: {expected}; name another file", file=path)
     if major is not None:
         check_version(path, str(name), str(version), major)
 
@@ -342,13 +342,13 @@ def check_version(path: StrPath, filetype: str, version: str, *majors: int) -> N
     ------
     InputError
     """
-    number, known = version.split(".")[0], " or ".join(f"{major}.x" for major in majors)
+    number, readable = version.split(".")[0], " or ".join(f"{major}.x" for major in majors)
     if number in map(str, majors):
         return
-    remedy = f"build it again from its job with 'mat build --fresh' to convert it to {known}"
+    remedy = f"build it again from its job with 'mat build --fresh' to convert it to {readable}"
     if number.isdecimal() and int(number) > max(majors):
         remedy = f"upgrade skyshine to one whose {filetype} format is {number}.x, or {remedy}"
-    raise InputError(f"has format_version {version!r}; this reader reads {known}; {remedy}", file=path)
+    raise InputError(f"has format_version {version!r}; this reader reads {readable}; {remedy}", file=path)
 
 
 _NOT_COMPARED = ("title", "digest_version")

@@ -1,7 +1,7 @@
 """Chunks packed as the filters of HDF5 pack them (shuffle, deflate, Fletcher-32), and faster, for large arrays.
 
 HDF5 deflates a shuffled chunk as one run of bytes. Its planes (the first bytes of all values, the second ones, ...) are
-unlike: those that hold one value alone, as the last bytes of rounded floats and the high bytes of codes do, need no
+unlike: those that contain one value alone, as the last bytes of rounded floats and the high bytes of codes do, need no
 search, and each array has a strategy of zlib that suits its others. The planes become parts of one deflate stream that
 end on whole bytes (RFC 1951, 3.2.4), in the wrapping of RFC 1950, so that every reader of HDF5 reads them.
 """
@@ -33,9 +33,9 @@ class Packing:
     Attributes
     ----------
     level : int
-        Of zlib, 1 to 9.
+        Level of zlib, 1 to 9.
     strategy : int
-        Of zlib: `zlib.Z_RLE` where values come in runs, `zlib.Z_DEFAULT_STRATEGY` where patterns come again.
+        Strategy of zlib: `zlib.Z_RLE` for values in runs, `zlib.Z_DEFAULT_STRATEGY` for repeated patterns.
     """
 
     level: int
@@ -75,9 +75,9 @@ class ChunkWriter:
         for index in np.ndindex(*counts):
             low = [i * size for i, size in zip(index, self._chunks, strict=True)]
             part = values[tuple(slice(at, at + size) for at, size in zip(low, self._chunks, strict=True))]
-            place = tuple(at + offset for at, offset in zip(start, low, strict=True))
-            stored, self._blocks[place] = self._packed(part)
-            dataset.id.write_direct_chunk(place, stored)
+            corner = tuple(at + offset for at, offset in zip(start, low, strict=True))
+            stored, self._blocks[corner] = self._packed(part)
+            dataset.id.write_direct_chunk(corner, stored)
 
     def digest(self) -> bytes | None:
         """Digest of the array; None where chunks are not the blocks of digests, or were not all written by this."""
@@ -85,8 +85,8 @@ class ChunkWriter:
         if chunks != block_shape(shape):
             return None
         number = prod(-(-length // size) for length, size in zip(shape, chunks, strict=True))
-        whole = len(self._blocks) == number
-        return digest_of_blocks(self._blocks[place] for place in sorted(self._blocks)) if whole else None
+        complete = len(self._blocks) == number
+        return digest_of_blocks(self._blocks[offset] for offset in sorted(self._blocks)) if complete else None
 
     def _packed(self, values: npt.NDArray[Any]) -> tuple[bytes, bytes]:
         """What HDF5 stores for a chunk, and its digest; values at the borders of the array are fewer than a chunk's."""
@@ -150,7 +150,7 @@ def fletcher32(data: bytes) -> int:
     Sums are kept in ones' complement: a multiple of 65535 is 65535, and 0 only where all words are.
     """
     words = np.frombuffer(data + b"\0" if len(data) % 2 else data, ">u2").astype(np.uint64)
-    first = int(words.sum())
-    second = int(words @ np.arange(len(words), 0, -1, dtype=np.uint64))
-    first, second = ((total - 1) % _WORD + 1 if total else 0 for total in (first, second))
-    return second << 16 | first
+    low_sum = int(words.sum())
+    high_sum = int(words @ np.arange(len(words), 0, -1, dtype=np.uint64))
+    low_sum, high_sum = ((total - 1) % _WORD + 1 if total else 0 for total in (low_sum, high_sum))
+    return high_sum << 16 | low_sum

@@ -32,12 +32,12 @@ PART_BYTES = 1 << 24  # read at a time where an array may be larger than memory
 TEXT_LIMIT = 1024  # characters of one text of an array
 
 
-def content_hash(file: h5py.File, known: Mapping[str, bytes] | None = None) -> str:
+def content_hash(file: h5py.File, digests: Mapping[str, bytes] | None = None) -> str:
     """SHA-256 over the content of a file by the rule that it names, as 64 hexadecimal digits.
 
     Parameters
     ----------
-    known : mapping of str to bytes, optional
+    digests : mapping of str to bytes, optional
         Digests of arrays by their paths, for the present rule, so that these arrays are not read back.
 
     Raises
@@ -55,7 +55,7 @@ def content_hash(file: h5py.File, known: Mapping[str, bytes] | None = None) -> s
             file=file.filename,
         )
     digest = hashlib.sha256()
-    _feed_group(digest, file, "", None if version == "2" else known or {})
+    _feed_group(digest, file, "", None if version == "2" else digests or {})
     return digest.hexdigest()
 
 
@@ -64,15 +64,15 @@ def digest_holds(file: h5py.File) -> bool:
     return bool(content_hash(file) == as_text(file.attrs.get(DIGEST)))
 
 
-def _feed_group(digest: _Hash, group: h5py.Group, place: str, known: Mapping[str, bytes] | None) -> None:
-    """Add a group; `known` is None by version 2."""
-    feed(digest, ("group", place, attributes_of(group, without=() if place else (DIGEST,))))
+def _feed_group(digest: _Hash, group: h5py.Group, path: str, digests: Mapping[str, bytes] | None) -> None:
+    """Add a group; `digests` is None by version 2."""
+    feed(digest, ("group", path, attributes_of(group, without=() if path else (DIGEST,))))
     items = sorted(group.items())
     named = axis_names(items)
     for name, item in items:
-        inner = f"{place}/{name}"
+        inner = f"{path}/{name}"
         if isinstance(item, h5py.Group):
-            _feed_group(digest, item, inner, known)
+            _feed_group(digest, item, inner, digests)
             continue
         axes = ["axis"] if item.is_scale else ["array", *dims_of(item, named)]
         text = is_text(item)
@@ -80,8 +80,8 @@ def _feed_group(digest: _Hash, group: h5py.Group, place: str, known: Mapping[str
         feed(digest, (axes, inner, attributes_of(item), kind, list(item.shape)))
         if text:
             feed(digest, texts_of(item))
-        elif known is not None:
-            digest.update(known[inner] if inner in known else _digest_of(item))
+        elif digests is not None:
+            digest.update(digests[inner] if inner in digests else _digest_of(item))
         else:
             for part in parts(item):
                 digest.update(np.ascontiguousarray(part, dtype=part.dtype.newbyteorder("<")).data)
@@ -114,7 +114,7 @@ def _arrays_hash(file: h5py.File) -> str:
 def attributes_of(item: h5py.Group | h5py.Dataset, without: tuple[str, ...] = ()) -> dict[str, Any]:
     """Attributes of a group or an array, text decoded, without those by which HDF5 links axes."""
     left_out, attributes = {*SCALE_ATTRIBUTES, *without}, item.attrs
-    # Those that are left out are not read: references are slow.
+    # Those that are omitted are not read: references are slow.
     return {name: as_text(attributes[name]) for name in attributes if name not in left_out}
 
 
@@ -142,8 +142,8 @@ def dims_of(dataset: h5py.Dataset, axes: Mapping[int, str] = MappingProxyType({}
 def _axis_of(dataset: h5py.Dataset, number: int, axes: Mapping[int, str]) -> str:
     if not h5py.h5ds.get_num_scales(dataset.id, number):
         return ""
-    found = h5py.h5ds.iterate(dataset.id, number, _address)  # of the first
-    name: str = axes.get(found) or dataset.dims[number][0].name.rsplit("/", 1)[-1]
+    address = h5py.h5ds.iterate(dataset.id, number, _address)  # of the first
+    name: str = axes.get(address) or dataset.dims[number][0].name.rsplit("/", 1)[-1]
     return name
 
 
@@ -153,7 +153,7 @@ def _address(identifier: h5py.h5g.GroupID | h5py.h5d.DatasetID) -> int:
 
 
 def is_text(dataset: h5py.Dataset) -> bool:
-    """Whether an array holds text."""
+    """Whether an array contains text."""
     return h5py.check_string_dtype(dataset.dtype) is not None
 
 
@@ -183,12 +183,12 @@ def texts_of(dataset: h5py.Dataset) -> npt.NDArray[np.object_]:
     texts: npt.NDArray[np.object_] = np.empty(dataset.shape, dtype=object)
     # A few at a time: damaged references may all lead to one long text.
     for start in range(0, dataset.shape[0] if dataset.shape else 1, 64):
-        place = np.s_[start : start + 64] if dataset.shape else ()
-        texts[place] = dataset.asstr()[place]
-        longest = max(map(len, np.ravel(texts[place])), default=0)
+        block = np.s_[start : start + 64] if dataset.shape else ()
+        texts[block] = dataset.asstr()[block]
+        longest = max(map(len, np.ravel(texts[block])), default=0)
         if longest > TEXT_LIMIT:
             raise InputError(
-                f"'{dataset.name}' holds a text of {longest} characters; allowed: up to {TEXT_LIMIT}; shorten it",
+                f"'{dataset.name}' contains a text of {longest} characters; allowed: up to {TEXT_LIMIT}; shorten it",
                 file=dataset.file.filename,
             )
     return texts

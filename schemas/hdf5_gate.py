@@ -27,7 +27,7 @@ ATTRIBUTE_BYTES = 1 << 20
 SHORT_TEXT = 4096  # characters of an attribute that is one line
 JOB_LIMIT = 16_000_000  # bytes of a job's text, those of a job file at most
 CHUNK_BYTES = 1 << 28
-# Deflate packs at most 1032 bytes into one (zlib technical details); a file that claims more holds a forged shape.
+# Deflate packs at most 1032 bytes into one (zlib technical details); a file that claims more contains a forged shape.
 PACKING_LIMIT, SMALL = 1100, 1 << 20
 ARRAY_LIMIT_VARIABLE, ARRAY_LIMIT_GIB = "SKYSHINE_MAX_ARRAY_GIB", 4.0
 READ_BY_ROWS = ("tmm",)  # file types whose arrays may be larger than memory
@@ -86,7 +86,7 @@ class _Group:
     """A group that is still to be looked into."""
 
     id: Any
-    place: str
+    path: str
     depth: int
 
 
@@ -120,42 +120,42 @@ class Gate:
             Something is not as the formats have it.
         """
         if self.text_bytes > JOB_LIMIT:
-            raise self._refuse("", f"holds a text of {self.text_bytes} bytes", f"texts of up to {JOB_LIMIT} bytes")
+            raise self._refuse("", f"contains a text of {self.text_bytes} bytes", f"texts of up to {JOB_LIMIT} bytes")
         self._attributes(self.file.id, "", root=True)
         self.by_rows = self.file.attrs.get("filetype") in READ_BY_ROWS
         self._enter(self.file["/"].id, "", 0)
         while self.waiting:
             self._group(self.waiting.pop())
 
-    def _refuse(self, place: str, found: str, allowed: str) -> InputError:
+    def _refuse(self, path: str, problem: str, allowed: str) -> InputError:
         return InputError(
-            f"'/{place}' {found}; allowed: {allowed}; build the file again, or get it from its source", file=self.path
+            f"'/{path}' {problem}; allowed: {allowed}; build the file again, or get it from its source", file=self.path
         )
 
-    def _enter(self, group: Any, place: str, depth: int) -> None:
-        self._once(group, place)
+    def _enter(self, group: Any, path: str, depth: int) -> None:
+        self._once(group, path)
         if depth > DEPTH_LIMIT:
-            raise self._refuse(place, f"lies {depth} groups deep", f"groups nested up to {DEPTH_LIMIT} deep")
-        self.waiting.append(_Group(group, place, depth))
+            raise self._refuse(path, f"lies {depth} groups deep", f"groups nested up to {DEPTH_LIMIT} deep")
+        self.waiting.append(_Group(group, path, depth))
 
-    def _once(self, item: Any, place: str) -> None:
+    def _once(self, item: Any, path: str) -> None:
         address = h5py.h5o.get_info(item).addr
         if address in self.addresses:
-            raise self._refuse(place, "is a second link to the same object", "one link to each group and array")
+            raise self._refuse(path, "is a second link to the same object", "one link to each group and array")
         self.addresses.add(address)
         if len(self.addresses) > OBJECT_LIMIT:
-            raise self._refuse(place, f"is object {len(self.addresses)} of the file", f"at most {OBJECT_LIMIT} objects")
+            raise self._refuse(path, f"is object {len(self.addresses)} of the file", f"at most {OBJECT_LIMIT} objects")
 
     def _links(self, group: _Group) -> list[str]:
         names: list[str] = []
 
         def note(name: bytes, info: Any) -> bool | None:
             text = name.decode("utf-8", "replace")
-            place = f"{group.place}/{text}".lstrip("/")
+            path = f"{group.path}/{text}".lstrip("/")
             if info.type != h5py.h5l.TYPE_HARD:
-                problems.append(self._refuse(place, "is a soft or external link", "groups and arrays of this file"))
+                problems.append(self._refuse(path, "is a soft or external link", "groups and arrays of this file"))
             elif len(names) + len(self.addresses) >= OBJECT_LIMIT:
-                problems.append(self._refuse(place, "is one link too many", f"at most {OBJECT_LIMIT} objects"))
+                problems.append(self._refuse(path, "is one link too many", f"at most {OBJECT_LIMIT} objects"))
             else:
                 names.append(text)
             return True if problems else None
@@ -169,39 +169,39 @@ class Gate:
     def _group(self, group: _Group) -> None:
         arrays: dict[str, Any] = {}
         for name in self._links(group):
-            place = f"{group.place}/{name}".lstrip("/")
+            path = f"{group.path}/{name}".lstrip("/")
             item = h5py.h5o.open(group.id, name.encode())
             if isinstance(item, h5py.h5g.GroupID):
-                self._enter(item, place, group.depth + 1)
+                self._enter(item, path, group.depth + 1)
             elif isinstance(item, h5py.h5d.DatasetID):
-                self._once(item, place)
-                self._storage(item, place)
+                self._once(item, path)
+                self._storage(item, path)
                 arrays[name] = item
             else:
-                raise self._refuse(place, "is a named type", "groups and arrays")
-            self._attributes(item, place)
+                raise self._refuse(path, "is a named type", "groups and arrays")
+            self._attributes(item, path)
         axes = {
             h5py.h5o.get_info(item).addr: item.shape[0]
             for name, item in arrays.items()
-            if self._is_axis(item, f"{group.place}/{name}".lstrip("/"))
+            if self._is_axis(item, f"{group.path}/{name}".lstrip("/"))
         }
         for name, item in arrays.items():
             if h5py.h5o.get_info(item).addr not in axes:
-                self._axes_fit(item, f"{group.place}/{name}".lstrip("/"), axes)
+                self._axes_fit(item, f"{group.path}/{name}".lstrip("/"), axes)
 
-    def _storage(self, item: Any, place: str) -> None:
+    def _storage(self, item: Any, path: str) -> None:
         kind, space = item.get_type(), item.get_space()
         text = kind.get_class() == h5py.h5t.STRING and kind.is_variable_str()
         if not text and kind.get_size() not in _ITEM_BYTES.get(kind.get_class(), ()):
-            raise self._refuse(place, f"holds values of type {kind.dtype}", "integers, floats and text")
+            raise self._refuse(path, f"contains values of type {kind.dtype}", "integers, floats and text")
         if space.get_simple_extent_type() == h5py.h5s.NULL or len(item.shape) > RANK_LIMIT:
-            raise self._refuse(place, f"has shape {item.shape}", f"arrays of up to {RANK_LIMIT} axes")
+            raise self._refuse(path, f"has shape {item.shape}", f"arrays of up to {RANK_LIMIT} axes")
         how = item.get_create_plist()
         if how.get_layout() not in _LAYOUTS or how.get_external_count():
-            raise self._refuse(place, "is stored outside the file (external or virtual)", "arrays stored in the file")
+            raise self._refuse(path, "is stored outside the file (external or virtual)", "arrays stored in the file")
         filters = [how.get_filter(number)[0] for number in range(how.get_nfilters())]
         if not set(filters) <= set(_FILTERS) or len(filters) > len(_FILTERS):
-            raise self._refuse(place, f"is packed by filters {filters}", f"each of {list(_FILTERS)} once")
+            raise self._refuse(path, f"is packed by filters {filters}", f"each of {list(_FILTERS)} once")
         size = kind.get_size() * prod(item.shape)
         chunk = kind.get_size() * prod(how.get_chunk()) if how.get_layout() == h5py.h5d.CHUNKED else 0
         packing = PACKING_LIMIT if h5py.h5z.FILTER_DEFLATE in filters else 1
@@ -210,50 +210,50 @@ class Gate:
         file_bytes = os.path.getsize(self.path)
         if size > packing * there + SMALL or self.stored > file_bytes:
             raise self._refuse(
-                place,
+                path,
                 f"claims {size} bytes, and {there} of the file's {file_bytes} are its own",
                 f"{packing} times that",
             )
         if chunk > CHUNK_BYTES:
-            raise self._refuse(place, f"is stored in chunks of {chunk} bytes", f"chunks of up to {CHUNK_BYTES} bytes")
+            raise self._refuse(path, f"is stored in chunks of {chunk} bytes", f"chunks of up to {CHUNK_BYTES} bytes")
         if not self.by_rows:
-            refuse_large(self.path, f"/{place}", size)
+            refuse_large(self.path, f"/{path}", size)
 
-    def _is_axis(self, item: Any, place: str) -> bool:
+    def _is_axis(self, item: Any, path: str) -> bool:
         axis = b"CLASS" in _names(item) and h5py.h5ds.is_scale(item)
         if axis and len(item.shape) != 1:
-            raise self._refuse(place, f"is an axis of shape {item.shape}", "axes of one dimension")
+            raise self._refuse(path, f"is an axis of shape {item.shape}", "axes of one dimension")
         return bool(axis)
 
-    def _axes_fit(self, item: Any, place: str, axes: dict[int, int]) -> None:
+    def _axes_fit(self, item: Any, path: str, axes: dict[int, int]) -> None:
         """Whether each dimension of an array has one axis of its own group, of its length."""
         if not item.shape:
             return
         references = h5py.Dataset(item).attrs.get("DIMENSION_LIST")
         if references is None or references.shape != (len(item.shape),):
-            raise self._refuse(place, f"has shape {item.shape} and no axes", "an axis for each dimension")
-        for dimension, (length, own) in enumerate(zip(item.shape, references, strict=True)):
-            if len(own) != 1 or not own[0]:
-                raise self._refuse(place, f"has {len(own)} axes for dimension {dimension}", "one")
-            address = h5py.h5o.get_info(h5py.h5r.dereference(own[0], self.file.id)).addr
+            raise self._refuse(path, f"has shape {item.shape} and no axes", "an axis for each dimension")
+        for dimension, (length, own_axes) in enumerate(zip(item.shape, references, strict=True)):
+            if len(own_axes) != 1 or not own_axes[0]:
+                raise self._refuse(path, f"has {len(own_axes)} axes for dimension {dimension}", "one")
+            address = h5py.h5o.get_info(h5py.h5r.dereference(own_axes[0], self.file.id)).addr
             if axes.get(address) != length:
                 nodes = axes.get(address, "none, in another group")
                 raise self._refuse(
-                    place,
+                    path,
                     f"has {length} values along dimension {dimension}, and its axis has {nodes}",
                     "as many as its axis has nodes",
                 )
 
-    def _attributes(self, item: Any, place: str, root: bool = False) -> None:
+    def _attributes(self, item: Any, path: str, root: bool = False) -> None:
         names = _names(item)
         if len(names) > ATTRIBUTE_LIMIT:
-            raise self._refuse(place, f"has {len(names)} attributes", f"at most {ATTRIBUTE_LIMIT}")
+            raise self._refuse(path, f"has {len(names)} attributes", f"at most {ATTRIBUTE_LIMIT}")
         for name in names:
-            self._attribute(h5py.h5a.open(item, name), name.decode("utf-8", "replace"), place, root)
+            self._attribute(h5py.h5a.open(item, name), name.decode("utf-8", "replace"), path, root)
 
-    def _attribute(self, attribute: Any, name: str, place: str, root: bool) -> None:
+    def _attribute(self, attribute: Any, name: str, path: str, root: bool) -> None:
         kind, shape = attribute.get_type(), attribute.shape
-        form, where = kind.get_class(), f"{place}@{name}"
+        form, where = kind.get_class(), f"{path}@{name}"
         count = prod(shape) if shape is not None else 0
         if name in _LINKED:
             right = form == _LINKED[name] and len(shape) == 1 and kind.get_size() * count <= ATTRIBUTE_BYTES
@@ -261,7 +261,7 @@ class Gate:
                 raise self._refuse(where, f"is of type {kind.dtype} and shape {shape}", "the references of axes")
             return
         if attribute.get_space().get_simple_extent_type() == h5py.h5s.NULL:
-            raise self._refuse(where, "holds nothing", "a value")
+            raise self._refuse(where, "contains no value", "a value")
         if form not in (*_NUMERIC, h5py.h5t.STRING) and not (form == h5py.h5t.ENUM and kind.dtype.kind == "b"):
             raise self._refuse(where, f"is of type {kind.dtype}", "numbers, booleans and text")
         is_text = form == h5py.h5t.STRING

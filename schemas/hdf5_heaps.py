@@ -23,7 +23,7 @@ def largest_text(path: StrPath) -> int:
     Raises
     ------
     InputError
-        A heap holds an object without length, on which libhdf5 (2.0.0 and before) never gets to the next one.
+        A heap contains an object without length, on which libhdf5 (2.0.0 and before) never gets to the next one.
     OSError
         The file cannot be read.
     """
@@ -47,13 +47,13 @@ def _largest_object(content: mmap.mmap, start: int) -> int | None:
     if start + _HEAD > len(content):
         return 0
     end = min(start + struct.unpack_from("<Q", content, start + 8)[0], len(content))
-    place, largest = start + _HEAD, 0
-    while place + _HEAD <= end:
-        index, size = struct.unpack_from("<H6xQ", content, place)
+    position, largest = start + _HEAD, 0
+    while position + _HEAD <= end:
+        index, size = struct.unpack_from("<H6xQ", content, position)
         # An object is its head and its data in whole words of 8 bytes; free space, number 0, counts its own head.
         step = (size if index == 0 else _HEAD + (size + 7) // 8 * 8) % _WORD
         if step < _HEAD:
             return None
         largest = max(largest, size if index else 0)
-        place += step
+        position += step
     return largest

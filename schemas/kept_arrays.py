@@ -1,8 +1,8 @@
 """Files of arrays that a machine keeps so as not to compute them again: believed if whole, and this user's own.
 
-A file holds a line that says what it is, a digest over its key and its content, and arrays as numpy keeps several. Any
-file that cannot be believed counts as absent. `SKYSHINE_CACHE` names another folder than the user's; leave it empty to
-keep nothing.
+A file contains a line that says what it is, a digest over its key and its content, and arrays as numpy keeps several.
+Any file that cannot be believed counts as absent. `SKYSHINE_CACHE` names another folder than the user's; leave it empty
+to keep nothing.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def keep_arrays(path: Path, head: bytes, key: str, arrays: Mapping[str, npt.NDAr
     head : bytes
         First line of the file: what it is, with a version.
     key : str
-        Of all that the arrays depend on.
+        Digest of everything that the arrays depend on.
     arrays : mapping of str to array
         Without Python objects.
     """
@@ -81,7 +81,7 @@ def _with_digest(head: bytes, key: str, content: bytes) -> bytes:
 
 def _own_bytes(path: Path) -> bytes:
     """Content of a file of this user; of none where it is another's, or no regular file, or too large."""
-    # Without waiting: a pipe may stand in place of the file.
+    # Without waiting: a pipe may be in place of the file.
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
     descriptor = os.open(path, flags)
     with open(descriptor, "rb") as file:

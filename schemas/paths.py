@@ -17,16 +17,16 @@ def allow_outside() -> None:
     os.environ[ALLOW_OUTSIDE] = "1"
 
 
-def job_path(folder: StrPath, name: str, *, written: bool = False) -> Path:
+def job_path(folder: StrPath, name: str, *, for_output: bool = False) -> Path:
     """Path of a file or folder that a job names.
 
     Parameters
     ----------
     folder : path
-        Of the job.
+        Folder of the job.
     name : str
-        As written in the job.
-    written : bool
+        Path as the job states it.
+    for_output : bool
         Whether it will be written to; then an absolute path counts as outside too.
 
     Raises
@@ -44,7 +44,7 @@ def job_path(folder: StrPath, name: str, *, written: bool = False) -> Path:
         )
     path = Path(folder, name)
     absolute = Path(name).is_absolute()
-    escapes = written if absolute else not _inside(path, Path(folder))
+    escapes = for_output if absolute else not _inside(path, Path(folder))
     if escapes and os.environ.get(ALLOW_OUTSIDE) != "1":
         raise ValueError(
             f"found '{name}', which leads out of the job's folder; allowed: a path inside it; move it there, or give"
@@ -55,5 +55,5 @@ def job_path(folder: StrPath, name: str, *, written: bool = False) -> Path:
 
 def _inside(path: Path, folder: Path) -> bool:
     """Whether a path stays in a folder, both as it is written and after its links are followed."""
-    written = Path(os.path.abspath(path)).is_relative_to(os.path.abspath(folder))
-    return written and Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
+    lexical = Path(os.path.abspath(path)).is_relative_to(os.path.abspath(folder))
+    return lexical and Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))

@@ -7,11 +7,11 @@ from skyshine.schemas.commands import CommandGroup
 COMMANDS = {
     "init": "Write a starter job that runs as it is.",
     "check": "Check a job: images, seeds, materials.",
-    "suggest": "Ask for the materials of the patches where an answer is worth most.",
+    "suggest": "Select patches to label (active learning).",
     "classify": "Map the texels of a job's textures to materials.",
     "train": "Train a classifier for a library of textures.",
     "score": "Compare a texture database with a label image.",
-    "info": "Show what a texture database holds.",
+    "info": "Show the content of a texture database.",
     "usage": "Share of each material in one texture or several.",
     "import": "Take materials from an OGC CDB.",
     "export": "Write a texture's materials for others: PNG, GeoTIFF, glTF, DIRSIG, OGC CDB.",
@@ -23,8 +23,8 @@ main = CommandGroup(
     package="skyshine.tmm.commands",
     commands=COMMANDS,
     help="Maps the texels of textures to materials, with confidence and exact mip levels.\n\n"
-    "Three ways to say what is where, alone or together, under 'seeds' of a texture in the job: answer what 'tmm "
-    "suggest' asks ('suggested'), paint a label image ('labels'), or draw polygons, in pixels ('polygons') or in map "
+    "Training labels can come from three sources, alone or together, under 'seeds' of a texture in the job: answers "
+    "to 'tmm suggest' ('suggested'), a label image ('labels'), or polygons in pixels ('polygons') or in map "
     "coordinates as GeoJSON ('file').\n\n"
     "Example: tmm classify demo.tmm.yaml && tmm preview build/yellowstone_road.tmm.h5 --out materials.png",
 )

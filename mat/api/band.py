@@ -32,7 +32,7 @@ def band(
     response : path, optional
         CSV of wavelength[um] or wavenumber[cm-1], and response; or `wavelength`.
     materials : sequence of str, optional
-        Of the library; by default all.
+        Materials of the library; by default all.
 
     Returns
     -------

@@ -33,12 +33,12 @@ class Build:
     seconds : float
         Wall clock until all files were ready; pictures are drawn after that.
     files : dict of str to dict
-        By name: ``kept``, ``seconds``, ``processor_seconds``, ``stages``, ``processor_stages``,
+        Record of each file by name: ``kept``, ``seconds``, ``processor_seconds``, ``stages``, ``processor_stages``,
         ``peak_memory_bytes``, ``notes``.
     not_of_this_job : list of str
         Databases in the folder that this job does not build, left as they are.
     warnings : list of str
-        Where weather, profile, sounding and the place of a weather file disagree, with numbers.
+        Contradictions between weather, profile, sounding and the site of a weather file, with numbers.
     """
 
     folder: Path
@@ -79,8 +79,8 @@ class Build:
         )
 
     def __repr__(self) -> str:
-        kept = sum(bool(entry["kept"]) for entry in self.files.values())
-        return f"<Build {self.folder}: {len(self.files)} files, {kept} kept, {self.seconds:.1f} s>"
+        unchanged = sum(bool(entry["kept"]) for entry in self.files.values())
+        return f"<Build {self.folder}: {len(self.files)} files, {unchanged} kept, {self.seconds:.1f} s>"
 
 
 def build(
@@ -95,7 +95,7 @@ def build(
 ) -> Build:
     """Build all databases of a job as `mat build` does.
 
-    A script that calls this stands under ``if __name__ == "__main__":``, because processes import it again. The logger
+    A script that calls this is under ``if __name__ == "__main__":``, because processes import it again. The logger
     ``skyshine.mat.build`` says each file that is finished, at level INFO.
 
     Parameters

@@ -29,7 +29,7 @@ class ContinuumEffect:
     Attributes
     ----------
     name : str
-        Of the continuum.
+        Name of the continuum.
     transmittance : float
         Mean over wavenumber.
     temperature : float
@@ -66,8 +66,8 @@ def compare_continua(*, background: float = BACKGROUND, **arguments: Any) -> lis
     for name in names:
         line = spectrum(**{**arguments, "water_continuum": name})
         temperature = _apparent_temperature(line, background)
-        first = effects[0].temperature if effects else temperature
-        effects.append(ContinuumEffect(name, float(line.transmittance.mean()), temperature, temperature - first))
+        reference = effects[0].temperature if effects else temperature
+        effects.append(ContinuumEffect(name, float(line.transmittance.mean()), temperature, temperature - reference))
     return effects
 
 

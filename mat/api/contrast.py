@@ -37,7 +37,7 @@ def contrast(
     Parameters
     ----------
     folder : path
-        Of a finished build.
+        Folder of a finished build.
     material, background : str
     band : str, optional
         One band by its name; by default all.
@@ -45,13 +45,13 @@ def contrast(
         Counted from 1.
     source : {'sun', 'moon'}
     range : float
-        From the observer [km].
+        Distance from the observer [km].
     elevation, heading : float
-        Of the line of sight at the observer, and its azimuth [degree].
+        Elevation and azimuth of the line of sight at the observer [degree].
     altitude : float, optional
-        Of the surfaces [km]; by default the lowest of the tables.
+        Altitude of the surfaces [km]; by default the lowest of the tables.
     slope, azimuth : float
-        Of the material's face [degree].
+        Slope and azimuth of the material's surface [degree].
     shade : sequence of str
         Intervals such as 10:00-14:00 in which no light comes to the material's face from the direction of the Sun.
 

@@ -63,7 +63,7 @@ def export(
     >>> import skyshine.mat
     >>> skyshine.mat.export("demo/built", "raw", "flat")  # doctest: +SKIP
     """
-    sources = [Path(files)] if isinstance(files, str | os.PathLike) else [Path(each) for each in files]
+    sources = [Path(files)] if isinstance(files, str | os.PathLike) else [Path(file) for file in files]
     say = report or (lambda _line: None)
     if to == "gpu":
         return export_gpu(sources, Path(out), frame, lambda path: say(str(path)))
@@ -77,11 +77,11 @@ def export(
         raise InputError(f"--tolerance: {error}") from None
     paths = []
     for database in _databases(sources, "*atmq.h5"):
-        written = export_axes(database, Path(out), kelvin, most_nodes)
-        shape = " x ".join(map(str, written.shape))
-        short = "" if written.p99 <= kelvin else f"; --tolerance {kelvin:g} K is not reached with {most_nodes:,} nodes"
-        say(f"{written.path}: {shape} nodes, {written.p99:.2g} K in 99 % of the reads{short}")
-        paths.append(written.path)
+        exported = export_axes(database, Path(out), kelvin, most_nodes)
+        shape = " x ".join(map(str, exported.shape))
+        short = "" if exported.p99 <= kelvin else f"; --tolerance {kelvin:g} K is not reached with {most_nodes:,} nodes"
+        say(f"{exported.path}: {shape} nodes, {exported.p99:.2g} K in 99 % of the reads{short}")
+        paths.append(exported.path)
     return paths
 
 
@@ -95,5 +95,5 @@ def _databases(files: Iterable[Path], pattern: str) -> Iterator[Path]:
     for path in files:
         databases = sorted(path.glob(pattern)) if path.is_dir() else [path]
         if not databases:
-            raise InputError(f"holds no database ({pattern}); build one with 'mat build'", file=path)
+            raise InputError(f"contains no database ({pattern}); build one with 'mat build'", file=path)
         yield from databases

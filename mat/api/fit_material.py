@@ -36,14 +36,15 @@ class FittedParameter:
     ----------
     name, units : str
     start : float
-        At which the search began: the material's own, or a moist one's where it is dry.
+        Start of the search: the value of the material, or of a moist one if it is dry.
     value : float
     standard_error : float
-        In units of the value; of a parameter that is searched by its logarithm, times the value's own slope there.
+        Standard error in units of the value; for a parameter searched by its logarithm, multiplied by the slope of the
+        value there.
     low, high : float
         Interval: all intervals of a fit hold at once with a probability of 99 %.
     bounds : tuple of float
-        Between which it was searched.
+        Bounds of the search.
     """
 
     name: str
@@ -63,16 +64,17 @@ class MaterialFit:
     Attributes
     ----------
     material : str
-        That gave the start and all that was not free.
+        Name of the material that gives the start values and all fixed parameters.
     parameters : tuple of FittedParameter
     correlation : (p, p) ndarray
-        Of the parameters' errors.
+        Correlation of the parameters' errors.
     effective_readings : float
         Independent readings that are worth as much as those of the fit.
     notes : tuple of str
-        What stands for what the record lacks, and what it cannot tell.
+        Defaults used for missing columns, and what the record cannot determine.
     errors : tuple of SkinError
-        Of the fit, the material as it was, air temperature and the day before, in fitted and held-out days.
+        Errors of the fit, of the unchanged material, of the air temperature and of the day before, in fitted and
+        held-out days.
     time : ndarray of datetime64
         UTC.
     measured, predicted : ndarray
@@ -98,13 +100,13 @@ class MaterialFit:
     @property
     def values(self) -> dict[str, float]:
         """Of the parameters, by name."""
-        return {each.name: each.value for each in self.parameters}
+        return {parameter.name: parameter.value for parameter in self.parameters}
 
     def error(self, part: str = "held out", prediction: str = "fit", hours: str = "all") -> SkinError:
         """One of `errors`; KeyError where there is no such reading."""
-        for each in self.errors:
-            if (each.part, each.prediction, each.hours) == (part, prediction, hours):
-                return each
+        for entry in self.errors:
+            if (entry.part, entry.prediction, entry.hours) == (part, prediction, hours):
+                return entry
         raise KeyError(f"no error of '{prediction}' in {part} days, {hours}")
 
     def to_xarray(self) -> xarray.Dataset:
@@ -128,21 +130,22 @@ class MaterialFit:
             "material": self.material,
             "confidence": CONFIDENCE,
             "parameters": {
-                each.name: {
-                    "value": quantity(each.value, each.units),
-                    "standard_error": quantity(each.standard_error, each.units),
-                    "interval": quantity([each.low, each.high], each.units),
-                    "start": quantity(each.start, each.units),
-                    "bounds": quantity(each.bounds, each.units),
+                entry.name: {
+                    "value": quantity(entry.value, entry.units),
+                    "standard_error": quantity(entry.standard_error, entry.units),
+                    "interval": quantity([entry.low, entry.high], entry.units),
+                    "start": quantity(entry.start, entry.units),
+                    "bounds": quantity(entry.bounds, entry.units),
                 }
-                for each in self.parameters
+                for entry in self.parameters
             },
             "correlation": quantity(self.correlation, "1"),
             "readings": int(self.fitted.sum()),
             "effective_readings": self.effective_readings,
             "notes": list(self.notes),
             "errors": [
-                vars(each) | {"bias": quantity(each.bias, "K"), "rms": quantity(each.rms, "K")} for each in self.errors
+                vars(entry) | {"bias": quantity(entry.bias, "K"), "rms": quantity(entry.rms, "K")}
+                for entry in self.errors
             ],
             "time": {"units": "ISO 8601", "values": [f"{t}Z" for t in np.datetime_as_string(self.time, unit="s")]},
             "measured": quantity(self.measured, "K"),
@@ -153,10 +156,11 @@ class MaterialFit:
         }
 
     def __repr__(self) -> str:
-        shown = ", ".join(
-            f"{each.name} {each.value:.3g} ({each.low:.3g} to {each.high:.3g})" for each in self.parameters
+        estimates = ", ".join(
+            f"{parameter.name} {parameter.value:.3g} ({parameter.low:.3g} to {parameter.high:.3g})"
+            for parameter in self.parameters
         )
-        return f"<MaterialFit of {self.material} to {int(self.fitted.sum())} readings: {shown}>"
+        return f"<MaterialFit of {self.material} to {int(self.fitted.sum())} readings: {estimates}>"
 
 
 def fit_material(
@@ -180,22 +184,23 @@ def fit_material(
         CSV as ``mat temperature --forcing`` takes it, of a level surface, with a column surface_temperature, or lw_up
         from which it follows with the emissivity; empty cells there do not count.
     material : str or path
-        Of the library, or a YAML file of the layout of ``materials/ht``: the start, and all that is not free.
+        Material of the library, or a YAML file of the layout of ``materials/ht``; it gives the start values and all
+        fixed parameters.
     free : sequence of str
-        Of "albedo", "emissivity", "conductivity", "heat_capacity", "thickness", "roughness_length", "wetness",
-        "surface_resistance" and "back_temperature". Thickness, conductivity and heat capacity (at the material's
-        density) are those of the first layer; skin and second layer follow in the latter two where they are of the same
-        substance.
+        Parameters to fit, among "albedo", "emissivity", "conductivity", "heat_capacity", "thickness",
+        "roughness_length", "wetness", "surface_resistance" and "back_temperature". Thickness, conductivity and heat
+        capacity (at the material's density) are those of the first layer; skin and second layer follow in the latter
+        two if they are of the same substance.
     held_out : float or str
         Share of the days, the last ones, that the fit does not see, or "alternate" for every second day.
     spin_up : float
         First days that do not count, because the record repeats and they follow its end.
     solar_absorptance, thermal_emissivity : float, optional
-        In place of the library's; needed with a material file.
+        Optical values that replace the library's; required with a material file.
     output : str, optional
         Name of an own material to write, like `material` but for the fitted values.
     folder : path, optional
-        Of one's own library; by default MATERIALS_DATABASE.
+        Folder of the user's material library; by default MATERIALS_DATABASE.
     advance : callable, optional
         Called with 1 after each search, of which there are at most 60.
 
@@ -243,7 +248,7 @@ def fit_material(
     measured = read_measured(record)
     fit = fit_record(surface, measured, free, held_out=held_out, spin_up=spin_up, advance=advance)
     times = measured.averaged().record.times
-    own = None if output is None else _written(output, surface, fit, record, times, optical, target)
+    created = None if output is None else _written(output, surface, fit, record, times, optical, target)
     return MaterialFit(
         material=os.fspath(material),
         parameters=_parameters(fit),
@@ -256,22 +261,28 @@ def fit_material(
         predicted=fit.predicted,
         fitted=fit.fitted,
         held_out=fit.held_out,
-        written=own,
+        written=created,
     )
 
 
 def _parameters(fit: Fit) -> tuple[FittedParameter, ...]:
-    found = []
-    for index, (each, share) in enumerate(zip(fit.parameters, fit.shares, strict=True)):
+    estimates = []
+    for index, (parameter, share) in enumerate(zip(fit.parameters, fit.shares, strict=True)):
         low, high = fit.uncertainty.interval(index, float(share))
-        error = abs(each.slope(float(share))) * float(fit.uncertainty.standard[index])
-        interval = each.value(low), each.value(high)
-        found.append(
+        error = abs(parameter.slope(float(share))) * float(fit.uncertainty.standard[index])
+        interval = parameter.value(low), parameter.value(high)
+        estimates.append(
             FittedParameter(
-                each.name, each.units, each.start, each.value(float(share)), error, *interval, (each.low, each.high)
+                parameter.name,
+                parameter.units,
+                parameter.start,
+                parameter.value(float(share)),
+                error,
+                *interval,
+                (parameter.low, parameter.high),
             )
         )
-    return tuple(found)
+    return tuple(estimates)
 
 
 def _written(
@@ -287,7 +298,7 @@ def _written(
     fitted = with_numbers(surface, fit.values)
     changes = {"albedo": "solar_absorptance", "emissivity": "thermal_emissivity"}
     stated = {key for key, value in optical.items() if value is not None}
-    stated |= {changes[each] for each in fit.values if each in changes}
+    stated |= {changes[fitted_name] for fitted_name in fit.values if fitted_name in changes}
     days = [np.datetime_as_string(time, unit="D") for time in times[fit.fitted][[0, -1]]]
     source = f"fit to {Path(record).name} ({days[0]} to {days[1]})"
     return new_material(

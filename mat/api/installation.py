@@ -50,8 +50,8 @@ def installation() -> dict[str, Any]:
             missing.append(name)
         else:
             packages[name] = version
-    kept = kept_folder("bands")
-    sizes = [file.stat().st_size for file in kept.parent.rglob("*") if file.is_file()] if kept else []
+    cache = kept_folder("bands")
+    sizes = [file.stat().st_size for file in cache.parent.rglob("*") if file.is_file()] if cache else []
     return {
         "skyshine": metadata.version(_OWN),
         "python": platform.python_version(),
@@ -63,7 +63,7 @@ def installation() -> dict[str, Any]:
         "extras": extras,
         "cores": os.cpu_count(),
         "threads": thread_count(),
-        "cache": {"folder": str(kept.parent) if kept else "none", "files": len(sizes), "bytes": sum(sizes)},
+        "cache": {"folder": str(cache.parent) if cache else "none", "files": len(sizes), "bytes": sum(sizes)},
         "environment": {name: value for name, value in sorted(os.environ.items()) if name.startswith("SKYSHINE_")},
     }
 

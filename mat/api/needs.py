@@ -45,10 +45,10 @@ class JobNeeds:
     @property
     def saving(self) -> str:
         """Cost of the build with the needs beside that of the job as it is written."""
-        whole, reduced = self.whole, self.reduced
+        full, reduced = self.whole, self.reduced
         return (
-            f"{reduced.bytes / 1e6:.1f} MB of {whole.bytes / 1e6:.1f} MB,"
-            f" {sum(reduced.seconds.values()):.0f} s of {sum(whole.seconds.values()):.0f} s of one core, estimated"
+            f"{reduced.bytes / 1e6:.1f} MB of {full.bytes / 1e6:.1f} MB,"
+            f" {sum(reduced.seconds.values()):.0f} s of {sum(full.seconds.values()):.0f} s of one core, estimated"
         )
 
     def write(self, path: str | os.PathLike[str]) -> Path:
@@ -64,22 +64,22 @@ class JobNeeds:
         InputError
             The path is in another folder or is the job itself, or cannot be written.
         """
-        place, job = Path(path), self.whole.loaded
-        if place.resolve().parent != job.folder or place.resolve() == job.file.resolve():
+        target, job = Path(path), self.whole.loaded
+        if target.resolve().parent != job.folder or target.resolve() == job.file.resolve():
             raise InputError(
-                f"found --out {place}; allowed: another file in the folder of the job, {job.folder}, to which its paths"
-                " are relative"
+                f"found --out {target}; allowed: another file in the folder of the job, {job.folder}, to which its "
+                "paths are relative"
             )
-        part = part_file(place)
+        part = part_file(target)
         try:
             part.write_text(with_needs(job.file.read_text(encoding="utf-8"), self.text), encoding="utf-8")
             load_job(part)
-            part.replace(place)
+            part.replace(target)
         except OSError as error:
-            raise InputError(f"cannot be written: {error.strerror or error}; name another file", file=place) from None
+            raise InputError(f"cannot be written: {error.strerror or error}; name another file", file=target) from None
         finally:
             part.unlink(missing_ok=True)
-        return place
+        return target
 
 
 def needs(

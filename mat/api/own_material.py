@@ -79,16 +79,17 @@ def new_material(
         Means over sunlight at the ground and over blackbody radiation of 300 K; the spectrum below and beyond 2.5 um is
         scaled to them.
     emissivity : float, optional
-        At all wavelengths beyond 2.5 um, so of every infrared band; not with thermal_emissivity or a spectrum.
+        Emissivity at all wavelengths beyond 2.5 um, so of every infrared band; not with thermal_emissivity or a
+        spectrum.
     spectrum : FileSpectrum, optional
-        Where it holds values; elsewhere the spectrum of `like` stands.
+        Measured spectrum; outside its range the spectrum of `like` applies.
     values : mapping of str to float, optional
         Numbers of ``ht/NAME.yaml`` by dotted field name, layers counted from 1: "layers.1.thickness"; SI.
     source : str
-        Of everything that is given here but the spectrum.
+        Source of all values given here except the spectrum.
     description : str, optional
     code : int, optional
-        By default the first free one from 1001.
+        Code of the material; by default the first free one from 1001.
 
     Raises
     ------
@@ -99,9 +100,11 @@ def new_material(
     library = refuse_taken(name, like, target)
     pattern = library[like]
     codes = {material.code for material in library}
-    number = next(free for free in range(FIRST_CODE, 65536) if free not in codes) if code is None else code
+    number = (
+        next(candidate for candidate in range(FIRST_CODE, 65536) if candidate not in codes) if code is None else code
+    )
     if number in codes:
-        raise InputError(f"code {number} is that of '{library.by_code(number).name}'; leave --code out for a free one")
+        raise InputError(f"code {number} is that of '{library.by_code(number).name}'; remove --code for a free one")
     wavelength, reflectance, borrowed = _joined(pattern, spectrum)
     if emissivity is not None:
         if thermal_emissivity is not None or spectrum is not None:
@@ -161,10 +164,10 @@ def _joined(pattern: Material, spectrum: FileSpectrum | None) -> tuple[Floats, F
         return wavelength, reflectance, ((float(wavelength[0]), float(wavelength[-1])),)
     edges = np.concatenate([[wavelength[0]], np.sqrt(wavelength[1:] * wavelength[:-1]), [wavelength[-1]]])
     x, y = spectrum.wavelength, spectrum.reflectance
-    known = (wavelength >= x[0]) & (wavelength <= x[-1])
-    for first in np.flatnonzero(x[1:] / x[:-1] > GAP):
-        known &= (wavelength <= x[first]) | (wavelength >= x[first + 1])
-    if not known.any():
+    measured = (wavelength >= x[0]) & (wavelength <= x[-1])
+    for index in np.flatnonzero(x[1:] / x[:-1] > GAP):
+        measured &= (wavelength <= x[index]) | (wavelength >= x[index + 1])
+    if not measured.any():
         raise InputError(
             f"the spectrum covers {x[0]:g} to {x[-1]:g} um, none of {wavelength[0]:g} to {wavelength[-1]:g} um"
         )
@@ -175,8 +178,8 @@ def _joined(pattern: Material, spectrum: FileSpectrum | None) -> tuple[Floats, F
     low, high = np.clip(edges[:-1], x[0], x[-1]), np.clip(edges[1:], x[0], x[-1])
     width = high - low
     mean = (np.interp(high, within, integral) - np.interp(low, within, integral)) / np.where(width > 0, width, 1.0)
-    reflectance[known] = np.where(width > 0, mean, np.interp(wavelength, x, y))[known]
-    return wavelength, np.clip(reflectance, 0.0, 1.0), _stretches(wavelength, ~known)
+    reflectance[measured] = np.where(width > 0, mean, np.interp(wavelength, x, y))[measured]
+    return wavelength, np.clip(reflectance, 0.0, 1.0), _stretches(wavelength, ~measured)
 
 
 def _stretches(wavelength: Floats, chosen: np.ndarray) -> tuple[tuple[float, float], ...]:
@@ -198,8 +201,8 @@ def _levelled(
         for side, (inside, weight, level) in enumerate(((below, light, absorptance), (~below, heat, emissivity))):
             if level is not None:
                 beyond = with_odds(value[~inside], factors[1 - side])
-                rest = float((1.0 - beyond) @ weight[~inside])
-                share = (level * weight.sum() - rest) / weight[inside].sum()
+                outside = float((1.0 - beyond) @ weight[~inside])
+                share = (level * weight.sum() - outside) / weight[inside].sum()
                 if not 0.0 < share < 1.0:
                     raise InputError(f"no scaling of the sample gives an absorptance of {level:g}; choose another")
                 factors[side] = odds_factor(value[inside], weight[inside], share)
@@ -247,13 +250,13 @@ def _is_citation(line: str) -> bool:
     return not line.startswith(("material:", "sample:", "quantity:", "method:", "range:", "file:"))
 
 
-def _thermal_text(pattern: Material, own: Mapping[str, float], source: str, description: str) -> str:
+def _thermal_text(pattern: Material, stated: Mapping[str, float], source: str, description: str) -> str:
     """`ht/NAME.yaml`: the numbers of the pattern with their sources, and own ones."""
 
     def shown(key: str, value: object) -> str:
-        if key not in own:
+        if key not in stated:
             return _sourced(pattern, key, value)
-        return f"{own[key]:g}" if source == USER else f"{{value: {own[key]:g}, source: {json.dumps(source)}}}"
+        return f"{stated[key]:g}" if source == USER else f"{{value: {stated[key]:g}, source: {json.dumps(source)}}}"
 
     lines = [f"# {description}. m, W m^-1 K^-1, kg m^-3, J kg^-1 K^-1, K, W m^-2 K^-1; plain numbers are the user's."]
     stack = pattern.thermal
@@ -283,14 +286,14 @@ def _thermal_text(pattern: Material, own: Mapping[str, float], source: str, desc
     return "\n".join(lines) + "\n"
 
 
-def _back_lines(back: Back, place: str, shown: Callable[[str, object], str]) -> Iterator[str]:
+def _back_lines(back: Back, prefix: str, formatted: Callable[[str, object], str]) -> Iterator[str]:
     """`KEY: VALUE` of each value that a back has."""
     for field in fields(back):
         value = getattr(back, field.name)
         if field.name == "temperature" and value is None and back.kind in ("fixed", "convective"):
             value = "daily_mean_air"
         if value is not None:
-            yield f"{field.name}: {shown(f'{place}.{field.name}', value)}"
+            yield f"{field.name}: {formatted(f'{prefix}.{field.name}', value)}"
 
 
 def _specular_text(pattern: Material, description: str) -> str:
@@ -303,5 +306,5 @@ def _specular_text(pattern: Material, description: str) -> str:
 
 def _sourced(pattern: Material, key: str, value: object) -> str:
     source = pattern.sources.get(key, "").replace('"', "'")
-    shown = str(value).lower() if isinstance(value, bool) else list(value) if isinstance(value, tuple) else value
-    return f'{{value: {shown}, source: "like {pattern.name}{": " if source else ""}{source}"}}'
+    text = str(value).lower() if isinstance(value, bool) else list(value) if isinstance(value, tuple) else value
+    return f'{{value: {text}, source: "like {pattern.name}{": " if source else ""}{source}"}}'

@@ -30,7 +30,7 @@ class Query:
     error: dict[str, float]
 
 
-def query(file: str | os.PathLike[str], quantity: str, *, clamp: bool = False, **place: Any) -> Query:
+def query(file: str | os.PathLike[str], quantity: str, *, clamp: bool = False, **coordinates: Any) -> Query:
     """Interpolate a quantity of a database, as `mat query` does.
 
     Parameters
@@ -41,7 +41,7 @@ def query(file: str | os.PathLike[str], quantity: str, *, clamp: bool = False, *
         Name of a table in it.
     clamp : bool
         Whether values outside an axis are read at its nearest end.
-    **place : array_like or str
+    **coordinates : array_like or str
         A value for each axis of the quantity, in its units, as ``range=2.0``; a material by name or code.
 
     Raises
@@ -64,5 +64,5 @@ def query(file: str | os.PathLike[str], quantity: str, *, clamp: bool = False, *
     >>> answer.value, answer.error["p99_kelvin"]  # doctest: +SKIP
     """
     table = open_table(file)
-    value = (table.clamped() if clamp else table).value(quantity, **place)
+    value = (table.clamped() if clamp else table).value(quantity, **coordinates)
     return Query(quantity, table.units(quantity), value, table.error(quantity))

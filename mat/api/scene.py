@@ -24,7 +24,7 @@ class Scene:
     source : path or mapping
         A YAML scene, or its content.
     folder : path, optional
-        To which the paths of a mapping are relative; by default the working directory.
+        Folder to which the paths of a mapping are relative; by default the working directory.
 
     Raises
     ------

@@ -138,7 +138,7 @@ def spectrum(
     co2_ppm: float | None = None,
     altitude: float | None = None,
     elevation: float = 0.0,
-    range: float = math.inf,
+    range: float | Literal["space"] = math.inf,
     resolution: float | None = None,
     aerosol: str | None = None,
     visibility: float | None = None,
@@ -163,10 +163,10 @@ def spectrum(
     wavenumber, wavelength : (low, high)
         Limits in cm^-1 or in um; one of both.
     job : path or mapping, optional
-        Whose state gives air, ground, aerosol, clouds and rain, its day the Sun's distance and the Moon's phase; in
-        place of all that describes the air here.
+        Job whose state gives air, ground, aerosol, clouds and rain, and whose day gives the Sun's distance and the
+        Moon's phase; it replaces all parameters that describe the air here.
     state : int
-        Of the job, counted from 1.
+        Number of the state of the job, counted from 1.
     atmosphere : str or path, optional
         Standard profile, or the file of a sounding (CSV, University of Wyoming, IGRA v2, netCDF); by default
         midlatitude_summer.
@@ -175,24 +175,26 @@ def spectrum(
     co2_ppm : float, optional
         Carbon dioxide at the ground; by default that of jobs, 420.
     altitude : float, optional
-        Of the observer above sea level [km]; by default the ground: 0, where the sounding begins, or the job's site.
+        Altitude of the observer above sea level [km]; by default the ground: 0, the bottom of the sounding, or the
+        job's site.
     elevation : float
-        Of the line of sight above the horizontal [degree].
+        Elevation of the line of sight above the horizontal [degree].
     range : float
-        [km]; infinite for space.
+        [km]; infinite or ``'space'`` for space.
     resolution : float, optional
-        Bins [cm^-1], a multiple of the band model's intervals; by default these. With `line_by_line` 0.01 or more, by
+        Bins [cm^-1], a multiple of the band model's intervals: 1 between 700 and 3400 cm^-1, else 5 and more, which is
+        the default. With `line_by_line` 0.01 or more, by
         default 1, a whole number of them between the limits.
     aerosol : str, optional
         Near the ground, by default rural; ``'none'`` for clear air.
     visibility : float, optional
         [km]; by default that of the aerosol.
     aerosol_optical_depth : float, optional
-        From the ground to space, vertical, at 0.55 um; in place of a visibility.
+        Vertical optical depth of the aerosol from the ground to space at 0.55 um; replaces a visibility.
     angstrom_exponent : float, optional
         Slope of the aerosol's extinction up to 1.64 um; by default that of the aerosol.
     wind : float, optional
-        At 10 m [m/s], of the desert and navy_maritime aerosols; by default 10.
+        Wind speed at 10 m [m/s], for the desert and navy_maritime aerosols; by default 10.
     stratosphere : str, optional
         ``'background'``, which is the default, or an aerosol after volcanoes.
     clouds : sequence of str
@@ -206,13 +208,14 @@ def spectrum(
     source_elevation, source_azimuth : float
         Geometric elevation, and azimuth from the line of sight [degree].
     water_continuum : str, optional
-        Of water vapour; by default the job's, or mt_ckd_4.3_closure.
+        Continuum of water vapour; by default the job's, or mt_ckd_4.3_closure.
     line_by_line : path, optional
         Folder of HITRAN 160-column records (01_*.par, 02_*.par, ...; .gz or .xz too), whose lines are summed in place
         of the band model (extra `spectroscopy`): about a second for each cm^-1. The package ships cross sections and no
         lines. Gases without records over the range are those of the band model, averaged over its intervals.
     continua : path or 'lowtran7'
-        With `line_by_line`, of N2, O2 and CO2: the packaged ones of LOWTRAN7 (N2, O2), or a folder of MT_CKD's files.
+        Continua of N2, O2 and CO2, with `line_by_line`: the packaged ones of LOWTRAN7 (N2, O2), or a folder of MT_CKD's
+        files.
 
     Returns
     -------
@@ -233,7 +236,7 @@ def spectrum(
     >>> bool((line.path_scattered == 0).all())
     True
     """
-    given = {
+    conditions = {
         "atmosphere": atmosphere,
         "above": above,
         "co2_ppm": co2_ppm,
@@ -247,13 +250,22 @@ def spectrum(
         "rain": rain,
         "night_sky": night_sky,
     }
-    described: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    described: dict[str, Any] = {name: value for name, value in conditions.items() if value is not None}
     if job is None and state != 1:
         raise InputError(f"found state {state} without a job; allowed: a state of a job; give the job")
     low, high = _limits(wavenumber, wavelength)
+    elevation, range, source_elevation, source_azimuth = (
+        _number(name, value)
+        for name, value in (
+            ("elevation", elevation),
+            ("range", math.inf if isinstance(range, str) and range == "space" else range),
+            ("source_elevation", source_elevation),
+            ("source_azimuth", source_azimuth),
+        )
+    )
     loaded = None if job is None else _on_the_day(job, state, described)
     air = _described_air(**described) if loaded is None else _air_of(loaded, state, low, high)
-    altitude = air.surface_altitude / 1e3 if altitude is None else altitude
+    altitude = air.surface_altitude / 1e3 if altitude is None else _number("altitude", altitude)
     _finite(
         altitude=altitude,
         elevation=elevation,
@@ -265,7 +277,7 @@ def spectrum(
     if water_continuum is None:
         water_continuum = default_water_continuum() if loaded is None else loaded.trimmed.water_continuum
     table = AbsorptionTable.open(water_continuum=water_continuum)
-    points = table.points(low, high)
+    points = _narrow(table, low, high, resolution) if line_by_line is None else table.points(low, high)
     stated = {"data_version": f"absorption {table.version}", "absorption": f"band model, {table.name}".rstrip(", ")}
     if line_by_line is not None:
         points = _summed(points, line_by_line, continua, low, high, 1.0 if resolution is None else resolution)
@@ -282,16 +294,25 @@ def spectrum(
         source_azimuth=np.radians(source_azimuth),
         resolution=resolution,
     )
-    whole = {"wavenumber": [low, high], "altitude": altitude, "elevation": elevation, "range": range, **given}
-    whole |= {"source": source, "source_elevation": source_elevation, "source_azimuth": source_azimuth}
-    whole |= {"job": job if isinstance(job, str | None) else "in memory", "state": None if job is None else state}
-    written = {
+    arguments = {"wavenumber": [low, high], "altitude": altitude, "elevation": elevation, "range": range, **conditions}
+    arguments |= {"source": source, "source_elevation": source_elevation, "source_azimuth": source_azimuth}
+    arguments |= {"job": job if isinstance(job, str | None) else "in memory", "state": None if job is None else state}
+    recorded = {
         key: value if isinstance(value, str | int | float | list) else str(value)
-        for key, value in whole.items()
+        for key, value in ((key, _plain(value)) for key, value in arguments.items())
         if value is not None
     }
-    stated["job"] = yaml.safe_dump(written, sort_keys=False)
+    stated["job"] = yaml.safe_dump(recorded, sort_keys=False)
     return Spectrum(**{item.name: getattr(line, item.name) for item in fields(line)}, attributes=stated)
+
+
+def _narrow(table: AbsorptionTable, low: float, high: float, resolution: float | None) -> SpectralPoints:
+    """Points of the table, or of its narrow intervals where the bins [cm^-1] are no multiple of the others."""
+    points = table.points(low, high)
+    if resolution is None or table.fine is None or np.all(resolution % np.diff(points.interval_edges, axis=1) == 0):
+        return points
+    covered = any(first <= low and high <= last for first, last in table.fine.coverage)
+    return table.fine.points(low, high) if covered else points
 
 
 def _summed(
@@ -336,9 +357,11 @@ def _on_the_day(job: str | os.PathLike[str] | Mapping[str, Any], state: int, des
 
 def _air_of(loaded: LoadedJob, state: int, low: float, high: float) -> AtmosphericState:
     """The air of a job's state over its ground, as that is between two wavenumbers [cm^-1]."""
-    written = loaded.trimmed.states[state - 1]
+    state_of_job = loaded.trimmed.states[state - 1]
     response = SpectralResponse.rectangular(1e4 / high, 1e4 / low)
-    return over_ground(atmospheric_state(loaded.trimmed.site, written), written, response, job_library(loaded.trimmed))
+    return over_ground(
+        atmospheric_state(loaded.trimmed.site, state_of_job), state_of_job, response, job_library(loaded.trimmed)
+    )
 
 
 def _described_air(
@@ -408,6 +431,24 @@ def _profile(name: str | os.PathLike[str], above: str) -> tuple[Any, float]:
         sounding = continued(read_levels(Path(text)), load_profile(above))
         return sounding, float(sounding.altitude[1])  # the first level of the file
     return load_profile(text), 0.0
+
+
+def _plain(value: Any) -> Any:
+    """A number of numpy as one of Python, which YAML knows."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _number(name: str, value: float) -> float:
+    """A Python float of whatever is a single number, such as numpy's.
+
+    Raises
+    ------
+    InputError
+    """
+    try:
+        return float(np.asarray(value, dtype=float)[()])
+    except (TypeError, ValueError):
+        raise InputError(f"found {name} {value!r}; allowed: a number") from None
 
 
 def _finite(**values: float) -> None:

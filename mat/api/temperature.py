@@ -67,8 +67,8 @@ class SurfaceTemperature(ColumnResult):
 
     def __repr__(self) -> str:
         low, high = np.argmin(self.temperature), np.argmax(self.temperature)
-        shown = [f"{self.temperature[i]:.2f} K at {self._clock(int(i))}" for i in (low, high)]
-        return f"<SurfaceTemperature {len(self.time)} times, {shown[0]} to {shown[1]}; {self.method}>"
+        extremes = [f"{self.temperature[i]:.2f} K at {self._clock(int(i))}" for i in (low, high)]
+        return f"<SurfaceTemperature {len(self.time)} times, {extremes[0]} to {extremes[1]}; {self.method}>"
 
     def _clock(self, index: int) -> str:
         time = self.time[index]
@@ -101,22 +101,22 @@ def temperature(
     Parameters
     ----------
     material : str or path
-        Of the library, or a YAML file of the layout of ``materials/ht``.
+        Material of the library, or a YAML file of the layout of ``materials/ht``.
     job : path or mapping
         Sun, sky, weather and surroundings of its state; or `forcing`.
     state : int
-        Of the job, counted from 1.
+        Number of the state of the job, counted from 1.
     altitude : float, optional
-        Of the surface [km], by default the site's; with `forcing` for a record without pressure, by default 0.
+        Altitude of the surface [km], by default the site's; with `forcing` for a record without pressure, by default 0.
     forcing : path
-        CSV of measured radiation and weather; or `job`. Its first day stands for those before it, and one day or less
-        repeats; `notes` of the result say what stands for what it lacks.
+        CSV of measured radiation and weather; or `job`. Its first day also serves for the days before it, and one day
+        or less repeats; `notes` of the result list the defaults used for missing columns.
     slope, azimuth : float
-        Of the surface [degree]; slope 0 faces up, azimuth counts from north eastward.
+        Slope of the surface [degree], 0 for one that faces up, and azimuth of its normal from north eastward [degree].
     latitude, longitude : float, optional
         [degree]; place the Sun for a slope, shade, a wall, or direct and diffuse light under `forcing`.
     ground_albedo : float
-        With `forcing`.
+        Albedo of the surrounding ground, with `forcing`.
     depth : float, optional
         Below the skin [m], at which the temperature is wanted too.
     shade : str or sequence of str
@@ -128,13 +128,14 @@ def temperature(
     facing : float, optional
         Temperature of that wall [K]; by default that of the air.
     facing_emissivity : float
-        Of that wall, 0 to 1.
+        Emissivity of the facing wall, 0 to 1.
     solar_absorptance, thermal_emissivity : float, optional
-        In place of the library's; needed with a material file.
+        Optical values that replace the library's; required with a material file.
     leaf_area_index : float or "library", optional
-        Of a stand of leaves through whose gaps soil is seen [m^2 m^-2], as the key of a job; by default the library's
-        own. A record without latitude and longitude takes all light in the gaps as even; with a depth or no air the
-        stand is closed. `leaf_temperature` and `soil_temperature` of the result are those of the two.
+        Leaf area index of a canopy with gaps through which soil is visible [m^2 m^-2], as the key of a job; by default
+        the library's value. A record without latitude and longitude takes all light in the gaps as uniform; with a
+        depth or without air the canopy is closed. `leaf_temperature` and `soil_temperature` of the result are those of
+        the two.
 
     Returns
     -------
@@ -171,7 +172,11 @@ def temperature(
             model = model.model_copy(update={"leaf_area_index": _checked_gaps(material, leaf_area_index)})
         library = job_library(model)
         if depth is not None and model.leaf_area_index is None:
-            library = library.changed(lambda each: each if each.opened is None else each.opened.leaves)
+            library = library.changed(
+                lambda material_of_library: (
+                    material_of_library if material_of_library.opened is None else material_of_library.opened.leaves
+                )
+            )
         surface = surface_material(material, model.operated, optical, library, weather.wetting)
         metres = sun_path.altitude if altitude is None else 1e3 * altitude
         column = from_scene(surface, sun_path, weather, sky, metres, slope, azimuth, depth, surroundings)
@@ -184,9 +189,9 @@ def temperature(
         elif depth is None and np.any(record.values["pressure"]):
             library = open_library(library, "library")
         surface = surface_material(material, {}, optical, library, record.wetting)
-        placed = leaf_area_index or slope or surroundings is not None or "sw_down" not in record.values
-        known = surface.canopy is not None and latitude is not None
-        sun = _sun_at(latitude, longitude) if placed or known else None
+        needs_sun = leaf_area_index or slope or surroundings is not None or "sw_down" not in record.values
+        has_path = surface.canopy is not None and latitude is not None
+        sun = _sun_at(latitude, longitude) if needs_sun or has_path else None
         spin_up = SPIN_UP_DAYS if record.period > DAY + 0.5 * record.step else 0
         column = from_record(surface, record, slope, azimuth, sun, ground_albedo, depth, surroundings, spin_up)
         column = replace(column, notes=(*column.notes, _before(record.period, spin_up)))
@@ -194,16 +199,16 @@ def temperature(
 
 
 def _before(period: float, spin_up: int) -> str:
-    """What stands for the days before a record."""
+    """Weather assumed for the days before a record."""
     if spin_up:
-        return f"no days before: the first day, {spin_up} times, stands for them (spin-up)"
+        return f"no days before: the first day, {spin_up} times, is repeated for them (spin-up)"
     return f"no days before: the record, {period / 3600:g} h, repeats"
 
 
 def _checked_gaps(material: str | os.PathLike[str], leaf_area_index: float | str) -> dict[str, float | str]:
     """The leaf area index of a material, as a job has it."""
     name, library = os.fspath(material), load_library()
-    stands = [known.name for known in library if known.stand is not None]
+    stands = [entry.name for entry in library if entry.stand is not None]
     try:
         open_stands({name: leaf_area_index}, stands)
         refuse_no_soil(library[name], library)
@@ -222,31 +227,31 @@ def _surroundings(
         hours = tuple(clock_interval(text) for text in ([shade] if isinstance(shade, str) else shade))
     except ValueError as error:
         raise InputError(f"shade: {error}") from None
-    around = Surroundings(hours, sky_view, facing, facing_emissivity)
-    return around if hours or sky_view < 1 else None
+    surroundings = Surroundings(hours, sky_view, facing, facing_emissivity)
+    return surroundings if hours or sky_view < 1 else None
 
 
 def surface_material(
     name: str | os.PathLike[str],
     operated: Mapping[str, Operation],
-    given: Mapping[str, float | None],
+    optical_values: Mapping[str, float | None],
     library: MaterialLibrary | None = None,
     wetting: Wetting = DRY,
 ) -> SurfaceMaterial:
     """A material of the library, in operation or not, or of a file; given optical values replace the library's."""
     text = os.fspath(name)
-    optical: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
+    optical: dict[str, Any] = {key: value for key, value in optical_values.items() if value is not None}
     if text.endswith((".yaml", ".yml")) or Path(text).is_file():
-        missing = [key for key in given if key not in optical]
+        missing = [key for key in optical_values if key not in optical]
         if missing:
-            raise InputError(f"a material file holds no {missing[0]}; give {missing[0]}", file=text)
+            raise InputError(f"a material file contains no {missing[0]}; give {missing[0]}", file=text)
         thermal, surface, *_ = load_thermal(text)
-        found = SurfaceMaterial(text, thermal, surface, **optical)
+        result = SurfaceMaterial(text, thermal, surface, **optical)
         capacity = film_capacity(surface, None) if wetting.rain else 0.0
         wet = optical if surface.canopy else wet_grey(optical)
-        return replace(found, film=FilmSkin(**wet, capacity=capacity) if capacity else None)
-    (found,) = surface_materials([(library or load_library())[text]], operated, wetting)
-    return _with_optics(found, optical)
+        return replace(result, film=FilmSkin(**wet, capacity=capacity) if capacity else None)
+    (result,) = surface_materials([(library or load_library())[text]], operated, wetting)
+    return _with_optics(result, optical)
 
 
 def _with_optics(material: SurfaceMaterial, optical: Mapping[str, float]) -> SurfaceMaterial:
@@ -272,7 +277,7 @@ def _sun_at(
         )
 
     def sun(times: npt.NDArray[np.datetime64]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-        place = position("sun", times.astype("datetime64[s]"), latitude, longitude, 0.0)
-        return place.elevation, place.azimuth
+        solar_position = position("sun", times.astype("datetime64[s]"), latitude, longitude, 0.0)
+        return solar_position.elevation, solar_position.azimuth
 
     return sun

@@ -112,8 +112,8 @@ def _only_build_in(folder: Path) -> Iterator[None]:
     lock = FileLock(folder / LOCK, timeout=0)
     try:
         with lock:
-            for place in (folder, folder / PICTURES):
-                for part in [*place.glob(f".*{PART}"), *place.glob(f".*{PART}.png")]:
+            for directory in (folder, folder / PICTURES):
+                for part in [*directory.glob(f".*{PART}"), *directory.glob(f".*{PART}.png")]:
                     part.unlink(missing_ok=True)
             yield
     except Timeout:
@@ -138,19 +138,19 @@ def _run_all(
     dict
         The errors of the others.
     """
-    first = [task for task in plan.tasks if not task.kind.reads_materials]
-    first.sort(key=lambda task: task.kind != Kind.TEXTURE)
+    independent = [task for task in plan.tasks if not task.kind.reads_materials]
+    independent.sort(key=lambda task: task.kind != Kind.TEXTURE)
     later = [task for task in plan.tasks if task.kind.reads_materials]
     reports: dict[Task, TaskReport] = {}
     failed: dict[Task, Exception] = {}
     with progress(len(plan.tasks), f"building {loaded.trimmed.name}") as advance:
-        waiting = {executor.submit(run_task, task, loaded, folder, (), fresh): task for task in first}
-        textures = sum(task.kind == Kind.TEXTURE for task in first)
+        waiting = {executor.submit(run_task, task, loaded, folder, (), fresh): task for task in independent}
+        textures = sum(task.kind == Kind.TEXTURE for task in independent)
         if not textures:
             waiting |= _submit_later(executor, loaded, later, folder, fresh)
         while waiting:
-            done, _ = wait(waiting, return_when=FIRST_COMPLETED)
-            for future in done:
+            finished, _ = wait(waiting, return_when=FIRST_COMPLETED)
+            for future in finished:
                 task = waiting.pop(future)
                 try:
                     reports[task] = future.result()
@@ -185,7 +185,7 @@ def _draw_all(
             advance(1)
 
 
-def _say(loaded: LoadedJob, task: Task, report: TaskReport, done: str) -> None:
+def _say(loaded: LoadedJob, task: Task, report: TaskReport, progress: str) -> None:
     """Log a line for each file of a finished task: which state, its seconds, the error that it reached."""
     job = loaded.trimmed
     count = len(job.states) if task.kind.of_state else len(job.bands) if task.band or task.kind is Kind.BAND else 0
@@ -194,7 +194,7 @@ def _say(loaded: LoadedJob, task: Task, report: TaskReport, done: str) -> None:
         error = report.error_kelvin.get(name)
         reached = f", 99 % within {error['p99']:.2g} K" if error else ""
         what = "kept" if report.kept else f"built in {report.seconds:.1f} s"
-        _log.info("%s%s: %s%s; %s", name, part, what, reached, done)
+        _log.info("%s%s: %s%s; %s", name, part, what, reached, progress)
 
 
 def _submit_later(

@@ -42,15 +42,17 @@ def refuse_failures(failed: Mapping[Task, Exception], files: int) -> None:
     reasons = messages(failed)
     for name, reason in reasons.items():
         _log.error("failed: %s: %s", name, reason)
-    first = next(iter(failed.values()))
+    failure = next(iter(failed.values()))
     end = (
         f"{len(reasons)} of {files} files failed ({', '.join(list(reasons)[:4])}{', ...' if len(reasons) > 4 else ''});"
         " the others are built; mend the cause and build again, which keeps them"
     )
     if all(isinstance(error, InputError) for error in failed.values()):
-        assert isinstance(first, InputError)
-        raise InputError(f"{first.message}; {end}", file=first.file, line=first.line, column=first.column) from first
-    raise CheckFailed(f"{_words(first)}; {end}") from first
+        assert isinstance(failure, InputError)
+        raise InputError(
+            f"{failure.message}; {end}", file=failure.file, line=failure.line, column=failure.column
+        ) from failure
+    raise CheckFailed(f"{_words(failure)}; {end}") from failure
 
 
 def _words(error: Exception) -> str:

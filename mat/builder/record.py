@@ -27,12 +27,12 @@ def write_record(
     Parameters
     ----------
     folder : Path
-        Of the databases.
+        Folder of the databases.
     reports : sequence of TaskReport
     others : sequence of str
         Databases in the folder that this build did not write or keep: of an earlier job, say.
     seconds : float
-        Of the whole build, wall clock.
+        Wall-clock time of the whole build [s].
     failed : mapping of str to str, optional
         Files that could not be built, and why.
 

@@ -28,9 +28,9 @@ def run_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, 
     task : Task
     loaded : LoadedJob
     folder : Path
-        Of the output.
+        Folder of the output.
     materials : tuple of str
-        To build, for tasks that depend on them.
+        Materials to build, for tasks that depend on them.
     fresh : bool
         Build even what is there.
 
@@ -88,7 +88,7 @@ def draw_file(identity: Identity[Any], folder: Path) -> None:
     part = part_file(picture)
     part = part.with_name(f"{part.name}.png")
     try:
-        job_path(folder, PICTURES, written=True)  # a link that stands there leads nowhere else
+        job_path(folder, PICTURES, for_output=True)  # a link that stands there leads nowhere else
         picture.parent.mkdir(exist_ok=True)
         identity.draw(folder, part)
         os.replace(part, picture)

@@ -29,7 +29,7 @@ class _JobOrPart(click.Group):
     "bench", cls=_JobOrPart, subcommand_metavar="[JOB | COMMAND] ...", epilog="Example: mat bench demo/job.yaml"
 )
 def command() -> None:
-    """Error against run time, measured side by side in one run.
+    """Measure error against run time, both in one run.
 
     With a JOB, or for the starter job without one, its own front: see 'mat bench front --help'.
     """

@@ -11,7 +11,9 @@ from skyshine.schemas.progress import silent
 @click.command(epilog="Example: mat build demo/job.yaml --jobs 2")
 @click.argument("job", type=click.Path())
 @click.option("--out", type=click.Path(), help="Output folder; by default the one that the job names.")
-@click.option("--jobs", type=click.IntRange(1, 256), default=None, help="Processes; by default one a core.")
+@click.option(
+    "--jobs", type=click.IntRange(1, 256), default=None, help="Number of worker processes (default: CPU count)."
+)
 @click.option("--fresh", is_flag=True, help="Build everything again; without it, finished files are kept.")
 @click.option(
     "--executor", metavar="dask:ADDRESS", help="Send the tasks to a Dask cluster whose workers see the same folders."
@@ -19,15 +21,15 @@ from skyshine.schemas.progress import silent
 @click.option(
     "--pictures/--no-pictures",
     default=None,
-    help="Draw the files once all are ready, also those of an earlier build; by default as the job says.",
+    help="Draw pictures of all files when they are ready, also those of an earlier build; by default as the job says.",
 )
 @click.option(
     "words",
     "--verbose",
     flag_value="verbose",
-    help="A line a file on standard error as it is finished, in place of the bar: for logs.",
+    help="Print one line per finished file to standard error instead of a progress bar.",
 )
-@click.option("words", "--quiet", flag_value="quiet", help="Nothing but warnings and errors.")
+@click.option("words", "--quiet", flag_value="quiet", help="Print only warnings and errors.")
 @allow_outside_option
 @json_option
 def command(job: str, words: str | None, as_json: bool, **settings: Any) -> None:

@@ -25,7 +25,8 @@ MANY_STATES = 12  # beyond these their files are not listed one by one
 @click.option(
     "--scene",
     type=click.Path(path_type=Path),
-    help="Print what the frames of this scene read as the key 'needs' of JOB, and what a build of that alone costs.",
+    help="Print the table extents that this scene requires, as the key 'needs' of JOB, and the cost of a "
+    "build of them.",
 )
 @click.option(
     "--out",
@@ -37,13 +38,13 @@ MANY_STATES = 12  # beyond these their files are not listed one by one
     type=click.FloatRange(0, 0.5),
     default=1e-3,
     show_default=True,
-    help="With --scene: share of the pixels; the most similar material replaces one with less.",
+    help="With --scene: minimum pixel fraction; rarer materials are replaced by the most similar one.",
 )
 @click.option("--buffers", is_flag=True, help="JOB is a frame file of mat render --buffers.")
 @allow_outside_option
 @json_option
 def command(job: Path, scene: Path | None, out: Path | None, least_share: float, buffers: bool, as_json: bool) -> None:
-    """Check JOB; print what will be built, what is left out and why, which source is up when, and the size.
+    """Check JOB; print the files to build, what is omitted and why, when each light source is up, and the size.
 
     With --scene, cast the rays of its cameras and print the ranges, elevations, altitudes, slopes, azimuths, materials,
     hours, bands and source elevations that its frames read: a job with these needs builds nothing else. With --buffers,
@@ -160,10 +161,10 @@ def _print(result: JobCheck) -> None:
     from skyshine.mat.scene.summary import summary_line
 
     loaded, states = result.loaded, result.states
-    click.echo(f"{loaded.file}: holds")
+    click.echo(f"{loaded.file}: OK")
     for line, numbers in groupby(range(1, len(states) + 1), lambda number: summary_line(states[number - 1])):
-        first, *others = (f"{number:02d}" for number in numbers)
-        click.echo(f"{f'states {first} to {others[-1]}' if others else f'state {first}'}: {line}")
+        lowest, *others = (f"{number:02d}" for number in numbers)
+        click.echo(f"{f'states {lowest} to {others[-1]}' if others else f'state {lowest}'}: {line}")
     for warning in result.warnings:
         click.echo(f"warning: {warning}")
     click.echo("will be built:")
@@ -172,7 +173,7 @@ def _print(result: JobCheck) -> None:
     click.echo(f"materials: {', '.join(result.materials)}")
     for line in result.surfaces:
         click.echo(f"  {line}")
-    click.echo("left out:" if result.left_out else "left out: nothing")
+    click.echo("skipped or approximated:" if result.left_out else "skipped or approximated: nothing")
     for item in result.left_out:
         click.echo(f"  {item.what}: {item.why} (error: {item.bound}; to restore: {item.restore})")
     for source, spans in result.source_up.items():
@@ -189,6 +190,6 @@ def _print(result: JobCheck) -> None:
     if job.surface_grid.tolerance:
         beyond = "stops and names the axis that needs the most" if loaded.insists("surface_grid") else "comes as close"
         click.echo(
-            f"surface_grid: nodes are placed until {job.surface_grid.tolerance} holds;"
+            f"surface_grid: nodes are placed until {job.surface_grid.tolerance} is reached;"
             f" {_UNKNOWN.format('temperatures along each axis', job.surface_grid.most_nodes, beyond)}"
         )

@@ -17,7 +17,7 @@ def print_comparison(arguments: Mapping[str, Any], *, as_json: bool) -> None:
     Parameters
     ----------
     arguments : mapping
-        Of `skyshine.mat.spectrum`; its `water_continuum` is passed over.
+        Arguments of `skyshine.mat.spectrum`; its `water_continuum` is ignored.
     """
     from skyshine.mat.api.continua import compare_continua
 

@@ -22,27 +22,53 @@ SHOWN_STEPS = 12  # of the computed ones between the rows of the text
 @click.argument("folder", type=click.Path())
 @click.argument("material")
 @click.argument("background")
-@click.option("--band", metavar="NAME", help="One band, b01 where the job gives no name; by default all.")
-@click.option("--state", type=click.IntRange(1), default=1, show_default=True, help="Counted from 1.")
+@click.option("--band", metavar="NAME", help="Name of one band, b01 if the job gives no name; by default all bands.")
+@click.option(
+    "--state", type=click.IntRange(1), default=1, show_default=True, help="Number of the state, counted from 1."
+)
 @click.option("--source", type=click.Choice(["sun", "moon"]), default="sun", show_default=True)
-@click.option("--range", "distance", type=click.FloatRange(0), default=1.0, show_default=True, help="km.")
+@click.option(
+    "--range",
+    "distance",
+    type=click.FloatRange(0),
+    default=1.0,
+    show_default=True,
+    help="Length of the line of sight, km.",
+)
 @click.option(
     "--elevation",
     type=click.FloatRange(-90, 90),
     default=-45.0,
     show_default=True,
-    help="Of the line of sight, degree.",
+    help="Elevation of the line of sight, degree.",
 )
 @click.option(
-    "--heading", type=click.FloatRange(-360, 360), default=0.0, show_default=True, help="Its azimuth, degree."
+    "--heading",
+    type=click.FloatRange(-360, 360),
+    default=0.0,
+    show_default=True,
+    help="Azimuth of the line of sight, degrees clockwise from north.",
 )
-@click.option("--altitude", type=float, metavar="KM", help="Of the surfaces; by default the lowest of the tables.")
-@click.option("--slope", type=click.FloatRange(0, 180), default=0.0, show_default=True, help="Of MATERIAL, degree.")
-@click.option("--azimuth", type=click.FloatRange(-360, 360), default=180.0, show_default=True, help="It faces, degree.")
 @click.option(
-    "--shade", multiple=True, metavar="HH:MM-HH:MM", help="Of MATERIAL; repeat for more intervals, also over midnight."
+    "--altitude", type=float, metavar="KM", help="Altitude of the surfaces; by default the lowest of the tables."
 )
-@click.option("--out", type=click.Path(dir_okay=False), help="PNG to draw.")
+@click.option(
+    "--slope", type=click.FloatRange(0, 180), default=0.0, show_default=True, help="Slope of MATERIAL, degree."
+)
+@click.option(
+    "--azimuth",
+    type=click.FloatRange(-360, 360),
+    default=180.0,
+    show_default=True,
+    help="Azimuth of the surface normal of MATERIAL, degrees clockwise from north.",
+)
+@click.option(
+    "--shade",
+    multiple=True,
+    metavar="HH:MM-HH:MM",
+    help="Hours of shade of MATERIAL; repeat for more intervals, also over midnight.",
+)
+@click.option("--out", type=click.Path(dir_okay=False), help="PNG file to draw.")
 @json_option
 def command(
     folder: str,
@@ -61,8 +87,8 @@ def command(
     out: str | None,
     as_json: bool,
 ) -> None:
-    """Contrast of MATERIAL against level BACKGROUND through the day, from the databases in FOLDER, and the hours at
-    which it changes its sign.
+    """Print the contrast of MATERIAL against level BACKGROUND through the day, from the databases in FOLDER, and the
+    hours at which it changes its sign.
 
     Contrast is the difference of the apparent temperatures at the observer, of black bodies of the same radiance in
     the band.
@@ -90,7 +116,7 @@ def command(
     if out is not None:
         draw_contrast(results, material, background, Path(out))
     if as_json:
-        emit_json({"material": material, "background": background, "bands": [_numbers(each) for each in results]})
+        emit_json({"material": material, "background": background, "bands": [_numbers(single) for single in results]})
         return
     for result in results:
         _print(result, material, background)
@@ -129,7 +155,7 @@ def _print(result: Contrast, material: str, background: str) -> None:
         if step > 1.5 * usual:
             gap = f"{clock_text(begin)} to {clock_text((begin + step) % 24)}"
             click.echo(
-                f"without values: {gap}, which the tables do not hold (see source_elevation_deg, needs of the job)"
+                f"without values: {gap}, which the tables do not cover (see source_elevation_deg, needs of the job)"
             )
     times = ", ".join(clock_text(round(hour * 60) / 60 % 24) for hour in result.crossovers)
     click.echo(f"crossovers: {times or 'none'}\n")

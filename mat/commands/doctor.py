@@ -15,28 +15,28 @@ from skyshine.schemas.errors import CheckFailed
 def command(as_json: bool) -> None:
     """Show versions, packages, extras, threads and the cache of this installation.
 
-    Ends with status 1 where a package that all commands need is missing.
+    The exit status is 1 if a package that all commands need is missing.
     """
     from skyshine.mat.api.installation import installation
 
-    found = installation()
+    report = installation()
     if as_json:
-        emit_json(found)
+        emit_json(report)
     else:
-        _print(found)
-    if found["missing"]:
-        raise CheckFailed(f"lacks {', '.join(found['missing'])}; install skyshine again with pip")
+        _print(report)
+    if report["missing"]:
+        raise CheckFailed(f"lacks {', '.join(report['missing'])}; install skyshine again with pip")
 
 
-def _print(found: dict[str, Any]) -> None:
-    click.echo(f"skyshine {found['skyshine']}, Python {found['python']}, {found['platform']}")
-    click.echo(f"materials {found['materials']}, band model {found['band_model']}")
-    click.echo(f"packages: {', '.join(f'{name} {version}' for name, version in found['packages'].items())}")
-    for name, lacking in found["extras"].items():
+def _print(report: dict[str, Any]) -> None:
+    click.echo(f"skyshine {report['skyshine']}, Python {report['python']}, {report['platform']}")
+    click.echo(f"materials {report['materials']}, band model {report['band_model']}")
+    click.echo(f"packages: {', '.join(f'{name} {version}' for name, version in report['packages'].items())}")
+    for name, lacking in report["extras"].items():
         advice = f"lacks {', '.join(lacking)}: pip install 'skyshine[{name}]'" if lacking else "complete"
         click.echo(f"extra {name}: {advice}")
-    click.echo(f"threads: {found['threads']} of {found['cores']} cores in a process")
-    cache = found["cache"]
+    click.echo(f"threads: {report['threads']} of {report['cores']} cores in a process")
+    cache = report["cache"]
     click.echo(f"cache: {cache['folder']}, {cache['files']} files, {cache['bytes'] / 1e6:.1f} MB")
-    for name, value in found["environment"].items():
+    for name, value in report["environment"].items():
         click.echo(f"{name}={value}")

@@ -24,20 +24,20 @@ class _Forms(click.Group):
     """A group whose commands are named by ``--to``."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        form, rest = _form_of(args)
-        if form is None and any(word in ctx.help_option_names for word in rest):
+        form, remaining = _form_of(args)
+        if form is None and any(word in ctx.help_option_names for word in remaining):
             return super().parse_args(ctx, ["--help"])
         if form is None:
             raise InputError(f"no format is named; allowed: --to {', --to '.join(FORMS)}")
         if form not in FORMS:
             raise InputError(f"found --to '{form}'; {nearest(form, FORMS)}")
-        return super().parse_args(ctx, [form, *rest])
+        return super().parse_args(ctx, [form, *remaining])
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        name, command, rest = super().resolve_command(ctx, args)
-        return f"--to {name}", command, rest
+        name, command, remaining = super().resolve_command(ctx, args)
+        return f"--to {name}", command, remaining
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(FORMS)
@@ -76,7 +76,7 @@ def command() -> None:
 
 
 out_option = click.option(
-    "--out", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder to write into."
+    "--out", required=True, type=click.Path(file_okay=False, path_type=Path), help="Output folder."
 )
 
 
@@ -86,7 +86,7 @@ out_option = click.option(
     "--frame",
     type=float,
     metavar="HOUR",
-    help="One frame alone, at this local clock time in h; an atmosphere is then at most 64 kB.",
+    help="Write one frame at this local clock time in h; this limits each atmosphere to 64 kB.",
 )
 @click.option("--altitude", type=float, metavar="KM", help="With --frame: altitude of the observer above sea level.")
 @out_option
@@ -108,14 +108,14 @@ def gpu(files: tuple[Path, ...], frame: float | None, altitude: float | None, ou
     default="0.5 K",
     show_default=True,
     metavar="K",
-    help="Error of interpolation that 99 % of the reads are to keep.",
+    help="99th-percentile interpolation error to reach.",
 )
 @click.option(
     "--most-nodes",
     type=click.IntRange(32, 200_000_000),
     default=20_000_000,
     show_default=True,
-    help="Nodes that the largest table may have.",
+    help="Maximum number of nodes of the largest table.",
 )
 @out_option
 def axes(files: tuple[Path, ...], tolerance: str, most_nodes: int, out: Path) -> None:

@@ -21,20 +21,40 @@ if TYPE_CHECKING:
 @click.option(
     "--record", required=True, type=click.Path(), metavar="CSV", help="Weather and measured skin temperature."
 )
-@click.option("--material", required=True, metavar="NAME|FILE", help="The start, and all that is not free.")
-@click.option("--free", required=True, metavar="NAME,NAME...", help="Parameters to find; see below.")
+@click.option(
+    "--material", required=True, metavar="NAME|FILE", help="Material with the start values and all fixed parameters."
+)
+@click.option("--free", required=True, metavar="NAME,NAME...", help="Parameters to fit; see below.")
 @click.option(
     "--held-out",
     default="0.25",
     show_default=True,
     metavar="SHARE|alternate",
-    help="Of the days, the last ones, that the fit does not see; or every second day.",
+    help="Share of the days, at the end, held out from the fit; or every second day.",
 )
-@click.option("--spin-up", type=click.FloatRange(0), default=1.0, show_default=True, help="First days not counted.")
-@click.option("--output", metavar="NAME", help="Write an own material with the fitted values.")
-@click.option("--folder", type=click.Path(file_okay=False, path_type=Path), help="By default MATERIALS_DATABASE.")
-@click.option("--solar-absorptance", type=click.FloatRange(0, 1), help="Needed with a material FILE.")
-@click.option("--thermal-emissivity", type=click.FloatRange(0, 1), help="Needed with a material FILE.")
+@click.option(
+    "--spin-up",
+    type=click.FloatRange(0),
+    default=1.0,
+    show_default=True,
+    help="Initial days that the fit ignores (spin-up).",
+)
+@click.option("--output", metavar="NAME", help="Name of a new material with the fitted values.")
+@click.option(
+    "--folder",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder of the material library; by default MATERIALS_DATABASE.",
+)
+@click.option(
+    "--solar-absorptance",
+    type=click.FloatRange(0, 1),
+    help="Absorptance of sunlight; required with a material FILE.",
+)
+@click.option(
+    "--thermal-emissivity",
+    type=click.FloatRange(0, 1),
+    help="Emissivity in the thermal infrared; required with a material FILE.",
+)
 @json_option
 def fit(
     record: str,
@@ -48,7 +68,7 @@ def fit(
     thermal_emissivity: float | None,
     as_json: bool,
 ) -> None:
-    """Find parameters of a material from a measured record of its skin temperature.
+    """Fit parameters of a material to a measured time series of its skin temperature.
 
     The record is a CSV as `mat temperature --forcing` takes it, of a level surface at equal steps over two days or
     more, with a column surface_temperature (K, or [C]), or lw_up (W/m2) from which it follows with the emissivity.
@@ -62,7 +82,7 @@ def fit(
     from skyshine.mat.surface.fit import SEARCHES
 
     with progress(SEARCHES, "searching") as advance:
-        found = fit_material(
+        result = fit_material(
             record,
             material,
             [name.strip() for name in free.split(",") if name.strip()],
@@ -74,7 +94,7 @@ def fit(
             folder=folder,
             advance=advance,
         )
-    emit_json(found.to_dict()) if as_json else _print(found)
+    emit_json(result.to_dict()) if as_json else _print(result)
 
 
 def _share(text: str) -> float | str:
@@ -86,29 +106,30 @@ def _share(text: str) -> float | str:
         raise InputError(f"--held-out: found '{text}'; allowed: 0 to less than 1, or '{ALTERNATE}'") from None
 
 
-def _print(found: MaterialFit) -> None:
+def _print(result: MaterialFit) -> None:
     click.echo(
-        f"{found.material}: {int(found.fitted.sum())} readings, worth {found.effective_readings:.0f} independent ones"
+        f"{result.material}: {int(result.fitted.sum())} readings, equivalent to "
+        f"{result.effective_readings:.0f} independent ones"
     )
     rows = []
-    for each in found.parameters:
-        units = "" if each.units == "1" else each.units
-        numbers = (each.start, each.value, each.standard_error, each.low, each.high, *each.bounds)
-        rows.append([each.name, *(f"{number:.4g}" for number in numbers), units])
+    for entry in result.parameters:
+        units = "" if entry.units == "1" else entry.units
+        numbers = (entry.start, entry.value, entry.standard_error, entry.low, entry.high, *entry.bounds)
+        rows.append([entry.name, *(f"{number:.4g}" for number in numbers), units])
     echo_table(["parameter", "start", "fit", "std error", "99 % from", "to", "bound", "bound", "units"], rows)
-    if len(found.parameters) > 1:
-        names = [each.name for each in found.parameters]
-        pairs = zip(names, found.correlation, strict=True)
+    if len(result.parameters) > 1:
+        names = [entry.name for entry in result.parameters]
+        pairs = zip(names, result.correlation, strict=True)
         echo_table(["correlation", *names], [[name, *(f"{value:+.2f}" for value in row)] for name, row in pairs])
     rows = [
-        [each.part, each.prediction, each.hours, f"{each.bias:+.2f}", f"{each.rms:.2f}", str(each.count)]
-        for each in found.errors
+        [entry.part, entry.prediction, entry.hours, f"{entry.bias:+.2f}", f"{entry.rms:.2f}", str(entry.count)]
+        for entry in result.errors
     ]
     echo_table(["days", "prediction", "hours", "bias K", "rms K", "readings"], rows)
-    for note in found.notes:
+    for note in result.notes:
         click.echo(note)
-    if found.written:
-        click.echo(f"{found.written.code}  {found.written.name}")
-        for file in found.written.files:
+    if result.written:
+        click.echo(f"{result.written.code}  {result.written.name}")
+        for file in result.written.files:
             click.echo(f"  {file}")
-        click.echo(f"use it with MATERIALS_DATABASE={found.written.folder.resolve()}")
+        click.echo(f"use it with MATERIALS_DATABASE={result.written.folder.resolve()}")

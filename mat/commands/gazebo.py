@@ -10,23 +10,40 @@ import click
 @click.command(epilog="Example: mat export demo/built --to gazebo --hour 14 --band 8-12 --range 1.5 --out media")
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--hour", type=click.FloatRange(0, 24), required=True, help="Local clock time, h.")
-@click.option("--band", metavar="NAME", help="Needed where the folder has several.")
-@click.option("--state", type=click.IntRange(1), default=1, show_default=True, help="Counted from 1.")
+@click.option("--band", metavar="NAME", help="Name of the band; required if the folder has several.")
+@click.option(
+    "--state", type=click.IntRange(1), default=1, show_default=True, help="Number of the state, counted from 1."
+)
 @click.option("--source", type=click.Choice(["sun", "moon"]), default="sun", show_default=True)
-@click.option("--range", "distance", type=click.FloatRange(0), default=1.0, show_default=True, help="km.")
+@click.option(
+    "--range",
+    "distance",
+    type=click.FloatRange(0),
+    default=1.0,
+    show_default=True,
+    help="Length of the line of sight, km.",
+)
 @click.option(
     "--elevation",
     type=click.FloatRange(-90, 0, max_open=True),
     default=-45.0,
     show_default=True,
-    help="Of the line of sight, degree.",
+    help="Elevation of the line of sight, degree.",
 )
 @click.option(
-    "--heading", type=click.FloatRange(-360, 360), default=0.0, show_default=True, help="Its azimuth, degree."
+    "--heading",
+    type=click.FloatRange(-360, 360),
+    default=0.0,
+    show_default=True,
+    help="Azimuth of the line of sight, degrees clockwise from north.",
 )
-@click.option("--altitude", type=float, metavar="KM", help="Of the surfaces; by default the lowest of the tables.")
-@click.option("--unknown-material", metavar="NAME", help="For texels without material; by default they are refused.")
-@click.option("--out", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder to write into.")
+@click.option(
+    "--altitude", type=float, metavar="KM", help="Altitude of the surfaces; by default the lowest of the tables."
+)
+@click.option(
+    "--unknown-material", metavar="NAME", help="Material of texels without material; by default they are refused."
+)
+@click.option("--out", required=True, type=click.Path(file_okay=False, path_type=Path), help="Output folder.")
 def command(
     folder: Path,
     hour: float,

@@ -27,40 +27,52 @@ def handbooks(page: Path | None, as_json: bool) -> None:
     from skyshine.materials.handbooks import compare, load_handbooks
     from skyshine.materials.library import load_library
 
-    library, known = load_library(), load_handbooks()
-    listed = {name for row in known.rows for name in row.materials}
+    library, handbook_rows = load_library(), load_handbooks()
+    listed = {name for row in handbook_rows.rows for name in row.materials}
     values = {name: material_summary(library[name]) for name in library.names if name in listed}
-    found = compare(known, values)
+    comparisons = compare(handbook_rows, values)
     if as_json:
-        emit_json({"data_version": library.version, "comparisons": [_comparison(each) for each in found]})
+        emit_json(
+            {"data_version": library.version, "comparisons": [_comparison(comparison) for comparison in comparisons]}
+        )
     elif page:
-        write_whole(page, _handbook_page(library, found))
+        write_whole(page, _handbook_page(library, comparisons))
         click.echo(page)
     else:
-        for each in found:
-            place = "within" if each.within else f"outside: {each.reason or 'no reason given'}"
-            click.echo(f"{each.material:<30} {each.quantity:<18} {each.value:5.2f}  {_span(each):<12} {place}")
-        click.echo(f"{sum(each.within for each in found)} of {len(found)} within")
+        for comparison in comparisons:
+            verdict = "within" if comparison.within else f"outside: {comparison.reason or 'no reason given'}"
+            click.echo(
+                f"{comparison.material:<30} {comparison.quantity:<18} {comparison.value:5.2f}  "
+                f"{_span(comparison):<12} {verdict}"
+            )
+        click.echo(f"{sum(comparison.within for comparison in comparisons)} of {len(comparisons)} within")
 
 
-def _span(each: Comparison) -> str:
-    return f"{each.lower:.2f}" if each.lower == each.upper else f"{each.lower:.2f} to {each.upper:.2f}"
+def _span(comparison: Comparison) -> str:
+    return (
+        f"{comparison.lower:.2f}"
+        if comparison.lower == comparison.upper
+        else f"{comparison.lower:.2f} to {comparison.upper:.2f}"
+    )
 
 
-def _comparison(each: Comparison) -> dict[str, Any]:
+def _comparison(comparison: Comparison) -> dict[str, Any]:
     return {
-        "material": each.material,
-        "quantity": each.quantity,
-        "value": each.value,
-        "range": [each.lower, each.upper],
-        "within": each.within,
-        "handbooks": [{"handbook": row.handbook, "row": row.row, "checked": row.checked} for row in each.rows],
-        "reason": each.reason,
+        "material": comparison.material,
+        "quantity": comparison.quantity,
+        "value": comparison.value,
+        "range": [comparison.lower, comparison.upper],
+        "within": comparison.within,
+        "handbooks": [{"handbook": row.handbook, "row": row.row, "checked": row.checked} for row in comparison.rows],
+        "reason": comparison.reason,
     }
 
 
-def _handbook_page(library: MaterialLibrary, found: list[Comparison]) -> str:
-    within, twice = sum(each.within for each in found), sum(each.checked >= 2 for each in found)
+def _handbook_page(library: MaterialLibrary, comparisons: list[Comparison]) -> str:
+    within, twice = (
+        sum(comparison.within for comparison in comparisons),
+        sum(comparison.checked >= 2 for comparison in comparisons),
+    )
     lines = [
         "# Materials beside handbooks",
         "",
@@ -68,18 +80,20 @@ def _handbook_page(library: MaterialLibrary, found: list[Comparison]) -> str:
         "sunlight at the ground (ASTM G173), emissivity by blackbody radiation of 300 K. A range spans all handbooks",
         "that list the material; values within 0.05 of it count as within, because handbooks round and a sample is one",
         "of many. Numbers in parentheses are recalled and were not checked in the book.",
-        f"{within} of {len(found)} numbers lie within; {twice} are compared with two handbooks or more.",
+        f"{within} of {len(comparisons)} numbers lie within; {twice} are compared with two handbooks or more.",
         "",
         "| material | quantity | library | handbooks | | what they list |",
         "|---|---|---|---|---|---|",
     ]
-    for each in found:
+    for comparison in comparisons:
         rows = "; ".join(
-            f"[{row.handbook}] {row.row}" if row.checked else f"([{row.handbook}] {row.row})" for row in each.rows
+            f"[{row.handbook}] {row.row}" if row.checked else f"([{row.handbook}] {row.row})" for row in comparison.rows
         )
-        mark = "" if each.within else f"**outside**: {each.reason}"
-        name = each.quantity.replace("_", " ")
-        lines.append(f"| `{each.material}` | {name} | {each.value:.2f} | {_span(each)} | {mark} | {rows} |")
-    cited = dict.fromkeys(row.handbook for each in found for row in each.rows)
+        mark = "" if comparison.within else f"**outside**: {comparison.reason}"
+        name = comparison.quantity.replace("_", " ")
+        lines.append(
+            f"| `{comparison.material}` | {name} | {comparison.value:.2f} | {_span(comparison)} | {mark} | {rows} |"
+        )
+    cited = dict.fromkeys(row.handbook for comparison in comparisons for row in comparison.rows)
     lines += ["", "## References", "", *(f"- [{key}] {library.references[key]}" for key in cited)]
     return "\n".join(lines) + "\n"

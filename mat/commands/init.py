@@ -9,12 +9,12 @@ import click
     "--example",
     default="starter",
     show_default=True,
-    help="Which job: airfield, dead_sea, desert_vehicle, frames, ship, street, urban_canyon, year.",
+    help="Name of the job: airfield, dead_sea, desert_vehicle, frames, ship, street, urban_canyon, year.",
 )
 def command(folder: str, example: str) -> None:
     """Write a starter job, with the picture it needs, into FOLDER. Files that are there already are not touched.
 
-    Beside it stand the JSON Schemas by which editors with a YAML language server complete and check its keys.
+    The JSON Schemas beside it let editors with a YAML language server complete and check its keys.
     """
     from pathlib import Path
 

@@ -40,12 +40,10 @@ def _ranges(_context: click.Context, _parameter: click.Parameter, texts: tuple[s
     "--continua",
     required=True,
     type=click.Path(),
-    help="Folder of the MT_CKD netCDF files and their notice, or the word lowtran7 for the packaged ones of LOWTRAN7.",
+    help="Folder of the MT_CKD netCDF files and their notice, or lowtran7 for the packaged ones of LOWTRAN7.",
 )
-@click.option(
-    "--lookups", type=click.Path(), help="Folder of REPTRAN lookups, for O3 and N2O where there are no lines."
-)
-@click.option("--lowtran", type=click.Path(), help="lowtran7.f; gives the lookups their shape within a band.")
+@click.option("--lookups", type=click.Path(), help="Folder of REPTRAN lookups, for O3 and N2O in ranges without lines.")
+@click.option("--lowtran", type=click.Path(), help="File lowtran7.f; it gives the lookups their shape within a band.")
 @click.option(
     "--generated",
     type=click.Path(),
@@ -53,19 +51,24 @@ def _ranges(_context: click.Context, _parameter: click.Parameter, texts: tuple[s
 )
 @click.option("--cross-sections", type=click.Path(), help="Folder of measured cross sections (xs/*.gz, crs_*.dat.gz).")
 @click.option(
-    "--wavenumber", "ranges", required=True, multiple=True, callback=_ranges, help="LO:HI in cm-1; may be repeated."
+    "--wavenumber",
+    "ranges",
+    required=True,
+    multiple=True,
+    callback=_ranges,
+    help="Wavenumber range LO:HI in cm-1; may be repeated.",
 )
 @click.option(
-    "--points", default=16, show_default=True, type=click.IntRange(1, 64), help="Most points an interval gets."
+    "--points", default=16, show_default=True, type=click.IntRange(1, 64), help="Maximum number of points per interval."
 )
-@click.option("--tolerance", default=4e-4, show_default=True, help="Error of the choice at which fewer points suffice.")
+@click.option("--tolerance", default=4e-4, show_default=True, help="Error below which fewer points are used.")
 @click.option(
     "--width",
     type=float,
-    help="Width of all intervals, cm-1 (a multiple of 0.125), with reference spectra; default: 5 to 100.",
+    help="Width of all intervals, cm-1, a multiple of 0.125, with reference spectra; default: 5 to 100.",
 )
 @click.option("--parts", type=click.Path(), help="Folder of finished intervals; default: OUT.parts.")
-@click.option("--out", required=True, type=click.Path(), help="The table to write.")
+@click.option("--out", required=True, type=click.Path(), help="Table file to write.")
 def build(
     lines: str,
     continua: str,
@@ -189,12 +192,12 @@ def _regions(table: AbsorptionTable) -> list[dict[str, Any]]:
     low, high = table.interval_edges.T
     starts = np.flatnonzero(np.append(True, np.abs(np.diff(high - low)) > 1e-3))
     parts = []
-    for first, last in zip(starts, np.append(starts[1:], low.size), strict=True):
-        inside = slice(first, last)
+    for start, stop in zip(starts, np.append(starts[1:], low.size), strict=True):
+        inside = slice(start, stop)
         parts.append(
             {
-                "range": quantity([low[first], high[last - 1]], "cm-1"),
-                "width": quantity(high[first] - low[first], "cm-1"),
+                "range": quantity([low[start], high[stop - 1]], "cm-1"),
+                "width": quantity(high[start] - low[start], "cm-1"),
                 "points_per_interval": float(table.count[inside].mean()),
                 "rms": quantity(float(np.sqrt(np.mean(table.error[inside, 0] ** 2))), "1"),
                 "largest": quantity(float(table.error[inside, 1].max()), "1"),

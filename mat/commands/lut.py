@@ -15,20 +15,48 @@ from skyshine.schemas.errors import InputError
     "--wavelengths",
     required=True,
     metavar="LOW:HIGH:STEP | FILE",
-    help="Channels in nm, STEP wide; or a wavelength file of ISOFIT.",
+    help="Channels LOW:HIGH:STEP in nm, or a wavelength file of ISOFIT.",
 )
-@click.option("--fwhm", type=click.FloatRange(0, min_open=True), help="Of each channel, nm, in place of STEP.")
-@click.option("--water", required=True, metavar="LIST", help="H2OSTR: water vapour above the ground, g cm-2.")
-@click.option("--optical-depth", default="0.1", show_default=True, metavar="LIST", help="AOT550.")
-@click.option("--ground", default="0", show_default=True, metavar="LIST", help="Above sea level, km.")
-@click.option("--observer-zenith", default="0", show_default=True, metavar="LIST", help="Degree from straight down.")
-@click.option("--relative-azimuth", default="0", show_default=True, metavar="LIST", help="Of the Sun, degree.")
-@click.option("--solar-zenith", type=float, default=45.0, show_default=True, help="At the ground, degree.")
 @click.option(
-    "--altitude", type=click.FloatRange(0, min_open=True), default=100.0, show_default=True, help="Of the sensor, km."
+    "--fwhm",
+    type=click.FloatRange(0, min_open=True),
+    help="Full width at half maximum of each channel, nm, instead of STEP.",
 )
-@click.option("--atmosphere", default="midlatitude_summer", show_default=True, help="Standard profile.")
-@click.option("--aerosol", default="rural", show_default=True, help="Of the lowest 2 km.")
+@click.option("--water", required=True, metavar="LIST", help="Water vapour above the ground (H2OSTR), g cm-2.")
+@click.option(
+    "--optical-depth",
+    default="0.1",
+    show_default=True,
+    metavar="LIST",
+    help="Aerosol optical depth at 550 nm (AOT550).",
+)
+@click.option(
+    "--ground", default="0", show_default=True, metavar="LIST", help="Altitude of the ground above sea level, km."
+)
+@click.option(
+    "--observer-zenith",
+    default="0",
+    show_default=True,
+    metavar="LIST",
+    help="Zenith angle of the observer, degrees from nadir.",
+)
+@click.option(
+    "--relative-azimuth", default="0", show_default=True, metavar="LIST", help="Zenith angle of the Sun, degree."
+)
+@click.option(
+    "--solar-zenith", type=float, default=45.0, show_default=True, help="Relative azimuth at the ground, degree."
+)
+@click.option(
+    "--altitude",
+    type=click.FloatRange(0, min_open=True),
+    default=100.0,
+    show_default=True,
+    help="Altitude of the sensor, km.",
+)
+@click.option(
+    "--atmosphere", default="midlatitude_summer", show_default=True, help="Standard profile of the atmosphere."
+)
+@click.option("--aerosol", default="rural", show_default=True, help="Boundary-layer aerosol model (0 to 2 km).")
 @click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="netCDF file to write.")
 def command(
     wavelengths: str,

@@ -52,9 +52,9 @@ def draw_card(material: Material, summary: Mapping[str, float], file: Path) -> N
     Parameters
     ----------
     material : Material
-        Of the library, so that its day can be solved by name.
+        Material of the library, so that its day can be solved by name.
     summary : mapping of str to float
-        Of `scene.material_summary`.
+        Result of `scene.material_summary`.
     file : Path
 
     Raises
@@ -64,15 +64,15 @@ def draw_card(material: Material, summary: Mapping[str, float], file: Path) -> N
     """
     with chart_style():
         figure = new_figure(11.5, 6.4)
-        places = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.5))
+        panels = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.5))
         figure.suptitle(
             f"{material.name}  (code {material.code}, {material.group}): {material.description}", fontsize=10
         )
-        spectrum, stack = figure.add_subplot(places[0, :]), figure.add_subplot(places[1, 0])
+        spectrum, stack = figure.add_subplot(panels[0, :]), figure.add_subplot(panels[1, 0])
         draw_spectra(spectrum, [material])
         spectrum.set_title(fill(_sample(material), 150), fontsize=7, loc="left")
         _stack(stack, material, summary)
-        _day(figure.add_subplot(places[1, 1]), material)
+        _day(figure.add_subplot(panels[1, 1]), material)
         name_lines(spectrum)
         save_figure(figure, file)
 
@@ -129,14 +129,14 @@ def _stack(axes: Axes, material: Material, summary: Mapping[str, float]) -> None
     colours: list[Any] = [skin, *_SHADES]
     for number, ((name, layer), colour) in enumerate(zip(rows, colours, strict=False)):
         low = 0.80 - (number + 1) * height
-        place: dict[str, Any] = {"transform": axes.transAxes}
-        axes.add_patch(Rectangle((0.0, low), 0.98, height, facecolor=colour, edgecolor="white", **place))
+        options: dict[str, Any] = {"transform": axes.transAxes}
+        axes.add_patch(Rectangle((0.0, low), 0.98, height, facecolor=colour, edgecolor="white", **options))
         text = (
             f"{name}: {_length(layer.thickness)}   {layer.conductivity:.3g} W/(m K)   {layer.density:.4g} kg/m³"
             f"   {layer.heat_capacity:.4g} J/(kg K)"
         )
         ink = "white" if np.mean(to_rgb(colour)) < 0.45 else BLACK
-        axes.text(0.02, low + height / 2, text, fontsize=7.5, va="center", color=ink, **place)
+        axes.text(0.02, low + height / 2, text, fontsize=7.5, va="center", color=ink, **options)
     why = material.sources["back.kind"]
     foot = 0.80 - len(rows) * height
     text = fill(f"behind: {thermal.back.kind} ({why})", 84)
@@ -156,8 +156,8 @@ def _day(axes: Axes, material: Material) -> None:
         "wall facing south": (BLUE, {"slope": 90.0, "azimuth": 180.0}),
         "level, in the shade": (GREEN, {"shade": "00:00-24:00"}),
     }
-    for label, (colour, place) in faces.items():
-        day = temperature(material.name, job=DAY, **place)
+    for label, (colour, orientation) in faces.items():
+        day = temperature(material.name, job=DAY, **orientation)
         axes.plot(np.asarray(day.time, float), day.temperature - ZERO_CELSIUS, color=colour, linestyle="-", label=label)
     low, high = DAY["states"][0]["weather"]["air_temperature_c"]
     axes.axhspan(low, high, color="0.93")

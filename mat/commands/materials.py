@@ -53,7 +53,9 @@ for part in (fit, handbooks, new, sources, specular):
 @command.command("show", epilog="Example: mat materials show concrete --plot concrete.png")
 @click.argument("name", required=False)
 @click.option(
-    "--plot", type=click.Path(dir_okay=False, path_type=Path), help="PNG: the card of NAME, or all reflectances."
+    "--plot",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="PNG file to draw: the card of NAME, or all reflectances.",
 )
 @json_option
 def show(name: str | None, plot: Path | None, as_json: bool) -> None:
@@ -68,8 +70,8 @@ def show(name: str | None, plot: Path | None, as_json: bool) -> None:
     from skyshine.materials.words import matches
 
     library = load_library()
-    if name and not name.isdecimal() and name not in library and (found := matches(name, library.names)):
-        chosen, name = [library[match] for match in found], None  # a word for several materials lists them
+    if name and not name.isdecimal() and name not in library and (similar := matches(name, library.names)):
+        chosen, name = [library[match] for match in similar], None  # a word for several materials lists them
     else:
         chosen = [_find(library, name)] if name else list(library)
     summaries = {material.name: material_summary(material) for material in chosen}
@@ -103,8 +105,10 @@ def _show(library: MaterialLibrary, material: Material, summary: dict[str, float
     for key, value in summary.items():
         click.echo(f"  {key:<34} {value:.4f}")
     for key, number, units in _numbers(material):
-        shown = f"{number:g}" if isinstance(number, (int, float)) and not isinstance(number, bool) else str(number)
-        click.echo(f"  {key:<34} {shown} {units}".rstrip() + f"    {material.sources[key]}")
+        number_text = (
+            f"{number:g}" if isinstance(number, (int, float)) and not isinstance(number, bool) else str(number)
+        )
+        click.echo(f"  {key:<34} {number_text} {units}".rstrip() + f"    {material.sources[key]}")
     if material.soil is not None:
         click.echo("  answers to soil_moisture of a job: conductivity, heat capacity, reflectance and evaporation")
     if material.stand is not None:
@@ -118,7 +122,7 @@ def _show(library: MaterialLibrary, material: Material, summary: dict[str, float
     for line in material.reflectance_note.splitlines():
         click.echo(f"  {line}")
     if material.transmits:
-        click.echo("  transmits: absorptance stands beside reflectance and is less than 1 - reflectance")
+        click.echo("  transmits: absorptance is given beside reflectance and is less than 1 - reflectance")
     click.echo("references")
     for key, text in _cited(library, material).items():
         click.echo(f"  [{key}] {text}")
@@ -163,23 +167,23 @@ def _numbers(material: Material) -> Iterator[tuple[str, object, str]]:
     yield "lobe_fwhm", material.lobe_fwhm, "degree"
 
 
-def _back_numbers(place: str, back: Back) -> Iterator[tuple[str, object, str]]:
+def _back_numbers(prefix: str, back: Back) -> Iterator[tuple[str, object, str]]:
     """Each value of a back boundary, as `_numbers`."""
-    yield f"{place}.kind", back.kind, ""
+    yield f"{prefix}.kind", back.kind, ""
     if back.kind in ("fixed", "convective"):
         if back.temperature is None:
-            yield f"{place}.temperature", "daily mean air", ""
+            yield f"{prefix}.temperature", "daily mean air", ""
         else:
-            yield f"{place}.temperature", back.temperature, "K"
-    given = {
+            yield f"{prefix}.temperature", back.temperature, "K"
+    numbers = {
         "coefficient": "W m^-2 K^-1",
         "exchange": "W m^-2 K^-1",
         "capacity": "J m^-2 K^-1",
         "heat_flux": "W m^-2",
     }
-    for field, unit in given.items():
+    for field, unit in numbers.items():
         if getattr(back, field) is not None:
-            yield f"{place}.{field}", getattr(back, field), unit
+            yield f"{prefix}.{field}", getattr(back, field), unit
 
 
 def _cited(library: MaterialLibrary, material: Material) -> dict[str, str]:

@@ -19,24 +19,34 @@ POSITIVE = click.FloatRange(0, min_open=True)
     epilog="Example: mat materials new hangar_roof --absorptance .32 --emissivity .87 --like paint_white_on_metal",
 )
 @click.argument("name")
-@click.option("--like", required=True, metavar="NAME", help="The material of the library that stands for the rest.")
-@click.option("--absorptance", type=FRACTION, help="Of sunlight at the ground.")
+@click.option("--like", required=True, metavar="NAME", help="Base material for all unspecified properties.")
+@click.option("--absorptance", type=FRACTION, help="Absorptance of sunlight at the ground.")
 @click.option(
-    "--emissivity", type=FRACTION, help="Of all infrared bands; with --spectrum, of blackbody radiation of 300 K."
+    "--emissivity",
+    type=FRACTION,
+    help="Emissivity in all infrared bands; with --spectrum, for blackbody radiation of 300 K.",
 )
-@click.option("--spectrum", type=click.Path(path_type=Path), help="ECOSTRESS, ASTER, USGS text, CSV or ENVI library.")
-@click.option("--unit", type=click.Choice(UNITS), help="Of its first column, where it does not say.")
-@click.option("--scale", type=click.Choice(["fraction", "percent"]), help="Of its values.")
-@click.option("--quantity", type=click.Choice(["reflectance", "emissivity"]), help="Of its values.")
-@click.option("--wavelengths", type=click.Path(path_type=Path), help="The wavelengths of a USGS text file.")
-@click.option("--record", help="Of an ENVI library or a table of many: the spectrum.")
-@click.option("--conductivity", type=POSITIVE, help="Of skin and first layer, W m^-1 K^-1.")
-@click.option("--density", type=POSITIVE, help="Of skin and first layer, kg m^-3.")
-@click.option("--heat-capacity", type=POSITIVE, help="Of skin and first layer, J kg^-1 K^-1.")
-@click.option("--thickness", type=POSITIVE, help="Of the first layer, m.")
-@click.option("--description", help="One line for the list of materials.")
-@click.option("--code", type=click.IntRange(1, 65535), help="By default the first free one from 1001.")
-@click.option("--folder", type=click.Path(file_okay=False, path_type=Path), help="By default MATERIALS_DATABASE.")
+@click.option(
+    "--spectrum",
+    type=click.Path(path_type=Path),
+    help="Spectrum file: ECOSTRESS, ASTER, USGS text, CSV or ENVI library.",
+)
+@click.option("--unit", type=click.Choice(UNITS), help="Unit of its first column, if the file does not state it.")
+@click.option("--scale", type=click.Choice(["fraction", "percent"]), help="Scale of its values.")
+@click.option("--quantity", type=click.Choice(["reflectance", "emissivity"]), help="Quantity of its values.")
+@click.option("--wavelengths", type=click.Path(path_type=Path), help="File of the wavelengths of a USGS text file.")
+@click.option("--record", help="Name of the spectrum in an ENVI library or a table of many.")
+@click.option("--conductivity", type=POSITIVE, help="Thermal conductivity of skin and first layer, W m^-1 K^-1.")
+@click.option("--density", type=POSITIVE, help="Density of skin and first layer, kg m^-3.")
+@click.option("--heat-capacity", type=POSITIVE, help="Specific heat of skin and first layer, J kg^-1 K^-1.")
+@click.option("--thickness", type=POSITIVE, help="Thickness of the first layer, m.")
+@click.option("--description", help="Description for the list of materials, one line.")
+@click.option("--code", type=click.IntRange(1, 65535), help="Material code; by default the first free one from 1001.")
+@click.option(
+    "--folder",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder of the material library; by default MATERIALS_DATABASE.",
+)
 @json_option
 def new(
     name: str,
@@ -48,11 +58,11 @@ def new(
     description: str | None,
     code: int | None,
     as_json: bool,
-    **rest: object,
+    **options: object,
 ) -> None:
     """Write the files of a material NAME that is like one of the library but for the numbers or the spectrum given.
 
-    Numbers are taken as they are; their source is "user". A spectrum stands where it holds values, that of --like
+    Numbers are taken as they are; their source is "user". The spectrum applies in its own range, that of --like
     elsewhere. --absorptance scales it below 2.5 um. --emissivity is that of all wavelengths beyond, so of every band;
     with --spectrum, whose shape stays, it is the mean over radiation of 300 K.
     """
@@ -61,14 +71,14 @@ def new(
     from skyshine.materials.library import load_library
     from skyshine.materials.spectrum_files import Said, read_spectrum
 
-    said = Said(**{key: rest[key] for key in ("unit", "scale", "quantity", "wavelengths", "record")})  # type: ignore[arg-type]
-    if spectrum is None and said != Said():
+    spectrum_options = Said(**{key: options[key] for key in ("unit", "scale", "quantity", "wavelengths", "record")})  # type: ignore[arg-type]
+    if spectrum is None and spectrum_options != Said():
         raise InputError(
             "found --unit, --scale, --quantity, --wavelengths or --record without --spectrum; add the file"
         )
-    read = read_spectrum(spectrum, said) if spectrum else None
-    thermal = {key: value for key in THERMAL if isinstance(value := rest[key], float)}
-    written = new_material(
+    read = read_spectrum(spectrum, spectrum_options) if spectrum else None
+    thermal = {key: value for key in THERMAL if isinstance(value := options[key], float)}
+    created = new_material(
         name,
         like=like,
         folder=folder or default_folder(),
@@ -80,20 +90,20 @@ def new(
         description=description,
         code=code,
     )
-    summary = material_summary(load_library(written.folder)[name])
+    summary = material_summary(load_library(created.folder)[name])
     if as_json:
-        files = [str(file) for file in written.files]
-        emit_json({"name": name, "code": written.code, "files": files, "borrowed_um": written.borrowed, **summary})
+        files = [str(file) for file in created.files]
+        emit_json({"name": name, "code": created.code, "files": files, "borrowed_um": created.borrowed, **summary})
         return
     if read:
         click.echo(f"read {read.read_as}: {read.wavelength[0]:g} to {read.wavelength[-1]:g} um")
-        for lower, upper in written.borrowed:
+        for lower, upper in created.borrowed:
             click.echo(f"{lower:g} to {upper:g} um from {like}")
     if emissivity is not None:
         where = "the mean over radiation of 300 K, the shape is that of the spectrum" if read else "beyond 2.5 um"
         click.echo(f"emissivity {emissivity:g}: {where}")
     numbers = ", ".join(f"{key.replace('_', ' ')} {value:.3f}" for key, value in summary.items())
-    click.echo(f"{written.code}  {name}: {numbers}")
-    for file in written.files:
+    click.echo(f"{created.code}  {name}: {numbers}")
+    for file in created.files:
         click.echo(f"  {file}")
-    click.echo(f"use it with MATERIALS_DATABASE={written.folder.resolve()}")
+    click.echo(f"use it with MATERIALS_DATABASE={created.folder.resolve()}")

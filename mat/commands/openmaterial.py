@@ -9,7 +9,7 @@ import click
 
 @click.command(epilog="Example: mat export concrete asphalt_road --to openmaterial --out exchange")
 @click.argument("names", nargs=-1)
-@click.option("--out", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder to write into.")
+@click.option("--out", required=True, type=click.Path(file_okay=False, path_type=Path), help="Output folder.")
 def command(names: tuple[str, ...], out: Path) -> None:
     """Write the materials NAMES, by default all, as files of ASAM OpenMATERIAL 3D.
 

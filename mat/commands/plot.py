@@ -7,7 +7,7 @@ from skyshine.schemas.errors import InputError
 
 @click.command(epilog="Example: mat plot built/s01b02.atmq.h5 --out atmosphere.png")
 @click.argument("files", nargs=-1, required=True, type=click.Path())
-@click.option("--out", required=True, type=click.Path(), help="PNG to write; with several FILES a folder.")
+@click.option("--out", required=True, type=click.Path(), help="PNG file to write; with several FILES a folder.")
 def command(files: tuple[str, ...], out: str) -> None:
     """Draw FILES: temperatures, atmospheric quantities, band properties."""
     from pathlib import Path
@@ -19,7 +19,7 @@ def command(files: tuple[str, ...], out: str) -> None:
         raise InputError(f"found --out '{out}'; allowed: a name that ends in .png")
     for file in files:
         if file.endswith(".tmm.h5"):
-            raise InputError("holds a texture; draw it with 'tmm preview'", file=file)
+            raise InputError("contains a texture; draw it with 'tmm preview'", file=file)
     try:
         if len(files) == 1:
             click.echo(draw(files[0], target))

@@ -14,18 +14,18 @@ from skyshine.schemas.errors import InputError, nearest
 def command(name: str | None, as_json: bool) -> None:
     """List the ready states, or show the keys of the one called NAME.
 
-    A job's state takes one with `preset: NAME`; keys written beside it take the place of the preset's own.
+    A job's state takes one with `preset: NAME`; keys written beside it replace those of the preset.
     """
     import yaml
 
     from skyshine.mat.job.presets import presets
 
-    known = presets()
-    if name is not None and name not in known:
-        raise InputError(f"found the preset '{name}'; {nearest(name, known)}")
+    by_name = presets()
+    if name is not None and name not in by_name:
+        raise InputError(f"found the preset '{name}'; {nearest(name, by_name)}")
     if as_json:
-        emit_json(known if name is None else known[name])
+        emit_json(by_name if name is None else by_name[name])
     elif name is None:
-        echo_table(("preset", "what"), [(key, content["description"]) for key, content in known.items()])
+        echo_table(("preset", "what"), [(key, content["description"]) for key, content in by_name.items()])
     else:
-        click.echo(yaml.safe_dump(known[name], sort_keys=False, allow_unicode=True, width=120), nl=False)
+        click.echo(yaml.safe_dump(by_name[name], sort_keys=False, allow_unicode=True, width=120), nl=False)

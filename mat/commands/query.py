@@ -16,18 +16,18 @@ from skyshine.schemas.quantity import quantity
 @click.argument("file", type=click.Path())
 @click.argument("name", metavar="QUANTITY")
 @click.argument("where", nargs=-1, metavar="AXIS=VALUE...")
-@click.option("--clamp", is_flag=True, help="Read values outside an axis at its nearest end.")
+@click.option("--clamp", is_flag=True, help="Clamp values outside an axis to its nearest end.")
 @json_option
 def command(file: str, name: str, where: tuple[str, ...], clamp: bool, as_json: bool) -> None:
     """Interpolate QUANTITY of FILE at a value for each axis, and print the error that the file states."""
     from skyshine.mat.api.query import query
 
-    place = dict(_pair(text) for text in where)
-    result = query(file, name, clamp=clamp, **place)
+    coordinates = dict(_pair(text) for text in where)
+    result = query(file, name, clamp=clamp, **coordinates)
     value, units, error = float(result.value), result.units, result.error
     if as_json:
         stated = {measure: quantity(amount, _units(measure, units)) for measure, amount in error.items()}
-        emit_json({"quantity": name, **quantity(value, units), "at": place, "stated_error": stated})
+        emit_json({"quantity": name, **quantity(value, units), "at": coordinates, "stated_error": stated})
         return
     click.echo(f"{name} = {value:.7g} {units}")
     for measure, amount in error.items():

@@ -7,7 +7,9 @@ from skyshine.schemas.commands import allow_outside_option, emit_json, json_opti
 
 @click.command(epilog="Example: mat init demo && mat build demo/job.yaml && mat render demo/scene.yaml")
 @click.argument("scene", type=click.Path())
-@click.option("--out", type=click.Path(file_okay=False), help="Folder; by default 'rendered' beside the scene file.")
+@click.option(
+    "--out", type=click.Path(file_okay=False), help="Output folder; by default 'rendered' beside the scene file."
+)
 @click.option(
     "--buffers", is_flag=True, help="SCENE is a frame file: depth, normals and ids that another renderer has drawn."
 )
@@ -16,7 +18,7 @@ from skyshine.schemas.commands import allow_outside_option, emit_json, json_opti
 def command(scene: str, out: str | None, buffers: bool, as_json: bool) -> None:
     """Draw SCENE from built databases: radiance and apparent temperature by hour and band.
 
-    The folder then holds, for each hour and band, the apparent temperature as a 16-bit PNG with 100 values a kelvin,
+    The folder then contains, for each hour and band, the apparent temperature as a 16-bit PNG with 100 values a kelvin,
     the radiance as EXR in W m^-2 sr^-1 and, for a band with a sensor, its counts; and the day in one picture and as
     animations. With --buffers, it holds the same for each frame of the other renderer, and a picture of 16 of them.
     """

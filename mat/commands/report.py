@@ -16,21 +16,25 @@ from skyshine.schemas.errors import InputError
 @click.option(
     "--built", type=click.Path(file_okay=False), help="Folder of the databases; by default the one that the job names."
 )
-@click.option("--out", type=click.Path(dir_okay=False), help="HTML page to write; its numbers go beside it as JSON.")
+@click.option(
+    "--out", type=click.Path(dir_okay=False), help="HTML page to write; its numbers are written beside it as JSON."
+)
 @click.option(
     "--scenes",
     type=click.IntRange(1, 10_000),
     default=40,
     show_default=True,
-    help="Random views of each set of tables.",
+    help="Number of random views of each set of tables.",
 )
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of the random views.")
-@click.option("--band", type=click.IntRange(1), default=None, help="One band, counted from 1; by default all.")
+@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Seed of the random views.")
+@click.option(
+    "--band", type=click.IntRange(1), default=None, help="Number of one band, counted from 1; by default all bands."
+)
 @json_option
 def command(
     job: str, built: str | None, out: str | None, scenes: int, seed: int, band: int | None, as_json: bool
 ) -> None:
-    """Measure the error budget of the databases of JOB, or of the folder DIR that holds a job.yaml.
+    """Measure the error budget of the databases of JOB, or of the folder DIR that contains a job.yaml.
 
     Random scenes, some of them in a shadow or beside a wall, go through the runtime's equations with the tables, and
     through the accurate spectral integrals with temperatures solved for each face; each source of error is switched on
@@ -49,18 +53,20 @@ def command(
         _print(measured.numbers)
 
 
-def _job_file(given: str) -> Path:
-    path = Path(given)
+def _job_file(text: str) -> Path:
+    path = Path(text)
     if path.suffix == ".h5":
         raise InputError(
-            "is a database; name the job that it was built with, or the folder that holds its job.yaml", file=path
+            "is a database; name the job that it was built with, or the folder that contains its job.yaml", file=path
         )
     if not path.is_dir():
         return path
     for folder in (path, path.parent):
         if (folder / "job.yaml").is_file():
             return folder / "job.yaml"
-    raise InputError("holds no job.yaml; name the job's file, and --built for another folder of databases", file=path)
+    raise InputError(
+        "contains no job.yaml; name the job's file, and --built for another folder of databases", file=path
+    )
 
 
 def _print(report: dict[str, Any]) -> None:

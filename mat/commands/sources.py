@@ -1,4 +1,4 @@
-"""`mat materials sources`: what stands behind the numbers of the library."""
+"""`mat materials sources`: sources of the numbers of the library."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from skyshine.schemas.commands import echo_table, emit_json, json_option
 def sources(as_json: bool) -> None:
     """Count the values of all materials by field and kind of source.
 
-    cited: a reference; derived: from other numbers of the file or a cited law; definition: what the stack stands for;
-    estimate: nobody measured it; user: a plain number of your own files. Spectra have origins by range and do not
+    cited: a reference; derived: from other numbers of the file or a cited law; definition: what the stack represents;
+    estimate: no measurement available; user: a plain number of your own files. Spectra have origins by range and do not
     count.
     """
     from skyshine.materials.library import load_library

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 
 @click.command("spectrum")
-@click.option("--job", type=click.Path(), help="Air, ground and day of a state, in place of a description of the air.")
+@click.option(
+    "--job", type=click.Path(), help="Job whose state gives air, ground and day, instead of a description of the air."
+)
 @click.option("--state", type=int, default=1, show_default=True, help="State of the job, counted from 1.")
 @click.option("--atmosphere", show_default="midlatitude_summer", help="Standard profile, or the FILE of a sounding.")
 @click.option("--above", show_default="us_standard", help="Standard profile that continues a sounding to space.")
@@ -27,94 +29,112 @@ if TYPE_CHECKING:
 @click.option(
     "--altitude",
     type=float,
-    help="Observer above sea level, km; by default the ground: 0, where the sounding begins, or the job's site.",
+    help="Altitude of the observer above sea level, km; by default the ground: 0, the bottom of the "
+    "sounding, or the job's site.",
 )
+@click.option("--elevation", type=float, default=0.0, show_default=True, help="Elevation of the line of sight, degree.")
 @click.option(
-    "--elevation", type=float, default=0.0, show_default=True, help="Line of sight above the horizontal, degree."
+    "--range", "range_text", default="space", show_default=True, help="Length of the line of sight, km, or 'space'."
 )
-@click.option("--range", "range_text", default="space", show_default=True, help="km, or 'space'.")
-@click.option("--wavenumber", help="LO:HI in cm-1.")
-@click.option("--wavelength", help="LO:HI in um.")
+@click.option("--wavenumber", help="Wavenumber range LO:HI in cm-1.")
+@click.option("--wavelength", help="Wavelength range LO:HI in um.")
 @click.option(
     "--resolution",
     type=float,
-    help="Bins in cm-1, a multiple of the table's intervals (its own by default); with --line-by-line 0.01 or more.",
+    help="Width of the bins in cm-1, a multiple of the table's intervals (default: one interval); with "
+    "--line-by-line 0.01 or more.",
 )
 @click.option(
     "--aerosol",
     show_default="rural",
     help=(
-        "Near the ground: rural, urban, maritime, navy_maritime, tropospheric, desert, fog, fog_advection,"
-        " fog_radiation, or none."
+        "Aerosol near the ground: rural, urban, maritime, navy_maritime, tropospheric, desert, fog, "
+        "fog_advection, fog_radiation, or none."
     ),
 )
-@click.option("--visibility", type=float, help="km; by default that of the aerosol (rural: 23).")
+@click.option("--visibility", type=float, help="Visibility, km; by default that of the aerosol (rural: 23).")
 @click.option(
     "--aerosol-optical-depth",
     type=float,
-    help="Of all aerosol from the ground to space, vertical, at 0.55 um; in place of a visibility.",
+    help="Vertical optical depth of all aerosol from the ground to space at 0.55 um; instead of a visibility.",
 )
 @click.option(
     "--angstrom-exponent",
     type=float,
-    help="Slope of the aerosol's extinction up to 1.64 um; by default that of the aerosol.",
+    help="Angstrom exponent of the aerosol's extinction up to 1.64 um; by default that of the aerosol.",
 )
-@click.option("--wind", type=float, show_default="10", help="m/s at 10 m: of the desert and navy_maritime aerosols.")
+@click.option(
+    "--wind", type=float, show_default="10", help="Wind speed at 10 m, m/s, for the desert and navy_maritime aerosols."
+)
 @click.option(
     "--stratosphere",
     show_default="background",
-    help="background, or after volcanoes moderate_aged, moderate_fresh, high_aged, high_fresh, extreme_fresh.",
+    help="Stratospheric aerosol: background, or after volcanoes moderate_aged, moderate_fresh, high_aged, "
+    "high_fresh, extreme_fresh.",
 )
-@click.option("--cloud", "clouds", multiple=True, help="A type such as stratus, cumulus, cirrus; several may be given.")
-@click.option("--rain", type=float, help="mm/h, from the ground to 3 km.")
+@click.option(
+    "--cloud", "clouds", multiple=True, help="Cloud type such as stratus, cumulus, cirrus; several may be given."
+)
+@click.option("--rain", type=float, help="Rain rate from the ground to 3 km, mm/h.")
 @click.option(
     "--night-sky",
     type=float,
-    help="Airglow over its mean (1), with starlight: in sky light below 2.5 um, and behind lines into space; none by"
-    " default.",
+    help="Airglow relative to its mean (1), with starlight: in sky light below 2.5 um, and behind lines "
+    "of sight into space; by default none.",
 )
 @click.option(
     "--source",
     type=click.Choice(["sun", "moon", "none"]),
     default="sun",
     show_default=True,
-    help="Sun at 1 au, full Moon; with --job those of its day.",
+    help="Light source: the Sun at 1 au or the full Moon; with --job those of its day.",
 )
-@click.option("--source-elevation", type=float, default=45.0, show_default=True, help="Geometric, degree.")
+@click.option(
+    "--source-elevation", type=float, default=45.0, show_default=True, help="Geometric elevation of the source, degree."
+)
 @click.option(
     "--water-continuum",
     type=click.Choice(["mt_ckd_4.3_closure", "mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]),
-    help="Of water vapour: mt_ckd_2.4 for comparison with codes of its time, lowtran7 in the public domain; default:"
-    " the job's, or mt_ckd_4.3_closure.",
+    help="Continuum of water vapour: mt_ckd_2.4 for comparison with codes of its time, lowtran7 in the public domain;"
+    " default: the job's, or mt_ckd_4.3_closure.",
 )
 @click.option(
     "--compare-continua",
     is_flag=True,
-    help="Print what each water vapour continuum makes of the range as a whole, in K, before a black body of 300 K;"
-    " with --job and no range, of the job's only band.",
+    help="Print the apparent temperature of a blackbody of 300 K with each water vapour continuum over "
+    "the whole range, in K; with --job and no range, over the job's only band.",
 )
-@click.option("--source-azimuth", type=float, default=0.0, show_default=True, help="From the line of sight, degree.")
+@click.option(
+    "--source-azimuth",
+    type=float,
+    default=0.0,
+    show_default=True,
+    help="Azimuth of the source relative to the line of sight, degree.",
+)
 @click.option(
     "--line-by-line",
     type=click.Path(),
-    help="Folder of HITRAN 160-column records (01_*.par[.gz|.xz] ...), whose lines are summed in place of the band"
-    " model; the package ships none. Gases without records keep the band model's interval means.",
+    help="Folder of HITRAN 160-column records (01_*.par[.gz|.xz] ...), whose lines are summed instead of "
+    "the band model; the package ships none. Gases without records keep the band model's interval "
+    "means.",
 )
 @click.option(
     "--continua",
     type=click.Path(),
-    help="With --line-by-line, of N2, O2, CO2: a folder of MT_CKD files, or lowtran7 (packaged; the default).",
+    help="With --line-by-line, continua of N2, O2 and CO2: a folder of MT_CKD files, or lowtran7 "
+    "(packaged; the default).",
 )
 @click.option(
     "--output",
     type=click.Path(),
-    help="FILE.h5 (format spectrum, for xarray and h5py) or FILE.csv, with units, in place of printing.",
+    help="Output FILE.h5 (format spectrum, for xarray and h5py) or FILE.csv, with units; by default the "
+    "spectrum is printed.",
 )
 @click.option(
     "--plot",
     "picture",
     type=click.Path(),
-    help="PNG to draw transmittance and path radiance into, in place of printing.",
+    help="PNG file of transmittance and path radiance; by default the spectrum is printed.",
 )
 @json_option
 def command(
@@ -149,12 +169,12 @@ def command(
     picture: str | None,
     as_json: bool,
 ) -> None:
-    """Transmittance and radiance along one line of sight, for each spectral interval.
+    """Compute transmittance and radiance along one line of sight, for each spectral interval.
 
     Prints CSV, or JSON with --json, or draws with --plot. Sky and direct irradiance are those at the end of the line of
     sight, at the observer where it leads into space.
 
-    With --job the air is that of a state of a job, as its tables have it; nothing that describes the air may stand
+    With --job the air is that of a state of a job, as its tables have it; no option that describes the air is allowed
     beside it.
 
     Example: mat spectrum --atmosphere tropical --range 5 --wavenumber 700:1250 --json
@@ -236,13 +256,15 @@ def command(
 
 def _print_json(result: Spectrum, columns: dict[str, Column]) -> None:
     gases = {f"transmittance_{gas}" for gas in result.transmittance_by_gas}
-    shown: dict[str, Any] = {
+    content: dict[str, Any] = {
         name: quantity(values, unit) for name, (unit, values) in columns.items() if name not in gases
     }
-    shown["transmittance_by_gas"] = {gas: quantity(values, "1") for gas, values in result.transmittance_by_gas.items()}
-    shown["range"] = quantity(result.range / 1e3, "km")
-    shown["ends_at_ground"] = result.ground
-    emit_json(shown)
+    content["transmittance_by_gas"] = {
+        gas: quantity(values, "1") for gas, values in result.transmittance_by_gas.items()
+    }
+    content["range"] = quantity(result.range / 1e3, "km")
+    content["ends_at_ground"] = result.ground
+    emit_json(content)
 
 
 def _limits(text: str | None) -> tuple[float, float] | None:

@@ -12,7 +12,7 @@ from skyshine.schemas.quantity import quantity
 @click.option("--fwhm", type=float, required=True, help="Full width of the lobe at half maximum, degree (0.1 to 180).")
 @json_option
 def specular(fwhm: float, as_json: bool) -> None:
-    """Shininess and normalisation N_s of a specular lobe.
+    """Print shininess and normalisation N_s of a specular lobe.
 
     N_s is the mean over source angles of 0 to 75 degrees from the normal; the spread is that of the single angles
     about it.

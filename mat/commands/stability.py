@@ -12,20 +12,24 @@ from skyshine.schemas.quantity import quantity
 
 @click.command()
 @click.option(
-    "--seconds", type=click.FloatRange(0.0, 1e6), default=60.0, show_default=True, help="How long to draw cases."
+    "--seconds", type=click.FloatRange(0.0, 1e6), default=60.0, show_default=True, help="Duration of the run."
 )
 @click.option(
-    "--seed", type=click.IntRange(0), default=1, show_default=True, help="Case k is drawn from seed and k alone."
+    "--seed",
+    type=click.IntRange(0),
+    default=1,
+    show_default=True,
+    help="Seed of the cases; case k depends only on seed and k.",
 )
-@click.option("--case", "case", metavar="PART:K", help="Run this one case again, as a report names it.")
+@click.option("--case", "case", metavar="PART:K", help="Number of one case to run again, as a report states it.")
 @click.option(
     "--drawn",
     type=click.Path(file_okay=False),
-    help="Folder for the drawn jobs, as YAML that 'mat build' takes.",
+    help="Folder for the drawn jobs, as YAML for 'mat build'.",
 )
 @json_option
 def stability(seconds: float, seed: int, case: str | None, drawn: str | None, as_json: bool) -> None:
-    """Extreme and stiff cases of surface, air, whole jobs, bands, tables and textures, at random for a given time.
+    """Run extreme and stiff cases of surface, air, whole jobs, bands, tables and textures, at random for a given time.
 
     The parts share the time evenly, whatever a case of each costs. Reports the worst residual and violation of a bound,
     and the slowest case; anything not finite or out of bounds fails, with the options that run the case again.
@@ -55,7 +59,7 @@ def stability(seconds: float, seed: int, case: str | None, drawn: str | None, as
                     "cases": trial.cases,
                     "failures": trial.failures,
                     "worst": {
-                        measure: value if value < float("inf") else None for measure, value in trial.worst.items()
+                        measure: value if value < float("inf") else None for measure, value in trial.largest.items()
                     },
                     "time": quantity(trial.seconds, "s"),
                     "slowest": quantity(trial.slowest, "s"),
@@ -70,7 +74,7 @@ def stability(seconds: float, seed: int, case: str | None, drawn: str | None, as
                 f"{name}: {trial.cases} cases in {trial.seconds:.0f} s,"
                 f" slowest {trial.slowest:.2g} s ({trial.slowest_case})"
             )
-            echo_table(("worst", "value"), [(measure, f"{value:.3g}") for measure, value in trial.worst.items()])
+            echo_table(("worst", "value"), [(measure, f"{value:.3g}") for measure, value in trial.largest.items()])
     failures = [failure for trial in trials.values() for failure in trial.failures]
     if failures:
         raise CheckFailed(f"{len(failures)} cases failed, the first: {failures[0]}")

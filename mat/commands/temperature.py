@@ -17,39 +17,87 @@ if TYPE_CHECKING:
 
 
 @click.command("temperature")
-@click.option("--material", required=True, metavar="NAME|FILE", help="Of the library, or a file of the layout of ht/.")
-@click.option("--slope", type=click.FloatRange(0, 180), default=0.0, show_default=True, help="Degree; 0 faces up.")
-@click.option("--azimuth", type=click.FloatRange(-360, 360), default=180.0, show_default=True, help="It faces, degree.")
-@click.option("--job", type=click.Path(), help="Sun, sky, weather and surroundings of a state.")
-@click.option("--state", type=int, default=1, show_default=True, help="State of the job, counted from 1.")
+@click.option(
+    "--material", required=True, metavar="NAME|FILE", help="Material of the library, or a file of the layout of ht/."
+)
+@click.option(
+    "--slope",
+    type=click.FloatRange(0, 180),
+    default=0.0,
+    show_default=True,
+    help="Slope of the surface, degree; 0 faces up.",
+)
+@click.option(
+    "--azimuth",
+    type=click.FloatRange(-360, 360),
+    default=180.0,
+    show_default=True,
+    help="Azimuth of the surface normal, degrees clockwise from north.",
+)
+@click.option("--job", type=click.Path(), help="Job whose state gives Sun, sky, weather and surroundings.")
+@click.option("--state", type=int, default=1, show_default=True, help="Number of the state of the job, counted from 1.")
 @click.option(
     "--altitude",
     type=float,
     metavar="KM",
-    help="Of the surface, by default the site's; for --forcing without pressure, by default 0.",
+    help="Altitude of the surface, by default the site's; for --forcing without pressure, by default 0.",
 )
-@click.option("--forcing", type=click.Path(), metavar="CSV", help="Measured radiation and weather.")
-@click.option("--latitude", type=click.FloatRange(-90, 90), help="With --forcing and a slope: places the Sun.")
-@click.option("--longitude", type=click.FloatRange(-180, 180), help="East is positive.")
-@click.option("--ground-albedo", type=click.FloatRange(0, 1), default=0.2, show_default=True, help="With --forcing.")
+@click.option("--forcing", type=click.Path(), metavar="CSV", help="CSV of measured radiation and weather.")
 @click.option(
-    "--depth", type=click.FloatRange(0), metavar="M", help="Also give the temperature this far below the skin."
+    "--latitude",
+    type=click.FloatRange(-90, 90),
+    help="Latitude, with --forcing and a slope, for the position of the Sun.",
+)
+@click.option("--longitude", type=click.FloatRange(-180, 180), help="Longitude, positive eastward.")
+@click.option(
+    "--ground-albedo",
+    type=click.FloatRange(0, 1),
+    default=0.2,
+    show_default=True,
+    help="Albedo of the surrounding ground, with --forcing.",
+)
+@click.option(
+    "--depth",
+    type=click.FloatRange(0),
+    metavar="M",
+    help="Depth below the skin at which the temperature is printed too.",
 )
 @click.option(
     "--shade",
     multiple=True,
     metavar="HH:MM-HH:MM",
-    help="No light from the Sun's direction then; repeat for more intervals. Over midnight where the first is later.",
+    help="Hours without direct light; repeat for more intervals. An interval whose start is later than "
+    "its end crosses midnight.",
 )
-@click.option("--sky-view", type=click.FloatRange(0, 1), default=1.0, show_default=True, help="Open share of the sky.")
+@click.option(
+    "--sky-view",
+    type=click.FloatRange(0, 1),
+    default=1.0,
+    show_default=True,
+    help="Share of the sky that is open (sky view factor).",
+)
 @click.option("--facing", type=float, metavar="K", help="Temperature of the wall that hides the rest of the sky.")
-@click.option("--facing-emissivity", type=click.FloatRange(0, 1), default=0.95, show_default=True, help="Of that wall.")
-@click.option("--solar-absorptance", type=click.FloatRange(0, 1), help="Needed with a material FILE.")
-@click.option("--thermal-emissivity", type=click.FloatRange(0, 1), help="Needed with a material FILE.")
+@click.option(
+    "--facing-emissivity",
+    type=click.FloatRange(0, 1),
+    default=0.95,
+    show_default=True,
+    help="Emissivity of the facing wall.",
+)
+@click.option(
+    "--solar-absorptance",
+    type=click.FloatRange(0, 1),
+    help="Absorptance of sunlight; required with a material FILE.",
+)
+@click.option(
+    "--thermal-emissivity",
+    type=click.FloatRange(0, 1),
+    help="Emissivity in the thermal infrared; required with a material FILE.",
+)
 @click.option(
     "--leaf-area-index",
     metavar="M2/M2|library",
-    help="Of a stand of leaves, by which soil is seen through its gaps; by default it is closed.",
+    help="Leaf area index of the canopy (default: closed canopy).",
 )
 @json_option
 def command(
@@ -73,16 +121,16 @@ def command(
     leaf_area_index: str | None,
     as_json: bool,
 ) -> None:
-    """Temperature and every flux of one surface through the day.
+    """Compute temperature and every flux of one surface through the day.
 
     Absorbed fluxes count inwards, all others outwards; absorbed = emitted + convection + evaporation + conduction +
     melt. The CSV has the columns time (ISO 8601), air_temperature, relative_humidity, wind_speed in SI and percent, and
     sw_down, or direct_normal and diffuse; air_temperature[C] names another unit; by choice lw_down or cloud_fraction,
-    pressure, and wind_height and air_height [m] where wind and air were not measured at 10 and 2 m. Notes say what
-    stands for what is missing. A weather file of a job may have the same columns. A back by hour is in UTC under a CSV,
-    and so are the hours of --shade; with --job they are local clock hours.
+    pressure, and wind_height and air_height [m] where wind and air were not measured at 10 and 2 m. Notes list the
+    defaults used for missing columns. A weather file of a job may have the same columns. A back by hour is in UTC under
+    a CSV, and so are the hours of --shade; with --job they are local clock hours.
 
-    With --job the surface stands between the ground and the walls that the state names. Shade ends the direct light and
+    With --job the surface is between the ground and the walls that the state names. Shade ends the direct light and
     what comes from around the Sun. Where --sky-view is below 1, the rest of the sky that is open there is a wall of the
     temperature --facing, by default that of the air; it reflects no sunlight.
 

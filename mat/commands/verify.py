@@ -10,7 +10,7 @@ from skyshine.schemas.errors import CheckFailed
 @click.argument("files", nargs=-1, required=True, type=click.Path())
 @json_option
 def command(files: tuple[str, ...], as_json: bool) -> None:
-    """Check layout, units, finite values, physical laws and digest of FILES; exit status 1 if one does not hold."""
+    """Check layout, units, finite values, physical laws and digest of FILES; exit status 1 if one fails."""
     from skyshine.mat.tables.verify import problems
 
     problems_of = {file: problems(file) for file in files}
@@ -18,8 +18,8 @@ def command(files: tuple[str, ...], as_json: bool) -> None:
         emit_json({"files": problems_of, "holds": not any(problems_of.values())})
     else:
         for file, wrong in problems_of.items():
-            for line in wrong or ["holds"]:
+            for line in wrong or ["OK"]:
                 click.echo(f"{file}: {line}")
     bad = [file for file, wrong in problems_of.items() if wrong]
     if bad:
-        raise CheckFailed(f"{len(bad)} of {len(files)} files do not hold: {', '.join(bad)}")
+        raise CheckFailed(f"{len(bad)} of {len(files)} files fail: {', '.join(bad)}")

@@ -11,10 +11,14 @@ METRES_PER_TEXEL = 0.25
 
 @click.command(epilog="Example: mat view built --out view")
 @click.argument("source", metavar="FOLDER|SCENE", type=click.Path())
-@click.option("--out", required=True, type=click.Path(file_okay=False), help="Folder to write the page into.")
+@click.option("--out", required=True, type=click.Path(file_okay=False), help="Output folder of the page.")
 @click.option("--texture", default=None, help="Name of the texture to show; by default the first.")
 @click.option(
-    "--altitude", type=float, default=None, metavar="KM", help="Of the observer; by default 1 km above the surface."
+    "--altitude",
+    type=float,
+    default=None,
+    metavar="KM",
+    help="Altitude of the observer; by default 1 km above the surface.",
 )
 @click.option(
     "--metres-per-texel",
@@ -27,13 +31,13 @@ def command(source: str, out: str, texture: str | None, altitude: float | None, 
     """Write a page that shows a built FOLDER, or the SCENE of a scene file, in the infrared.
 
     Of a folder the page shows a texture, of a scene its surface from the first place of its camera,
-    every face in full sun but for the shade that a photograph shows. The page opens from the file in any browser with
-    WebGL2 and asks for nothing elsewhere. Time of day, band, source, range and gain are set on it; the temperature
+    with no cast shadows except the shade of the photograph. The page opens from the file in any browser with
+    WebGL2 without network access. Time of day, band, source, range and gain are set on it; the temperature
     under the pointer and the time of a frame are shown.
     """
     if Path(source).suffix.lower() in (".yaml", ".yml"):
-        given = {"--texture": texture, "--altitude": altitude, "--metres-per-texel": metres_per_texel}
-        for option, value in given.items():
+        options = {"--texture": texture, "--altitude": altitude, "--metres-per-texel": metres_per_texel}
+        for option, value in options.items():
             if value is not None:
                 raise InputError(f"{option} goes with a folder; a scene file states it; leave it out")
         click.echo(_scene(Path(source), Path(out)))

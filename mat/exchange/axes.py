@@ -64,8 +64,8 @@ def export_axes(path: Path, folder: Path, kelvin: float, most_nodes: int) -> Exp
     if target.exists() and target.samefile(path):
         raise InputError("would be written over itself; name another folder with --out", file=path)
     air = open_as(AtmosphereTable, path, "name one of these")
-    placed = placed_grid(air, scene_scale(air), kelvin, most_nodes=most_nodes, seed=SEED)
-    measures = [measure(name, placed.own[name], error) for name, error in placed.errors.items()]
+    sampled = placed_grid(air, scene_scale(air), kelvin, most_nodes=most_nodes, seed=SEED)
+    measures = [measure(name, sampled.quantity_errors[name], error) for name, error in sampled.errors.items()]
     notes = {
         "seed": SEED,
         "tolerance": f"{kelvin:g} K",
@@ -73,11 +73,11 @@ def export_axes(path: Path, folder: Path, kelvin: float, most_nodes: int) -> Exp
     }
     root, attributes = read_file(path, verify=True)
     root = replace(
-        root, groups=root.groups | {GRID: grid_group(placed.tables, accuracy_group(measures, {}, {}, notes))}
+        root, groups=root.groups | {GRID: grid_group(sampled.tables, accuracy_group(measures, {}, {}, notes))}
     )
     header = Header(*(str(attributes[name]) for name in ("filetype", "format_version", "data_version", "job", "title")))
     write_file(target, root, header)
-    return ExportedAxes(target, placed.tables["path_radiance_ratio"].grid.shape, placed.p99)
+    return ExportedAxes(target, sampled.tables["path_radiance_ratio"].grid.shape, sampled.p99)
 
 
 def scene_scale(air: AtmosphereTable) -> Scale:

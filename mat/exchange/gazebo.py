@@ -46,7 +46,7 @@ class Moment:
         Local clock [h].
     sight : Sight
     band : str or None
-        By its name; None where there is one alone.
+        Name of the band; None if there is only one.
     state : int
         Counted from 1.
     source : {'sun', 'moon'}
@@ -65,12 +65,12 @@ def write_heat_signatures(folder: Path, out: Path, moment: Moment, unknown_mater
     Parameters
     ----------
     folder : Path
-        Of a finished build.
+        Folder of a finished build.
     out : Path
-        To write into.
+        Folder to write into.
     moment : Moment
     unknown_material : str, optional
-        For texels without material; without it a texture that has some is refused.
+        Material of texels without material; without it a texture that has such texels is refused.
 
     Returns
     -------
@@ -87,10 +87,10 @@ def write_heat_signatures(folder: Path, out: Path, moment: Moment, unknown_mater
     tables = SceneTables.of(folder, state=moment.state, bands=bands, source=moment.source)
     if len(tables.bands) > 1:
         names = ", ".join(read.name for read in tables.bands)
-        raise InputError(f"holds the bands {names}; a heat signature is of one; name it with --band", file=folder)
+        raise InputError(f"contains the bands {names}; a heat signature is of one; name it with --band", file=folder)
     if not held_hours(tables.surface, np.array([moment.hour]))[0]:
-        raise InputError(f"holds no temperatures at {moment.hour:g} h; name an hour of the tables", file=folder)
-    read, written = tables.bands[0], []
+        raise InputError(f"contains no temperatures at {moment.hour:g} h; name an hour of the tables", file=folder)
+    read, paths = tables.bands[0], []
     radiance = _radiance_by_code(tables, read, moment)
     kelvin = {
         name: float(equivalent_temperature(read.band, np.array([radiance[code]]))[0])
@@ -105,7 +105,7 @@ def write_heat_signatures(folder: Path, out: Path, moment: Moment, unknown_mater
         picture, snippet = out / f"{image.name}.heat.png", out / f"{image.name}.thermal.sdf"
         write_bytes(picture, _png(grey))
         write_bytes(snippet, PLUGIN.format(image=escape(picture.name), low=low, high=high).encode())
-        written += [picture, snippet]
+        paths += [picture, snippet]
         textures[image.name] = {"image": picture.name, "min_temp": low, "max_temp": high, "step": (high - low) / WHITE}
     about = {"band": read.name, "state": moment.state, "source": moment.source, "hour": moment.hour}
     line = {"range_km": moment.sight.range, "elevation_deg": moment.sight.elevation}
@@ -114,7 +114,7 @@ def write_heat_signatures(folder: Path, out: Path, moment: Moment, unknown_mater
         out / "temperatures.json",
         {**about, "line_of_sight": line, "units": "K", "materials": kelvin, "textures": textures},
     )
-    return [*written, out / "temperatures.json"]
+    return [*paths, out / "temperatures.json"]
 
 
 def grey_of(kelvin: Reals) -> tuple[Any, float, float]:
@@ -130,11 +130,11 @@ def grey_of(kelvin: Reals) -> tuple[Any, float, float]:
 
 def _radiance_by_code(tables: SceneTables, read: BandTables, moment: Moment) -> Floats:
     """Radiance of level faces by material code; NaN where the tables have no such material."""
-    known = tables.surface.materials
-    codes = tables.codes(dict.fromkeys(known, ()))
+    materials = tables.surface.materials
+    codes = tables.codes(dict.fromkeys(materials, ()))
     radiance = np.full(1 << 16, np.nan)
     hours = np.array([moment.hour])
-    for name, code in zip(known, codes, strict=True):
+    for name, code in zip(materials, codes, strict=True):
         face = Face(name)
         radiance[code] = seen_radiance(tables, read, face, int(code), moment.sight, hours, source=moment.source)[0]
     return radiance
@@ -147,20 +147,20 @@ def _texel_temperature(image: MaterialImage, read: BandTables, radiance: Floats,
         rows = slice(top, top + ROWS)
         shares, codes = image.level.mix_weight[rows] / WEIGHT_TOTAL, image.level.mix_code[rows]
         of_codes = radiance[np.where(codes == 0, stranger, codes)]
-        seen = np.where(shares > 0, shares * of_codes, 0.0).sum(axis=-1)
-        kelvin[rows] = equivalent_temperature(read.band, seen.ravel()).reshape(seen.shape)
+        mixed = np.where(shares > 0, shares * of_codes, 0.0).sum(axis=-1)
+        kelvin[rows] = equivalent_temperature(read.band, mixed.ravel()).reshape(mixed.shape)
     return kelvin
 
 
 def _refuse_strangers(database: Path, image: MaterialImage, tables: SceneTables, unknown: str | None) -> None:
-    """Refuse materials that the tables lack, and texels of none where nothing stands for them."""
-    used = [int(code) for code in np.unique(image.level.mix_code[image.level.mix_weight > 0])]
-    names = [image.materials[code] for code in used if code] + ([] if unknown is None else [unknown])
+    """Refuse materials that the tables lack, and texels without material where no substitute is named."""
+    present = [int(code) for code in np.unique(image.level.mix_code[image.level.mix_weight > 0])]
+    names = [image.materials[code] for code in present if code] + ([] if unknown is None else [unknown])
     tables.codes(dict.fromkeys(names, ()))
-    if 0 in used and unknown is None:
+    if 0 in present and unknown is None:
         empty = int(((image.level.mix_code == 0) & (image.level.mix_weight > 0)).any(axis=-1).sum())
         raise InputError(
-            f"has {empty} texels without material; name what stands for them with --unknown-material", file=database
+            f"has {empty} texels without material; name a substitute with --unknown-material", file=database
         )
 
 

@@ -77,7 +77,7 @@ class Lut:
     solar_zenith : float
         [degree]
     altitude : float
-        Of the sensor above sea level [km].
+        Altitude of the sensor above sea level [km].
     atmosphere, aerosol : str
         A standard profile and an aerosol model.
 
@@ -150,7 +150,9 @@ def write_lut(lut: Lut, path: Path, advance: Callable[[int], object] = lambda _:
     low, high = float(np.min(lut.wavelength - reach)), float(np.max(lut.wavelength + reach))
     points = table.points(1e7 / high, 1e7 / low)
     channels = Channels.of(points, np.array(lut.wavelength), np.array(lut.fwhm))
-    kept = {name: values for name, values in zip(GRID, lut.grid, strict=True) if len(values) > 1 or name in _ALWAYS}
+    axis_values = {
+        name: values for name, values in zip(GRID, lut.grid, strict=True) if len(values) > 1 or name in _ALWAYS
+    }
     results: dict[str, Floats] = {}
     for number, (water, depth, ground, zenith, azimuth) in enumerate(product(*lut.grid)):
         air = AtmosphericState.from_profile(
@@ -162,10 +164,10 @@ def write_lut(lut: Lut, path: Path, advance: Callable[[int], object] = lambda _:
         for name, values in point_terms(air, points, channels, lut, zenith, azimuth).items():
             results.setdefault(name, np.empty((len(lut.wavelength), lut.size)))[:, number] = values
         advance(1)
-    shape = (len(lut.wavelength), *(len(values) for values in kept.values()))
-    dims = ("wl", *kept)
+    shape = (len(lut.wavelength), *(len(values) for values in axis_values.values()))
+    dims = ("wl", *axis_values)
     axes = {"wl": Axis(np.array(lut.wavelength), "nm", "middle of the channel")}
-    axes |= {name: Axis(np.array(values), *GRID[name]) for name, values in kept.items()}
+    axes |= {name: Axis(np.array(values), *GRID[name]) for name, values in axis_values.items()}
     variables = {
         name: Variable(dims, values.reshape(shape), _units(name), LONG_NAMES[name]) for name, values in results.items()
     }
@@ -174,7 +176,7 @@ def write_lut(lut: Lut, path: Path, advance: Callable[[int], object] = lambda _:
     solzen, coszen = lut.solar_zenith, float(np.cos(np.radians(lut.solar_zenith)))
     variables["solzen"] = Variable((), np.float64(solzen), "degree", "zenith angle of the Sun at the ground")
     variables["coszen"] = Variable((), np.float64(coszen), "1", "its cosine")
-    fixed = {name: values[0] for name, values in zip(GRID, lut.grid, strict=True) if name not in kept}
+    fixed = {name: values[0] for name, values in zip(GRID, lut.grid, strict=True) if name not in axis_values}
     attributes = {
         "RT_mode": "transm",
         "ISOFIT status": "success",
@@ -198,9 +200,9 @@ class Channels:
     Attributes
     ----------
     weight : (C, P) array
-        For means over wavelength.
+        Weights of means over wavelength.
     solar_weight : (C, P) array
-        For means weighted with sunlight.
+        Weights of means over wavelength, multiplied by sunlight.
     solar : (C,) array
         Irradiance of the Sun at 1 au [uW cm^-2 nm^-1].
     irradiance : (P,) array
@@ -272,11 +274,13 @@ def point_terms(
     black, bright = over(0.0), over(ALBEDO)
     direct, arriving = mu * black["direct_irradiance"], mu * bright["direct_irradiance"] + bright["sky_scattered"]
     diffuse = black["sky_scattered"]
-    lit = arriving > _NOTHING * light
-    safe = np.where(lit, arriving, 1.0)
+    illuminated = arriving > _NOTHING * light
+    safe = np.where(illuminated, arriving, 1.0)
     # E(a) = E(0) / (1 - a S), and what a ground of radiance a E(a) / pi adds to the path.
-    spherical = np.where(lit, (arriving - direct - diffuse) / (ALBEDO * safe), 0.0)
-    up_diffuse = np.where(lit, np.pi * (bright["path_scattered"] - black["path_scattered"]) / (ALBEDO * safe), 0.0)
+    spherical = np.where(illuminated, (arriving - direct - diffuse) / (ALBEDO * safe), 0.0)
+    up_diffuse = np.where(
+        illuminated, np.pi * (bright["path_scattered"] - black["path_scattered"]) / (ALBEDO * safe), 0.0
+    )
     up_direct, outside = black["transmittance"], mu * light
     down = {"dir": direct / outside, "dif": diffuse / outside}
     up = {"dir": up_direct, "dif": up_diffuse}
@@ -337,6 +341,6 @@ def read_channels(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
             raise InputError(f"found '{line.strip()}'; allowed: [number] wavelength width", file=path, line=number)
         rows.append(values[-2:])
     if not rows:
-        raise InputError("holds no channel; allowed: lines of [number] wavelength width", file=path)
+        raise InputError("contains no channel; allowed: lines of [number] wavelength width", file=path)
     scale = 1e3 if max(row[0] for row in rows) < 100 else 1.0
     return tuple(scale * row[0] for row in rows), tuple(scale * row[1] for row in rows)

@@ -4,8 +4,8 @@ The layout is that of the schemas ``material_schema.json``, ``material_brdf_sche
 the standard, with the rules of its annex A: the schema named in the second line, tables sorted by column, no URI
 without its file.
 
-A BRDF table holds the diffuse share of the reflectance, (1 - f_s) rho / pi, at the wavelengths of the spectrum; being
-the same in all directions it needs only the corners of the three angles. The specular share stands in
+A BRDF table contains the diffuse share of the reflectance, (1 - f_s) rho / pi, at the wavelengths of the spectrum;
+being the same in all directions it needs only the corners of the three angles. The specular share is in
 ``customProperties.skyshine``, for a table that resolved lobes of 1 to 30 degrees at hundreds of wavelengths would have
 millions of rows. Height and correlation length of roughness, elasticity and refractive index are not in the library.
 """
@@ -34,7 +34,7 @@ OWNER = "the skyshine authors"
 LICENCE = "Apache-2.0"
 WAVELENGTH_DIGITS = 12  # of a wavelength in m: 1e-6 um
 EMISSION = (
-    "Planck mean at this temperature of 1 - hemispherical reflectance at near-normal incidence, which stands for"
+    "Planck mean at this temperature of 1 - hemispherical reflectance at near-normal incidence, which replaces"
     " hemispherical emissivity"
 )
 LOBE = (
@@ -50,7 +50,7 @@ def write_openmaterial(library: MaterialLibrary, names: Sequence[str], folder: P
     ----------
     library : MaterialLibrary
     names : sequence of str
-        Of materials; empty for all.
+        Names of materials; empty for all.
     folder : Path
 
     Returns
@@ -63,23 +63,23 @@ def write_openmaterial(library: MaterialLibrary, names: Sequence[str], folder: P
     InputError
         There is no such material, or a file cannot be written.
     """
-    written, mapping = [], []
+    created, mapping = [], []
     for material in [library[name] for name in names] or list(library):
         paths = folder / f"{material.name}.xomp", folder / f"{material.name}_brdf.xompt"
         write_bytes(paths[1], _by_row(_brdf(material, library)))  # first: a URI never names what is not there
         write_json(paths[0], _material(material, library, paths[1].name))
-        written += [*paths]
+        created += [*paths]
         mapping.append([material.name, paths[0].name, material.description])
     metadata = _metadata("skyshine materials", "Names of materials of skyshine.", "mapping", library, ())
     metadata["mappingVersion"] = metadata.pop("materialVersion")
     path = folder / "materials.xomm"
     write_json(path, {"$schema": SCHEMA.format("mapping"), "metadata": metadata, "materialMapping": mapping})
-    return [*written, path]
+    return [*created, path]
 
 
 def _material(material: Material, library: MaterialLibrary, brdf: str) -> dict[str, Any]:
     summary, skin = material_summary(material), material.thermal.skin
-    own = {
+    properties = {
         "code": material.code,
         "group": material.group,
         "solarAbsorptance": summary["solar_absorptance"],
@@ -108,7 +108,7 @@ def _material(material: Material, library: MaterialLibrary, brdf: str) -> dict[s
             },
             "densityData": {"density": skin.density, "sources": material.sources["skin.density"]},
             "brdfUris": [brdf],
-            "customProperties": {"skyshine": own},
+            "customProperties": {"skyshine": properties},
         },
     }
 
@@ -138,11 +138,11 @@ def _brdf(material: Material, library: MaterialLibrary) -> dict[str, Any]:
 
 def _by_row(content: dict[str, Any]) -> bytes:
     """JSON with each row of its table on a line of its own."""
-    table, place = content["brdf"]["lookupTable"], "rows of the table"
+    table, placeholder = content["brdf"]["lookupTable"], "rows of the table"
     rows = ",\n".join(f"      {json.dumps(row)}" for row in table)
-    content["brdf"] = {"wavelengths": content["brdf"]["wavelengths"], "lookupTable": place}
+    content["brdf"] = {"wavelengths": content["brdf"]["wavelengths"], "lookupTable": placeholder}
     text = json.dumps(content, indent=2, ensure_ascii=False)
-    return (text.replace(json.dumps(place), f"[\n{rows}\n    ]") + "\n").encode()
+    return (text.replace(json.dumps(placeholder), f"[\n{rows}\n    ]") + "\n").encode()
 
 
 def _metadata(

@@ -16,8 +16,8 @@ from pydantic import Field
 from skyshine.mat.job.fields import Tolerance, tolerance, tolerance_parts
 from skyshine.schemas.documents import StrictModel
 
-# Of the pixel's kelvin: relative error of a compiled band (in 3-5 um 3e-3 leave .016 K and 1e-2 .1 K of 99 % of
-# pixels), ambient light on tilted faces, and what is left out.
+# Of the pixel's kelvin: relative error of a compiled band (in 3-5 um 3e-3 leave 0.016 K and 1e-2 0.1 K of 99 % of
+# pixels), ambient light on tilted faces, and what is omitted.
 _SPECTRAL, _FACES, _NEGLIGIBLE = 6e-3, 0.5, 1 / 15
 _PATHS, _TEMPERATURES = 1.0, 1.0  # of the pixel's kelvin, which the nodes of atmospheric tables and of T may miss
 # Steps of the heat balance a day, from the pixel's kelvin on: 99 % of the temperatures are within 0.04 K with 96,
@@ -53,7 +53,7 @@ class Accuracy(StrictModel):
             "Error of 99 % of the pixels, such as 0.3 K, the worst within three times; in bands that end before 2.5 um"
             " 3 % of the light of a sunlit surface that reflects 0.3 counts as 1 K. It gives the other keys, and the"
             " tolerances of both grids, their values; those that are written keep theirs. A surface_grid with axes of"
-            " its own keeps these unless the job writes an accuracy. Written alone, it may stand in the place of all"
+            " its own keeps these unless the job writes an accuracy. Written alone, it may replace all"
             " keys: accuracy: 0.3 K. mat report measures the sum."
         ),
     )
@@ -63,27 +63,32 @@ class Accuracy(StrictModel):
         ge=0,
         le=1,
         description=(
-            "Kinds of particle, and scattered light of a source, are left out of the atmospheric tables of a band where"
+            "Kinds of particle and scattered light of a source are omitted from the atmospheric tables of a band where"
             " all that provably changes no radiance seen by more, in kelvin at the temperature of the ground (300 K at"
             " most); 0 leaves none out."
         ),
     )
     solver_steps: Literal[48, 96, 144, 192, 288] = Field(
-        96, description="Of the heat balance a day; columns whose temperature would ring are solved in 192 or more."
+        96,
+        description="Steps of the heat balance per day; columns whose temperature would ring are solved in "
+        "192 or more.",
     )
     tilted_faces_k: float = Field(
         0.15,
         ge=0.05,
         le=1,
         description=(
-            "Of ambient light on tilted faces that reflect 0.3, at 300 K: 6 harmonics hold 0.15 K and 11 hold 0.05 K."
+            "Harmonics of ambient light on tilted faces: with a reflectance of 0.3 at 300 K, 6 harmonics are "
+            "accurate to 0.15 K and 11 to 0.05 K."
         ),
     )
-    seed: int = Field(1, ge=0, le=2**31 - 1, description="Of the random points at which table errors are measured.")
+    seed: int = Field(
+        1, ge=0, le=2**31 - 1, description="Seed of the random points at which table errors are measured."
+    )
 
 
 def by_number(accuracy: Any) -> Any:
-    """The keys of accuracy where a number alone stands for them.
+    """The keys of accuracy that a single number sets.
 
     Raises
     ------
@@ -109,23 +114,23 @@ def with_shares(job: Any) -> Any:
     if not isinstance(job, dict):
         return job
     try:
-        written = {"pixel": DEFAULT_PIXEL} | by_number(job.get("accuracy", {}))
-        kelvin = tolerance_parts(pixel_kelvin(written["pixel"]))[0]
+        stated = {"pixel": DEFAULT_PIXEL} | by_number(job.get("accuracy", {}))
+        kelvin = tolerance_parts(pixel_kelvin(stated["pixel"]))[0]
     except (ValueError, TypeError):
         return job
     shares: dict[str, Any] = {
         "spectral_tolerance": float(np.clip(_SPECTRAL * kelvin, 1e-4, 0.05)),
         "negligible_k": _NEGLIGIBLE * kelvin,
-        "solver_steps": next(steps for least, steps in _STEPS if kelvin >= least),
+        "solver_steps": next(steps for limit, steps in _STEPS if kelvin >= limit),
         "tilted_faces_k": float(np.clip(_FACES * kelvin, 0.05, 1.0)),
     }
     tolerances = {"atmosphere_grid": _PATHS * kelvin}
     surface = job.get("surface_grid", {})
     if names_a_pixel(job) or not (isinstance(surface, dict) and _SURFACE_NODES & surface.keys()):
         tolerances["surface_grid"] = _TEMPERATURES * kelvin
-    shared = job | {"accuracy": shares | written}
+    completed = job | {"accuracy": shares | stated}
     for name, share in tolerances.items():
         grid = job.get(name, {})
         if isinstance(grid, dict):
-            shared[name] = {"tolerance": f"{share:g} K"} | grid
-    return shared
+            completed[name] = {"tolerance": f"{share:g} K"} | grid
+    return completed

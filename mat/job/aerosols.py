@@ -36,11 +36,13 @@ Index = Annotated[
 class Mode(StrictModel):
     """Spheres of one material, whose radii have a log-normal distribution."""
 
-    median_radius_um: float = Field(ge=MEDIAN_RADII[0], le=MEDIAN_RADII[1], description="Of the number of particles.")
+    median_radius_um: float = Field(
+        ge=MEDIAN_RADII[0], le=MEDIAN_RADII[1], description="Median radius of the number distribution."
+    )
     geometric_sd: float = Field(
         ge=GEOMETRIC_SDS[0], le=GEOMETRIC_SDS[1], description="Geometric standard deviation of the radius."
     )
-    number: float = Field(1.0, gt=0, le=1e12, description="Of particles, in a measure common to all modes.")
+    number: float = Field(1.0, gt=0, le=1e12, description="Number of particles, in a measure common to all modes.")
     refractive_index: Index = Field(
         description="[n, k] at all wavelengths, or a CSV of wavelength[um], real and imaginary."
     )
@@ -61,7 +63,7 @@ class AerosolLayer(StrictModel):
         None,
         ge=SCALE_HEIGHTS[0] / 1e3,
         le=SCALE_HEIGHTS[1] / 1e3,
-        description="In which extinction falls to 1/e, from the ground on.",
+        description="Scale height of extinction, from the ground on.",
     )
     profile: JobFile | None = Field(
         None, description="CSV of height[km] above the ground and extinction[km^-1] at 0.55 um, linear between."
@@ -79,10 +81,10 @@ class AerosolLayer(StrictModel):
             (("model", "table", "size_distribution"), "say what the particles are"),
             (("height_km", "scale_height_km", "profile"), "say where they are"),
         ):
-            given = [name for name in names if getattr(self, name) is not None]
-            if len(given) != 1:
+            amounts = [name for name in names if getattr(self, name) is not None]
+            if len(amounts) != 1:
                 allowed = ", ".join(names)
-                raise ValueError(f"found {' and '.join(given) or 'none of them'}; allowed: one of {allowed}; {hint}")
+                raise ValueError(f"found {' and '.join(amounts) or 'none of them'}; allowed: one of {allowed}; {hint}")
         if self.profile is None and self.optical_depth is None:
             raise ValueError("found no optical_depth; allowed: 0 to 100, which a profile alone may leave out; add it")
         if self.height_km is not None:

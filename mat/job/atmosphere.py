@@ -87,10 +87,10 @@ class GasAmount(StrictModel):
 
     @pydantic.model_validator(mode="after")
     def _one(self) -> Self:
-        given = [name for name in type(self).model_fields if getattr(self, name) is not None]
-        if len(given) != 1:
+        amounts = [name for name in type(self).model_fields if getattr(self, name) is not None]
+        if len(amounts) != 1:
             raise ValueError(
-                f"found {' and '.join(given) or 'no amount'}; allowed: one of {', '.join(type(self).model_fields)}"
+                f"found {' and '.join(amounts) or 'no amount'}; allowed: one of {', '.join(type(self).model_fields)}"
             )
         return self
 
@@ -107,7 +107,7 @@ GasName = Annotated[
 
 
 def _preset_brings_the_rest(schema: dict[str, Any]) -> None:
-    """In the JSON Schema of a state, a preset stands for the keys that are required without one."""
+    """In the JSON Schema of a state, a preset supplies the keys that are required without one."""
     schema["properties"]["preset"] = {**schema["properties"]["preset"], "examples": list(presets())}
     schema["anyOf"] = [{"required": ["preset"]}, {"required": schema.pop("required")}]
 
@@ -144,13 +144,13 @@ class State(StrictModel):
         None,
         description=(
             "File of measured or modelled air: CSV, University of Wyoming (text or CSV), IGRA v2 or netCDF on pressure"
-            " levels; with file, time and column where it holds several."
+            " levels; with file, time and column if it contains several."
         ),
     )
     air: Literal["weather", "profile"] = Field(
         "weather",
         description=(
-            "What the air near the ground has, in paths and sky: temperature, humidity and pressure of the weather, or"
+            "Source of the air near the ground, in paths and sky: temperature, humidity and pressure of the weather, or"
             " those of profile and sounding. By default that of the weather, with a sounding that of the sounding."
             " humidity_scale and an amount of H2O in gases keep their water vapour."
         ),
@@ -172,8 +172,12 @@ class State(StrictModel):
         description="Carbon dioxide, parts per million.",
     )
     gases: dict[GasName, GasAmount] = Field({}, description="Amounts of gases, by formula.")
-    aerosol: Annotated[str, one_of((*BOUNDARY_MODELS, "none"))] = Field("rural", description="Of the lowest 2 km.")
-    visibility_km: float | None = Field(None, ge=0.1, le=300, description="By default the visibility of the aerosol.")
+    aerosol: Annotated[str, one_of((*BOUNDARY_MODELS, "none"))] = Field(
+        "rural", description="Aerosol model of the lowest 2 km."
+    )
+    visibility_km: float | None = Field(
+        None, ge=0.1, le=300, description="Visibility at the ground; by default that of the aerosol."
+    )
     aerosol_table: JobFile | None = Field(
         None,
         description=(
@@ -184,9 +188,9 @@ class State(StrictModel):
     aerosol_optical_depth: OpticalDepth | None = Field(
         None,
         description=(
-            "Of all aerosol from the ground to space, vertical, at 0.55 um, in place of visibility_km; the profile has"
-            " the shape of the aerosol's own visibility. typical: that of the place and month, from a climatology of"
-            " the Linke turbidity (error about 0.1; clear days have less)."
+            "Vertical optical depth of all aerosol from the ground to space at 0.55 um, in place of "
+            "visibility_km; the profile has the shape of the aerosol's own visibility. typical: that of the "
+            "place and month, from a climatology of the Linke turbidity (error about 0.1; clear days have less)."
         ),
     )
     angstrom_exponent: float | None = Field(
@@ -204,20 +208,24 @@ class State(StrictModel):
         description="Beside the aerosol, whose optical depth and Angstrom exponent they leave as they are.",
     )
     air_mass: int = Field(
-        DEFAULT_AIR_MASS, ge=1, le=10, description="Of navy_maritime: 1 open ocean to 10 continental."
+        DEFAULT_AIR_MASS,
+        ge=1,
+        le=10,
+        description="Air mass character of navy_maritime: 1 open ocean to 10 continental.",
     )
     stratosphere: Annotated[str, one_of(tuple(STRATOSPHERES))] = Field(
         "background", description="Volcanic loading, and age of its particles."
     )
     season: Annotated[str, one_of(SEASONS)] | None = Field(
-        None, description="Of the aerosol profiles; by default that of the profile, or of most of its blend."
+        None, description="Season of the aerosol profiles; by default that of the profile, or of most of its blend."
     )
     clouds: list[Cloud] = Field(
         [],
         max_length=8,
-        description="Over the whole sky, for paths and surfaces alike, in place of the weather's cloud_fraction.",
+        description="Clouds over the whole sky, for paths and surfaces alike, in place of the weather's "
+        "cloud_fraction.",
     )
-    rain: Rain | None = Field(None, description="From the ground to a height; by default none.")
+    rain: Rain | None = Field(None, description="Rain from the ground to a height; by default none.")
     night_sky: float = Field(
         0.0,
         ge=0,
@@ -227,24 +235,25 @@ class State(StrictModel):
             " um; 0 for none of them. Paths do not scatter it."
         ),
     )
-    surface_albedo: Fraction = Field(0.1, description="Of the ground below the paths, in the sensor bands.")
+    surface_albedo: Fraction = Field(0.1, description="Albedo of the ground below the paths, in the sensor bands.")
     ground_material: MaterialName | None = Field(
         None,
         description=(
-            "Of the ground around tilted faces and below the paths: its temperature by hour, emissivity and albedo in"
-            " the heat balance and in the bands, where scattered light and heat see its reflectance by wavelength;"
-            " weather.ground_albedo and surface_albedo, where written, replace it. The same ground is everywhere:"
-            " adjacency is not modelled. Its table of temperatures is built too. By default the level material with the"
-            " largest share of finished textures, else the first level one of a list of materials; where neither says"
-            " one, the ground has the temperature of the air, the day's mean in ambient light."
+            "Material of the ground around tilted faces and below the paths: its temperature by hour, "
+            "emissivity and albedo in the heat balance and in the bands, where scattered light and heat see "
+            "its reflectance by wavelength; weather.ground_albedo and surface_albedo, where written, replace "
+            "it. The same ground is everywhere: adjacency is not modelled. Its table of temperatures is "
+            "built too. By default the level material with the largest share of finished textures, else the "
+            "first level one of a list of materials; where neither says one, the ground has the temperature "
+            "of the air, the day's mean in ambient light."
         ),
     )
     # Excluded from dumps: only temperature tables depend on it, and their identity states it.
     surroundings: StateSurroundings | None = Field(
         None, exclude=True, description="Walls around all surfaces; by default an open plain."
     )
-    date: datetime.date | None = Field(None, description="Of this state; by default the date of the site.")
-    weather: Weather = Field(description="Of the day, which drives the surface temperatures.")
+    date: datetime.date | None = Field(None, description="Date of this state; by default the date of the site.")
+    weather: Weather = Field(description="Weather of the day, which drives the surface temperatures.")
 
     _aerosol_origin: str | None = pydantic.PrivateAttr(None)
     _ground_origin: str | None = pydantic.PrivateAttr(None)
@@ -303,8 +312,8 @@ class State(StrictModel):
     def _from_preset(cls, data: Any) -> Any:
         if not isinstance(data, dict):
             return data
-        written = with_preset(data)
-        return {"air": "profile", **written} if written.get("sounding") is not None else written
+        state = with_preset(data)
+        return {"air": "profile", **state} if state.get("sounding") is not None else state
 
     @pydantic.model_validator(mode="after")
     def _air_of_a_time(self) -> Self:
@@ -333,10 +342,10 @@ class State(StrictModel):
     @pydantic.model_validator(mode="after")
     def _one_amount_of_aerosol(self) -> Self:
         depth = self.aerosol_optical_depth
-        written = depth if isinstance(depth, str | None) else f"{depth:g}"
+        text = depth if isinstance(depth, str | None) else f"{depth:g}"
         if depth is not None and self.visibility_km is not None:
             raise ValueError(
-                f"found visibility_km {self.visibility_km:g} and aerosol_optical_depth {written};"
+                f"found visibility_km {self.visibility_km:g} and aerosol_optical_depth {text};"
                 " allowed: one of them; remove the other"
             )
         if self.aerosol == "none" and self.aerosol_table is not None:
@@ -346,7 +355,7 @@ class State(StrictModel):
             )
         if self.aerosol == "none" and depth:
             raise ValueError(
-                f"found aerosol none and aerosol_optical_depth {written}; allowed: an aerosol"
+                f"found aerosol none and aerosol_optical_depth {text}; allowed: an aerosol"
                 " with an optical depth; name one, or remove it"
             )
         return self
@@ -382,10 +391,10 @@ class Band(StrictModel):
     @pydantic.model_validator(mode="after")
     def _one(self) -> Self:
         ranges = [name for name in type(self).model_fields if name != "name"]
-        given = [name for name in ranges if getattr(self, name) is not None]
-        if len(given) != 1:
-            raise ValueError(f"found {' and '.join(given) or 'no range'}; allowed: one of {', '.join(ranges)}")
-        for name in given:
+        stated = [name for name in ranges if getattr(self, name) is not None]
+        if len(stated) != 1:
+            raise ValueError(f"found {' and '.join(stated) or 'no range'}; allowed: one of {', '.join(ranges)}")
+        for name in stated:
             edges = getattr(self, name)
             if name != "response" and not 0 < edges[0] < edges[1]:
                 raise ValueError(
@@ -403,21 +412,21 @@ class AtmosphereGrid(StrictModel):
     range_km: Annotated[list[float], axis(0, 100_000)] = Field(
         [*RANGES_KM],
         description=(
-            "From the observer along the line of sight. The ends of each axis are what the file is for. A job that"
-            " writes all five axes gets the tables of beta*, path, ambient and direct radiance on exactly these nodes"
-            " too, in the group grid of the file, with errors of their own."
+            "Distances from the observer along the line of sight. The ends of each axis are what the file is "
+            "for. A job that writes all five axes gets the tables of beta*, path, ambient and direct "
+            "radiance on exactly these nodes too, in the group grid of the file, with errors of their own."
         ),
     )
     altitude_km: Annotated[list[float], axis(-0.5, 100_000)] | None = Field(
         None,
         description=(
-            "Of the observer above sea level; by default from 2 m to 40 km above the site's ground. From 100 km on the"
-            " file serves observers at any height in space."
+            "Altitudes of the observer above sea level; by default from 2 m to 40 km above the site's "
+            "ground. From 100 km on the file serves observers at any height in space."
         ),
     )
     elevation_deg: Annotated[list[float], axis(-90, 90)] = Field(
         [*ELEVATIONS_DEG],
-        description="Of the line of sight above the horizon at the observer; -90 looks straight down.",
+        description="Elevations of the line of sight at the observer; -90 looks straight down.",
     )
     tolerance: Tolerance = Field(
         DEFAULT_TOLERANCE,
@@ -431,15 +440,18 @@ class AtmosphereGrid(StrictModel):
         ),
     )
     most_nodes: int = Field(
-        20_000_000, ge=32, le=200_000_000, description="Of all fields of the channels that a tolerance places."
+        20_000_000,
+        ge=32,
+        le=200_000_000,
+        description="Largest number of nodes of all fields of the channels that a tolerance places.",
     )
 
     source_elevation_deg: Annotated[list[float], axis(-90, 90)] = Field(
-        [*SOURCE_ELEVATIONS_DEG], description="Of Sun and Moon above the horizon."
+        [*SOURCE_ELEVATIONS_DEG], description="Elevations of Sun and Moon above the horizon."
     )
     source_azimuth_deg: Annotated[list[float], axis(0, 180)] = Field(
         [*SOURCE_AZIMUTHS_DEG],
-        description="Of Sun and Moon from that of the line of sight; light is the same on both sides.",
+        description="Azimuths of Sun and Moon relative to that of the line of sight; light is the same on both sides.",
     )
 
     @property

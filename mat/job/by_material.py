@@ -13,7 +13,7 @@ def kind_of(value: object) -> str:
     return "word" if isinstance(value, str) else "number"
 
 
-def value_for(given: Any, name: str) -> float | str | None:
+def value_for(values: Any, name: str) -> float | str | None:
     """What a value for all materials, or for some by name, says of one; None where it says nothing."""
-    value: float | str | None = given.get(name) if isinstance(given, Mapping) else given
+    value: float | str | None = values.get(name) if isinstance(values, Mapping) else values
     return value

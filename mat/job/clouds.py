@@ -21,7 +21,9 @@ class Cloud(StrictModel):
     type: Annotated[str, one_of(CLOUD_TYPES)] | None = Field(
         None, description="One of LOWTRAN7's; by default all is written out."
     )
-    phase: Annotated[str, one_of(PHASES)] | None = Field(None, description="By default that of the type, else water.")
+    phase: Annotated[str, one_of(PHASES)] | None = Field(
+        None, description="Phase of the particles; by default that of the type, else water."
+    )
     height_km: tuple[float, float] | None = Field(None, description="Base and top above the ground.")
     optical_depth: float | None = Field(None, ge=0, le=LARGEST_OPTICAL_DEPTH, description="Vertical, at 0.55 um.")
     water_path_g_m2: float | None = Field(
@@ -88,6 +90,6 @@ class Rain(StrictModel):
     rate_mm_h: float = Field(
         ge=RATES[0],
         le=RATES[1],
-        description="Of rainfall at the ground; it sets the size of the drops (Marshall and Palmer 1948).",
+        description="Rate of rainfall at the ground; it sets the size of the drops (Marshall and Palmer 1948).",
     )
-    top_km: float = Field(3.0, ge=0.02, le=15, description="Above the ground.")
+    top_km: float = Field(3.0, ge=0.02, le=15, description="Top of the rain above the ground.")

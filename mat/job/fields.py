@@ -27,10 +27,10 @@ def hours_of(value: object) -> float:
 
 def clock_interval(text: str) -> tuple[float, float]:
     """Hours of an interval such as 22:00-06:00, the last up to 24:00; ValueError says what is allowed."""
-    first, dash, last = text.partition("-")
+    start, dash, stop = text.partition("-")
     if not dash:
         raise ValueError(f"found {text!r}; allowed: an interval such as 10:00-14:00; write first-last")
-    begin, end = hours_of(first.strip()), 24.0 if last.strip() == "24:00" else hours_of(last.strip())
+    begin, end = hours_of(start.strip()), 24.0 if stop.strip() == "24:00" else hours_of(stop.strip())
     if begin == end:
         raise ValueError(f"found {text!r}, which is empty; allowed: two different times; 00:00-24:00 is the whole day")
     return begin, end

@@ -23,7 +23,7 @@ def hourly_rain(year: YearFile, hours: Sequence[int]) -> Floats:
 
     Notes
     -----
-    A depth stands with the hours over which it was gathered, which end at its reading (EnergyPlus, Auxiliary Programs,
+    A depth is with the hours over which it was gathered, which end at its reading (EnergyPlus, Auxiliary Programs,
     "Liquid Precipitation Depth" and "Quantity"; Wilcox and Marion 2008, table 1-3), one where they are missing. What a
     depth of several hours has beyond those that readings among them tell falls evenly in the others, whose readings
     tell none or 0: files write 0 for hours that nobody read.
@@ -34,18 +34,18 @@ def hourly_rain(year: YearFile, hours: Sequence[int]) -> Floats:
         With file:line:column of what is no depth.
     """
     longest = _LONGEST * year.per_hour
-    first, last = min(hours), min(max(hours) + longest, len(year.readings))
-    first = max(first - longest, 0)
-    around = range(first, last)
-    depth, gathered = (year.values(name, around) for name in (RAIN_DEPTH, RAIN_HOURS))
+    low, high = min(hours), min(max(hours) + longest, len(year.readings))
+    low = max(low - longest, 0)
+    span = range(low, high)
+    depth, gathered = (year.values(name, span) for name in (RAIN_DEPTH, RAIN_HOURS))
     readings = np.where(np.isfinite(gathered), gathered * year.per_hour, 1.0)
     spans = np.clip(readings, 1.0, longest).round().astype(int)
     rain = np.where(spans == 1, depth, np.nan)
     for end in np.flatnonzero((spans > 1) & np.isfinite(depth)):
         part = np.arange(max(end - spans[end] + 1, 0), end + 1)
-        told = np.nan_to_num(rain[part])
-        silent = part[told <= 0]
+        known_rain = np.nan_to_num(rain[part])
+        silent = part[known_rain <= 0]
         if silent.size:
-            rain[silent] = max(depth[end] - told.sum(), 0.0) / silent.size
-    chosen: Floats = rain[np.asarray(hours) - first] * year.per_hour
+            rain[silent] = max(depth[end] - known_rain.sum(), 0.0) / silent.size
+    chosen: Floats = rain[np.asarray(hours) - low] * year.per_hour
     return chosen

@@ -19,7 +19,7 @@ class TextFile:
     Attributes
     ----------
     name : str
-        As the job writes it.
+        Name of the file as the job states it.
     path : str
     text : str
     """

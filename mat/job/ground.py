@@ -23,12 +23,12 @@ _ANY_YEAR = 2001  # of 365 days
 class GroundYear(StrictModel):
     """Annual wave of the temperature at the surface of the ground, at the altitude of the weather."""
 
-    mean_c: Celsius = Field(description="Of the year.")
+    mean_c: Celsius = Field(description="Mean temperature of the year.")
     amplitude_c: Annotated[float, Field(ge=0, le=60)] = Field(
         description="Half of what the warmest day exceeds the coldest by."
     )
     coldest_day: Annotated[float, Field(ge=1, lt=YEAR + 1)] | None = Field(
-        None, description="Of the year; by default 15 January in the north, half a year later in the south."
+        None, description="Day of the year; by default 15 January in the north, half a year later in the south."
     )
 
     def at_latitude(self, latitude_deg: float) -> GroundYear:
@@ -66,8 +66,8 @@ def ground_of_latitude(latitude_deg: float, altitude_km: float) -> GroundYear:
     (10, 11, 15)
     """
     days = np.arange(1.0, 366.0)
-    first = datetime.date(_ANY_YEAR, 1, 1)
-    celsius = np.array([_sea_level_air(latitude_deg, first + datetime.timedelta(days=int(day) - 1)) for day in days])
+    new_year = datetime.date(_ANY_YEAR, 1, 1)
+    celsius = np.array([_sea_level_air(latitude_deg, new_year + datetime.timedelta(days=int(day) - 1)) for day in days])
     mean, amplitude, coldest = annual_harmonic(days, celsius)
     lapse = LAPSE_RATE * 1e3 * altitude_km
     return GroundYear(mean_c=round(mean - lapse, 1), amplitude_c=round(amplitude, 1), coldest_day=round(coldest, 1))

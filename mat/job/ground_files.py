@@ -1,4 +1,4 @@
-"""Season of the ground from a weather file that holds a whole year."""
+"""Season of the ground from a weather file that contains a whole year."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def ground_of_file(file: Path, utc_offset_h: float) -> GroundYear:
     file : Path
         EPW, TMY3, or CSV with dates.
     utc_offset_h : float
-        Of the local clock.
+        Offset of the local clock from UTC [h].
 
     Raises
     ------
@@ -63,7 +63,7 @@ def ground_of_header(file: Path) -> GroundYear:
     year = read_year(file, "EPW") if file.suffix.lower() == ".epw" else None
     if year is None or not year.ground:
         raise InputError("found no ground temperatures in its header; allowed: an EPW with some; take file", file=file)
-    ground = min(year.ground, key=lambda each: each.depth)
+    ground = min(year.ground, key=lambda profile: profile.depth)
     mean, amplitude, coldest = annual_harmonic(_MIDDLES, np.array(ground.by_month))
     lag = damping(ground.depth, ground.diffusivity or _DIFFUSIVITY)
     return _rounded(mean, amplitude * np.exp(lag), (coldest - lag * YEAR / (2 * np.pi) - 1.0) % YEAR + 1.0)

@@ -32,8 +32,8 @@ def refuse_no_soil(material: Material, library: MaterialLibrary) -> None:
     """ValueError where what a material's leaves stand on is not in the library, or is no soil that can lie below."""
     stand = material.stand
     if stand is None or stand.soil not in library:
-        found = None if stand is None else stand.soil
-        raise ValueError(f"found {material.name} on '{found}', which the library has not; name another in its stand")
+        ground = None if stand is None else stand.soil
+        raise ValueError(f"found {material.name} on '{ground}', which the library has not; name another in its stand")
     soil = library[stand.soil]
     if soil.surface.snow or soil.surface.canopy or soil.thermal.light or soil.transmits:
         raise ValueError(
@@ -42,12 +42,12 @@ def refuse_no_soil(material: Material, library: MaterialLibrary) -> None:
         )
 
 
-def open_stands(given: Any, stands: Iterable[str]) -> tuple[str, ...]:
+def open_stands(leaf_area_index: Any, stands: Iterable[str]) -> tuple[str, ...]:
     """The materials that a `leaf_area_index` opens.
 
     Parameters
     ----------
-    given : as the job has it
+    leaf_area_index : as the job has it
     stands : iterable of str
         Names of all materials with a stand that it may speak of.
 
@@ -57,11 +57,11 @@ def open_stands(given: Any, stands: Iterable[str]) -> tuple[str, ...]:
         A material has no stand of leaves, or none has.
     """
     names = tuple(stands)
-    if isinstance(given, Mapping):
-        for name in given:
+    if isinstance(leaf_area_index, Mapping):
+        for name in leaf_area_index:
             if name not in names:
                 raise ValueError(f"found '{name}', which has no stand of leaves; {nearest(name, names)}")
-    found = tuple(name for name in names if value_for(given, name) is not None)
-    if not found:
+    names_with_value = tuple(name for name in names if value_for(leaf_area_index, name) is not None)
+    if not names_with_value:
         raise ValueError("found it for materials of which none has a stand of leaves; allowed: with such as shrub")
-    return found
+    return names_with_value

@@ -40,9 +40,9 @@ class LoadedJob:
     Attributes
     ----------
     requested : Job
-        As it is written, with all nodes and sources.
+        Job as stated, with all nodes and sources.
     trimmed : Job
-        With the nodes and sources that its query limits read; the tables are built from it.
+        Job with the nodes and sources that its query limits read; the tables are built from it.
     document : Document
     warnings : tuple of str
         What is allowed but hardly meant: weather files of another place.
@@ -75,8 +75,8 @@ class LoadedJob:
         is held as far as the size of a table allows, and the file states its error.
         """
         data = self.document.data
-        written = data.get(grid) if isinstance(data, dict) else None
-        return names_a_pixel(data) or (isinstance(written, dict) and "tolerance" in written)
+        settings = data.get(grid) if isinstance(data, dict) else None
+        return names_a_pixel(data) or (isinstance(settings, dict) and "tolerance" in settings)
 
     def refuse_without_bands(self) -> None:
         """Raise InputError where the job has no band, of whose pixels something is to be said."""
@@ -93,7 +93,7 @@ class LoadedJob:
             It lies outside the job's folder, and the user has not allowed that.
         """
         try:
-            return job_path(self.folder, self.requested.output.folder, written=True)
+            return job_path(self.folder, self.requested.output.folder, for_output=True)
         except ValueError as error:
             raise self.document.error(("output", "folder"), f"output.folder: {error}") from None
 
@@ -111,9 +111,9 @@ def load_job(
     source : path or mapping
         A YAML file, or its content as plain data.
     library : MaterialLibrary, optional
-        Whose materials the job may name; by default the packaged one with the user's.
+        Library whose materials the job may name; by default the packaged one with the user's.
     folder : Path, optional
-        To which the paths in a mapping are relative; by default the working directory.
+        Folder to which the paths in a mapping are relative; by default the working directory.
 
     Raises
     ------
@@ -124,9 +124,9 @@ def load_job(
     library = library or load_library()
     context = {"materials": library.names, "folder": document.file.resolve().parent}
     document = _with_operations(document, library)
-    written = parse_model(document, Job, context)
-    _refuse_shared_names(written, document)
-    job = _with_air_times(_with_series(written, document, context), document)
+    stated = parse_model(document, Job, context)
+    _refuse_shared_names(stated, document)
+    job = _with_air_times(_with_series(stated, document, context), document)
     _check_query_limits(job, document)
     _check_soil_moisture(job, document, library)
     _check_leaf_area(job, document, library)
@@ -143,11 +143,11 @@ def load_job(
 
 def _with_operations(document: Document, library: MaterialLibrary) -> Document:
     """The document with the backs that materials have by name, where `operated` names one of them."""
-    given = document.data.get("operated") if isinstance(document.data, dict) else None
-    if not isinstance(given, dict):
+    operations = document.data.get("operated") if isinstance(document.data, dict) else None
+    if not isinstance(operations, dict):
         return document
-    operated = dict(given)
-    for name, operation in given.items():
+    operated = dict(operations)
+    for name, operation in operations.items():
         if isinstance(operation, str) and name in library:
             try:
                 operated[name] = named_operation(library[name], operation)
@@ -170,38 +170,38 @@ def _check_query_limits(job: Job, document: Document) -> None:
         if low > nodes[-1] or (high < nodes[0] and key != "source_elevation_deg"):
             raise document.error(
                 ("needs", key),
-                f"needs.{key}: found [{low:g}, {high:g}]; allowed: some of what {grid}.{name} holds, {nodes[0]:g} to"
+                f"needs.{key}: found [{low:g}, {high:g}]; allowed: part of the range of {grid}.{name}, {nodes[0]:g} to"
                 f" {nodes[-1]:g}; change one of them",
             )
 
 
 def _refuse_shared_names(job: Job, document: Document) -> None:
     """Refuse two written states of one name."""
-    seen: set[str] = set()
+    names: set[str] = set()
     for i, state in enumerate(job.states):
-        if state.name in seen:
+        if state.name in names:
             raise document.error(
                 ("states", i, "name"), f"found the state '{state.name}' twice; allowed: names once each; rename it"
             )
-        seen |= {state.name} if state.name else set()
+        names |= {state.name} if state.name else set()
 
 
 def _materials_of(job: Job, library: MaterialLibrary) -> list[str]:
     """Names of what a job has temperatures of, or has around it."""
-    around = [name for state in job.states for name in state.surrounding_materials]
-    return [*job.materials, *around] if isinstance(job.materials, list) else list(library.names)
+    surrounding = [name for state in job.states for name in state.surrounding_materials]
+    return [*job.materials, *surrounding] if isinstance(job.materials, list) else list(library.names)
 
 
 def _check_soil_moisture(job: Job, document: Document, library: MaterialLibrary) -> None:
     """Refuse moisture of what has no pores, and more of it than they hold."""
-    given = job.soil_moisture
-    if given is None:
+    moisture = job.soil_moisture
+    if moisture is None:
         return
     named = _materials_of(job, library)
     named += [stand.soil for name in named if (stand := library[name].stand) is not None and stand.soil in library]
     soils = {name: soil for name in named if (soil := library[name].soil) is not None}
     try:
-        if not check_moisture(given, soils):
+        if not check_moisture(moisture, soils):
             raise ValueError("found it for materials of which none has soil; allowed: with soil, sand or gravel")
     except ValueError as error:
         raise document.error(("soil_moisture",), f"soil_moisture: {error}") from None
@@ -209,12 +209,12 @@ def _check_soil_moisture(job: Job, document: Document, library: MaterialLibrary)
 
 def _check_leaf_area(job: Job, document: Document, library: MaterialLibrary) -> None:
     """Refuse gaps in what has no stand of leaves, or a back that a job operates, and soils that cannot lie below."""
-    given = job.leaf_area_index
-    if given is None:
+    leaf_area = job.leaf_area_index
+    if leaf_area is None:
         return
     try:
         for name in open_stands(
-            given, [name for name in _materials_of(job, library) if library[name].stand is not None]
+            leaf_area, [name for name in _materials_of(job, library) if library[name].stand is not None]
         ):
             refuse_no_soil(library[name], library)
             if name in job.operated:
@@ -240,11 +240,11 @@ def _with_series(job: Job, document: Document, context: dict[str, Any]) -> Job:
         if state.series is None:
             states.append(state)
             continue
-        written = document.data["states"][i]
+        stated_state = document.data["states"][i]
         series = _inside(state.series, document, i, context)
         for number, member in enumerate(members(series, context["folder"], job.site.utc_offset_h), 1):
             try:
-                states.append(State.model_validate(changed(written, member.changes), context=context))
+                states.append(State.model_validate(changed(stated_state, member.changes), context=context))
             except pydantic.ValidationError as error:
                 problem = error.errors(include_url=False)[0]
                 message = f"{'.'.join(map(str, problem['loc']))}: {problem_text(problem)}"

@@ -75,13 +75,16 @@ class Output(StrictModel):
     folder: str = Field("built", min_length=1, description="Relative to the job file.")
     pictures: bool = Field(True, description="Whether a PNG of each database is drawn beside it.")
     max_gigabytes: float = Field(
-        100.0, gt=0, le=1e6, description="Of all tables together, before compression; a larger job is refused."
+        100.0,
+        gt=0,
+        le=1e6,
+        description="Largest size of all tables together, before compression; a larger job is refused.",
     )
     max_file_gigabytes: float = Field(
         1.0,
         gt=0,
         le=64,
-        description="Of one table, before compression; its computation takes some times as much memory.",
+        description="Largest size of one table, before compression; its computation takes some times as much memory.",
     )
 
 
@@ -92,18 +95,19 @@ class Job(StrictModel):
     name: str = Field(
         min_length=1, max_length=80, description="Stands in every file; letters, digits, dots, dashes, underscores."
     )
-    site: Site = Field(description="Where and when; it places Sun and Moon.")
+    site: Site = Field(description="Place and time; they give the positions of Sun and Moon.")
     states: list[State] = Field(
         min_length=1,
         max_length=MEMBER_LIMIT,
-        description="Of the atmosphere with its weather; each has databases of its own.",
+        description="States of the atmosphere with its weather; each has databases of its own.",
     )
     bands: list[Band] = Field(
         max_length=99,
-        description="Of wavelength, even or with a response; each has databases of its own. [] for temperatures alone.",
+        description="Bands of wavelength, even or with a response; each has databases of its own. [] for "
+        "temperatures alone.",
     )
     sources: list[Literal["sun", "moon"]] = Field(
-        ["sun", "moon"], min_length=1, max_length=2, description="Whose light tables are built."
+        ["sun", "moon"], min_length=1, max_length=2, description="Light sources for which tables are built."
     )
     textures: Annotated[tuple[JobTexture, ...], Field(max_length=10_000)] = Field(
         (), description="Images to classify, or finished .tmm.h5 files."
@@ -154,7 +158,7 @@ class Job(StrictModel):
     atmosphere_grid: AtmosphereGrid = Field(AtmosphereGrid(), description="Nodes of the atmospheric tables.")
     surface_grid: SurfaceGrid = Field(SurfaceGrid(), description="Nodes of the temperature tables.")
     accuracy: Annotated[Accuracy, pydantic.BeforeValidator(by_number, json_schema_input_type=Tolerance | Accuracy)] = (
-        Field(Accuracy(), description="How finely all is computed.")
+        Field(Accuracy(), description="Accuracy of the computation.")
     )
     water_continuum: Annotated[WaterContinuum, pydantic.AfterValidator(_packaged_continuum)] = Field(
         default_factory=_default_continuum,
@@ -168,16 +172,16 @@ class Job(StrictModel):
     query_limits: QueryLimits | None = Field(
         None,
         alias="needs",
-        description="What scenes will ask for; nodes and sources that none of that reads are left out.",
+        description="Limits of the reads of scenes; nodes and sources that none of that reads are omitted.",
     )
     output: Annotated[Output, pydantic.BeforeValidator(folder_by_name, json_schema_input_type=Output | str)] = Field(
-        Output(), description="Where the files go, by a folder alone or by keys, and how large they may be."
+        Output(), description="Output of the files, by a folder alone or by keys, and how large they may be."
     )
 
     @pydantic.model_validator(mode="before")
     @classmethod
-    def _shared_out(cls, written: Any) -> Any:
-        return with_shares(written)
+    def _shared_out(cls, data: Any) -> Any:
+        return with_shares(data)
 
     @property
     def observer_altitudes_km(self) -> list[float]:
@@ -242,8 +246,8 @@ class Job(StrictModel):
     @property
     def needed_bands(self) -> list[int]:
         """Numbers of the bands that are built, counted from 1."""
-        wanted = None if self.query_limits is None else self.query_limits.bands
-        return [number for number, name in enumerate(self.band_names, 1) if wanted is None or name in wanted]
+        selected = None if self.query_limits is None else self.query_limits.bands
+        return [number for number, name in enumerate(self.band_names, 1) if selected is None or name in selected]
 
     def band_name(self, index: int) -> str:
         """Name of a band, counted from 1: that of the job, or one by its order."""
@@ -270,9 +274,9 @@ class Job(StrictModel):
             if name in self.temperatures_c:
                 raise ValueError(f"found '{name}' in operated and in temperatures_c; allowed: one of them; remove one")
         if isinstance(self.materials, list):
-            around = {name for state in self.states for name in state.surrounding_materials}
+            surrounding = {name for state in self.states for name in state.surrounding_materials}
             for name in [*self.operated, *self.temperatures_c]:
-                if name not in self.materials and name not in around:
+                if name not in self.materials and name not in surrounding:
                     raise ValueError(
                         f"found the operated '{name}', which is not in materials; add it there or remove it here"
                     )

@@ -49,25 +49,25 @@ def water_fraction(value: float | str, name: str, soil: Soil) -> float:
     return value
 
 
-def check_moisture(given: Any, soils: Mapping[str, Soil]) -> tuple[str, ...]:
+def check_moisture(soil_moisture: Any, soils: Mapping[str, Soil]) -> tuple[str, ...]:
     """The soils that a `soil_moisture` speaks of.
 
     Parameters
     ----------
-    given : as the job has it
+    soil_moisture : as the job has it
     soils : mapping
-        Of all materials that it may speak of.
+        Soils of all materials that the job may name.
 
     Raises
     ------
     ValueError
         A material does not answer, or its pores do not hold as much.
     """
-    if isinstance(given, Mapping):
-        for name in given:
+    if isinstance(soil_moisture, Mapping):
+        for name in soil_moisture:
             if name not in soils:
                 raise ValueError(f"found '{name}', which does not answer to soil moisture; {nearest(name, soils)}")
-    answering = tuple(name for name in soils if value_for(given, name) is not None)
+    answering = tuple(name for name in soils if value_for(soil_moisture, name) is not None)
     for name in answering:
-        water_fraction(value_for(given, name) or 0.0, name, soils[name])
+        water_fraction(value_for(soil_moisture, name) or 0.0, name, soils[name])
     return answering

@@ -34,20 +34,20 @@ def doubts(site: Site, weather: Weather) -> list[str]:
     Parameters
     ----------
     site : Site
-        On the date of the state.
+        Site on the date of the state.
     weather : Weather
         Its files read.
     """
     lines: dict[str, None] = {}
-    for place, table in _days(site, weather):
-        light = [*_night_doubts(place, table)] or [*_noon_doubts(place, table)]
-        lines |= dict.fromkeys([*light, *_course_doubts(place, table), *_range_doubts(place, table)])
+    for day_site, table in _days(site, weather):
+        light = [*_night_doubts(day_site, table)] or [*_noon_doubts(day_site, table)]
+        lines |= dict.fromkeys([*light, *_course_doubts(day_site, table), *_range_doubts(day_site, table)])
     return list(lines)
 
 
 def has_wrong_light(site: Site, weather: Weather) -> bool:
     """Whether a weather by hours has light while the Sun is down; parameters as `doubts`."""
-    return any(True for place, table in _days(site, weather) for _ in _night_doubts(place, table))
+    return any(True for day_site, table in _days(site, weather) for _ in _night_doubts(day_site, table))
 
 
 def _days(site: Site, weather: Weather) -> Iterator[tuple[Site, HourlyWeather]]:
@@ -76,11 +76,11 @@ def _night_doubts(site: Site, table: HourlyWeather) -> Iterator[str]:
         return
     dark = (elevation.max(axis=1) < _NIGHT) & (light > _STRAY)
     if dark.any():
-        worst = int(np.argmax(np.where(dark, light, 0.0)))
+        brightest = int(np.argmax(np.where(dark, light, 0.0)))
         yield (
-            f"has {light[worst]:.0f} W m^-2 of sunlight in the time to {clock_text(ends[worst] % 24)} on {site.date},"
-            f" when the Sun is {-elevation[worst].max():.0f} degrees or more below the horizon, and light in"
-            f" {dark.sum()} intervals of the night: its clock, zone or place may be another"
+            f"has {light[brightest]:.0f} W m^-2 of sunlight in the time to {clock_text(ends[brightest] % 24)} on "
+            f"{site.date}, when the Sun is {-elevation[brightest].max():.0f} degrees or more below the horizon, and "
+            f"light in {dark.sum()} intervals of the night: its clock, zone or place may be another"
         )
 
 

@@ -36,13 +36,13 @@ def with_preset(state: dict[str, Any]) -> dict[str, Any]:
         raise ValueError(f"found the preset '{name}'; {nearest(name, presets())}")
     base = {key: value for key, value in presets()[name].items() if key != "description"}
     for key in ("weather", "gases"):
-        own = state.get(key, {})
-        if key in base and isinstance(own, dict):
+        stated = state.get(key, {})
+        if key in base and isinstance(stated, dict):
             # Other kinds of weather take the place of the preset's temperatures.
-            dropped = {"air_temperature_c"} if {"hourly", "file"} & own.keys() else set()
-            base[key] = {k: v for k, v in base[key].items() if k not in dropped} | own
-    for one, other in (_AMOUNTS_OF_AEROSOL, _AMOUNTS_OF_AEROSOL[::-1]):
-        if state.get(one) is not None:
-            base.pop(other, None)
+            dropped = {"air_temperature_c"} if {"hourly", "file"} & stated.keys() else set()
+            base[key] = {k: v for k, v in base[key].items() if k not in dropped} | stated
+    for amount, alternative in (_AMOUNTS_OF_AEROSOL, _AMOUNTS_OF_AEROSOL[::-1]):
+        if state.get(amount) is not None:
+            base.pop(alternative, None)
     joined = {key: base[key] for key in ("weather", "gases") if key in base and isinstance(state.get(key, {}), dict)}
     return base | state | joined

@@ -25,17 +25,19 @@ _ROUND_DEG = 6  # decimals of a slope and an azimuth
 class QueryLimits(StrictModel):
     """The least and most that a runtime will ask for; what is not named may be anything."""
 
-    range_km: Annotated[Span, span(0, 100_000)] | None = Field(None, description="From the observer to the surfaces.")
+    range_km: Annotated[Span, span(0, 100_000)] | None = Field(
+        None, description="Distances from the observer to the surfaces."
+    )
     observer_altitude_km: Annotated[Span, span(-0.5, 100_000)] | None = Field(
-        None, description="Of the observer above sea level."
+        None, description="Altitudes of the observer above sea level."
     )
     elevation_deg: Annotated[Span, span(-90, 90)] | None = Field(
-        None, description="Of the line of sight, with all pixels of the frame."
+        None, description="Elevations of the line of sight, with all pixels of the frame."
     )
     surface_altitude_km: Annotated[Span, span(-0.5, 9)] | None = Field(
-        None, description="Of the surfaces above sea level."
+        None, description="Altitudes of the surfaces above sea level."
     )
-    slope_deg: Annotated[Span, span(0, 180)] | None = Field(None, description="Of the surfaces' faces.")
+    slope_deg: Annotated[Span, span(0, 180)] | None = Field(None, description="Slopes of the surfaces.")
     faces_deg: Annotated[list[Face], Field(min_length=1, max_length=1024)] | None = Field(
         None,
         description=(
@@ -44,16 +46,16 @@ class QueryLimits(StrictModel):
         ),
     )
     source_elevation_deg: Annotated[Span, span(-90, 90)] | None = Field(
-        None, description="Of Sun and Moon; by default all that they have in the hours."
+        None, description="Elevations of Sun and Moon; by default all that they have in the hours."
     )
     source_azimuth_deg: Annotated[Span, span(0, 180)] | None = Field(
-        None, description="Of Sun and Moon from that of the line of sight."
+        None, description="Azimuths of Sun and Moon relative to that of the line of sight."
     )
     sources: Annotated[list[Literal["sun", "moon"]], Field(min_length=1, max_length=2)] | None = Field(
-        None, description="Of the job's sources those whose tables are built, also where all of them is dark."
+        None, description="Sources of the job whose tables are built, also where all of them is dark."
     )
     materials: Annotated[list[MaterialName], Field(min_length=1)] | None = Field(
-        None, description="Of those that the job builds; tables without the others refuse them."
+        None, description="Materials among those that the job builds; tables without the others refuse them."
     )
     bands: Annotated[list[str], Field(min_length=1, max_length=99)] | None = Field(
         None, description="Names of bands, or b01, b02 ... by their order in the job; no file is built for the others."
@@ -62,7 +64,7 @@ class QueryLimits(StrictModel):
         None,
         description=(
             "Local clock, first and last; over midnight where the first is later. Times of the temperature tables,"
-            " elevations that a source never has then, and sources that are below all of their tables, are left out."
+            " elevations that a source never has then, and sources that are below all of their tables, are omitted."
         ),
     )
     shade: bool = Field(

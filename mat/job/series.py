@@ -72,7 +72,7 @@ class Member:
     Attributes
     ----------
     changes : dict of str to value
-        By key of the state, dots between keys and keys inside.
+        Changed values by key of the state, with dots between keys and inner keys.
     file, line : where it is written, for messages; None for a day of a span.
     """
 
@@ -97,17 +97,17 @@ def members(series: Series, folder: Path, utc_offset_h: float = 0.0) -> Iterator
         return
     if series.days is None:
         return
-    day, last = series.days
-    while day <= last:
+    day, end = series.days
+    while day <= end:
         yield Member({"date": day.isoformat()})
         day += timedelta(days=series.step_days)
 
 
 def _soundings(folder: Path, name: str, utc_offset_h: float) -> Iterator[Member]:
-    found = soundings_of_folder(folder, name, utc_offset_h)
-    if not 0 < len(found) <= MEMBER_LIMIT:
-        raise InputError(f"holds {len(found)} soundings; allowed: 1 to {MEMBER_LIMIT}", file=folder / name)
-    for changes in found:
+    soundings = soundings_of_folder(folder, name, utc_offset_h)
+    if not 0 < len(soundings) <= MEMBER_LIMIT:
+        raise InputError(f"contains {len(soundings)} soundings; allowed: 1 to {MEMBER_LIMIT}", file=folder / name)
+    for changes in soundings:
         yield Member(changes)
 
 
@@ -149,11 +149,11 @@ def changed(state: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
     """A state as a job writes it, with other values for some of its keys."""
     result = {key: value for key, value in state.items() if key != "series"}
     for path, value in changes.items():
-        *parents, last = path.split(".")
+        *parents, leaf = path.split(".")
         inner = result
         for key in parents:
-            held = inner.get(key)
-            inner[key] = dict(held) if isinstance(held, dict) else {}
+            branch = inner.get(key)
+            inner[key] = dict(branch) if isinstance(branch, dict) else {}
             inner = inner[key]
-        inner[last] = value
+        inner[leaf] = value
     return result

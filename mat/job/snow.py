@@ -16,7 +16,7 @@ from skyshine.tmm.job.materials import MaterialName
 class SnowCover(StrictModel):
     """Snow on a material."""
 
-    depth_m: float = Field(ge=0.005, le=10, description="Of the snow.")
+    depth_m: float = Field(ge=0.005, le=10, description="Depth of the snow.")
     snow: MaterialName = Field("snow_fine", description="Material of the snow: its spectrum, density and conductivity.")
 
 
@@ -43,5 +43,5 @@ def check_snow(covers: dict[str, SnowCover], of_job: Iterable[str], library: Mat
                 f" water are none); {nearest(name, names)}"
             )
         if library[cover.snow].group != "snow":
-            kinds = [each for each in library.names if library[each].group == "snow"]
+            kinds = [candidate for candidate in library.names if library[candidate].group == "snow"]
             raise ValueError(f"found {name} under '{cover.snow}', which is no snow; {nearest(cover.snow, kinds)}")

@@ -42,7 +42,9 @@ class SoundingChoice(StrictModel):
         ),
     )
     column: Literal["interpolated", "nearest"] = Field(
-        "interpolated", description="Of a grid, at the site and time: between its columns and times, or the nearest."
+        "interpolated",
+        description="Column of a grid at the site and time: interpolated between its columns and times, or "
+        "the nearest.",
     )
 
 
@@ -77,27 +79,27 @@ class JobSounding:
         """
         midnight = datetime(day.year, day.month, day.day, tzinfo=UTC) - timedelta(hours=site.utc_offset_h)
         time = None if self.choice.time is None else midnight + timedelta(hours=self.choice.time)
-        wanted = Choice(
+        choice = Choice(
             (site.latitude_deg, site.longitude_deg),
             time,
             (midnight, midnight + timedelta(days=1)),
             self.choice.column == "interpolated",
         )
-        return replace(self, levels=read_levels(self.path, wanted))
+        return replace(self, levels=read_levels(self.path, choice))
 
     def remarks(self, site: Site, day: date) -> list[str]:
-        """What stands in the place of what the file lacks, and a sounding of another season."""
+        """Defaults used for what the file lacks, and a sounding of another season."""
         assert self.levels is not None
-        found = [f"sounding {self.name} {note}" for note in self.levels.notes]
+        lines = [f"sounding {self.name} {note}" for note in self.levels.notes]
         if self.levels.time is not None:
             noon = datetime(day.year, day.month, day.day, 12, tzinfo=UTC) - timedelta(hours=site.utc_offset_h)
             apart = abs(noon - self.levels.time) / timedelta(days=1)
             if apart > FARTHEST_DAYS:
-                found.append(
+                lines.append(
                     f"sounding {self.name} is of {shown(self.levels.time)}, {apart:.0f} days from the state's date"
                     f" (warned beyond {FARTHEST_DAYS:g})"
                 )
-        return found
+        return lines
 
 
 def _named(value: object, info: pydantic.ValidationInfo) -> JobSounding:
@@ -107,8 +109,8 @@ def _named(value: object, info: pydantic.ValidationInfo) -> JobSounding:
         choice = SoundingChoice.model_validate({"file": value} if isinstance(value, str) else value)
     except pydantic.ValidationError as error:
         problem = error.errors(include_url=False)[0]
-        place = "".join(f"{part}: " for part in problem["loc"])
-        raise ValueError(place + problem_text(problem)) from None
+        location = "".join(f"{part}: " for part in problem["loc"])
+        raise ValueError(location + problem_text(problem)) from None
     path = job_path((info.context or {}).get("folder", "."), choice.file)
     if not path.is_file():
         raise ValueError(
@@ -144,33 +146,33 @@ def soundings_of_folder(folder: Path, name: str, utc_offset_h: float) -> list[di
     Parameters
     ----------
     folder : Path
-        Of the job.
+        Folder of the job.
     name : str
-        Of the folder of soundings, as the job writes it.
+        Name of the folder of soundings, as the job states it.
     utc_offset_h : float
-        Of the local clock.
+        Offset of the local clock from UTC [h].
 
     Raises
     ------
     InputError
-        There is no such folder, or a file in it holds no sounding.
+        There is no such folder, or a file in it contains no sounding.
     """
-    place = folder / name
-    if not place.is_dir():
-        raise InputError("is no folder; allowed: the folder of the soundings of a series", file=place)
-    found: list[tuple[str, str, dict[str, Any]]] = []
-    for file in sorted(path for path in place.iterdir() if path.is_file() and not path.name.startswith(".")):
-        written = f"{name.rstrip('/')}/{file.name}"
+    directory = folder / name
+    if not directory.is_dir():
+        raise InputError("is no folder; allowed: the folder of the soundings of a series", file=directory)
+    entries: list[tuple[str, str, dict[str, Any]]] = []
+    for file in sorted(path for path in directory.iterdir() if path.is_file() and not path.name.startswith(".")):
+        relative = f"{name.rstrip('/')}/{file.name}"
         for time in times_of(file):
             if time is None:
                 day = _day_in(file.stem)
-                found.append((day or "", written, {"sounding": written} | ({"date": day} if day else {})))
+                entries.append((day or "", relative, {"sounding": relative} | ({"date": day} if day else {})))
                 continue
             local = time + timedelta(hours=utc_offset_h)
             clock = clock_text(local.hour + local.minute / 60)
-            keys = {"sounding": {"file": written, "time": clock}, "date": local.date().isoformat()}
-            found.append((f"{local:%Y-%m-%dT%H:%M}", written, keys))
-    return [keys for _, _, keys in sorted(found, key=lambda item: item[:2])]
+            keys = {"sounding": {"file": relative, "time": clock}, "date": local.date().isoformat()}
+            entries.append((f"{local:%Y-%m-%dT%H:%M}", relative, keys))
+    return [keys for _, _, keys in sorted(entries, key=lambda item: item[:2])]
 
 
 def _day_in(name: str) -> str | None:

@@ -31,23 +31,25 @@ def with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:
     for i, state in enumerate(states):
         if state.weather.file is not None:
             file = _weather_file(document, i, state.weather.file)
-            given = [name for name in HOURLY_QUANTITIES if name in state.weather.model_fields_set]
+            stated = [name for name in HOURLY_QUANTITIES if name in state.weather.model_fields_set]
             day = state.date or job.site.date
-            found = read_weather(
+            readings = read_weather(
                 file,
                 day,
                 job.site.utc_offset_h,
                 radiation=state.weather.radiation == "measured",
-                given=given,
+                stated=stated,
                 days_before=state.weather.history_days,
                 rain=state.weather.rain,
             )
-            *before, hourly = (table.model_copy(update=dict.fromkeys(given)) for table in (*found.before, found.hourly))
+            *before, hourly = (
+                table.model_copy(update=dict.fromkeys(stated)) for table in (*readings.before, readings.hourly)
+            )
             read = {"file": None, "hourly": hourly, "days_before": before, "rain": None}
             weather = state.weather.model_copy(update=read)
-            place = job.site.model_copy(update={"date": day})
-            notes = [*found.notes, *_doubts_of_file(place, found), *doubts(place, weather)]
-            if weather.radiation is None and has_wrong_light(place, weather):
+            site = job.site.model_copy(update={"date": day})
+            notes = [*readings.notes, *_doubts_of_file(site, readings), *doubts(site, weather)]
+            if weather.radiation is None and has_wrong_light(site, weather):
                 notes.append(
                     "has light at night, so that light is computed; radiation: measured refuses the job instead"
                 )
@@ -59,51 +61,54 @@ def with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:
     return job.model_copy(update={"states": states}), merged(warnings)
 
 
-def with_ground(job: Job, written: Job, document: Document) -> tuple[Job, list[str]]:
+def with_ground(job: Job, stated_job: Job, document: Document) -> tuple[Job, list[str]]:
     """The job, whose weather files are read, with the annual wave of the ground in the place of each word for it.
 
     Parameters
     ----------
     job : Job
-    written : Job
+    stated_job : Job
         The same before its weather files were read.
     document : Document
     """
-    if all(state.weather.ground in (None, "air") and state.weather.file is None for state in written.states):
+    if all(state.weather.ground in (None, "air") and state.weather.file is None for state in stated_job.states):
         return job, []
     states, remarks, site = list(job.states), [], job.site
     for i, state in enumerate(states):
-        given, file = state.weather.ground, written.states[i].weather.file
-        if isinstance(given, GroundYear):
-            year: GroundYear | None = given.at_latitude(site.latitude_deg)
-        elif given == "latitude":
+        ground, file = state.weather.ground, stated_job.states[i].weather.file
+        if isinstance(ground, GroundYear):
+            year: GroundYear | None = ground.at_latitude(site.latitude_deg)
+        elif ground == "latitude":
             table = state.weather.hourly
             high = site.altitude_km if table is None or table.altitude_km is None else table.altitude_km
             year = ground_of_latitude(site.latitude_deg, high)
-        elif file is not None and given != "air":
-            year, remark = _ground_of_file(_weather_file(document, i, file), given, site)
+        elif file is not None and ground != "air":
+            year, remark = _ground_of_file(_weather_file(document, i, file), ground, site)
             remarks += [(i + 1, f"weather file {file} {remark}")] if remark else []
         else:
             continue
-        if isinstance(given, str) and year is not None:
-            remarks.append((i + 1, f"ground by {given}: {year.text}"))
+        if isinstance(ground, str) and year is not None:
+            remarks.append((i + 1, f"ground by {ground}: {year.text}"))
         states[i] = state.model_copy(update={"weather": state.weather.model_copy(update={"ground": year})})
     return job.model_copy(update={"states": states}), merged(remarks)
 
 
-def _ground_of_file(file: Path, given: str | None, site: Site) -> tuple[GroundYear | None, str]:
+def _ground_of_file(file: Path, choice: str | None, site: Site) -> tuple[GroundYear | None, str]:
     """The annual wave by a weather file: as it is asked for, or of itself by a typical year, of which a part or a wrong
     reading on another day stops no job; and what is to be said of that.
     """
-    if given == "epw":
+    if choice == "epw":
         return ground_of_header(file), ""
-    if given == "file":
+    if choice == "file":
         return ground_of_file(file, site.utc_offset_h), ""
     try:
         return (ground_of_file(file, site.utc_offset_h) if is_whole_year(file) else None), ""
     except InputError as error:
         line = "" if error.line is None else f"in line {error.line}: "
-        return None, f"tells no year of the ground, for which the mean air of the days stands ({line}{error.message})"
+        return (
+            None,
+            f"contains no year of the ground; the mean air temperature of the days replaces it ({line}{error.message})",
+        )
 
 
 def _weather_file(document: Document, state: int, name: str) -> Path:
@@ -119,11 +124,11 @@ def _weather_file(document: Document, state: int, name: str) -> Path:
     return file
 
 
-def _doubts_of_file(site: Site, found: FileWeather) -> list[str]:
+def _doubts_of_file(site: Site, readings: FileWeather) -> list[str]:
     """A line each where a file is of a place far from the site, or its clock far from its place's Sun."""
-    lines = [_other_place(site, found.station)]
-    if found.station is not None and found.utc_offset_h is not None:
-        lines.append(zone_doubt(found.utc_offset_h, found.station.longitude, "in its header"))
+    lines = [_other_place(site, readings.station)]
+    if readings.station is not None and readings.utc_offset_h is not None:
+        lines.append(zone_doubt(readings.utc_offset_h, readings.station.longitude, "in its header"))
     return [line for line in lines if line]
 
 
@@ -146,8 +151,8 @@ def _other_place(site: Site, station: Station | None) -> str:
 
 def _place(document: Document, state: int) -> Location:
     """Where the weather of a state is written; series make more states than are written."""
-    place: Location = ("states", state, "weather", "file")
-    return place if place in document.places else ("states",)
+    location: Location = ("states", state, "weather", "file")
+    return location if location in document.places else ("states",)
 
 
 def weather_doubts(job: Job) -> list[str]:

@@ -29,8 +29,8 @@ from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import nearest
 
 # Default nodes of the temperature table, and the number of its times: with them 99 % of reads of all library materials
-# in the Atacama in November err by .53 K or less, those of a single material by .5 K in the middle and 1.15 K at most,
-# of a black roof membrane.
+# in the Atacama in November err by 0.53 K or less, those of a single material by 0.5 K in the middle and 1.15 K at
+# most, of a black roof membrane.
 SURFACE_HEIGHTS_KM = (0, 0.75, 1.5, 2.25, 3)
 _AZIMUTHS, _SLOPES, _TIMES = 30, 21, 40
 
@@ -63,13 +63,17 @@ class HourlyWeather(StrictModel):
     time: Annotated[list[TimeOfDay], Field(min_length=8, max_length=1440), pydantic.AfterValidator(ascending)] = Field(
         description="Local clock, ascending within a day."
     )
-    air_temperature_c: list[Celsius] = Field(description="Of the air near the ground.")
-    relative_humidity_percent: list[Percent] | None = Field(None, description="By default that of the day's weather.")
-    wind_speed_m_s: list[Speed] | None = Field(None, description="By default that of the day's weather.")
-    cloud_fraction: list[Fraction] | None = Field(
-        None, description="Of the sky that clouds cover; by default that of the day's weather."
+    air_temperature_c: list[Celsius] = Field(description="Temperature of the air near the ground.")
+    relative_humidity_percent: list[Percent] | None = Field(
+        None, description="Relative humidity; by default that of the day's weather."
     )
-    pressure_hpa: list[Pressure] | None = Field(None, description="By default that of the state's profile.")
+    wind_speed_m_s: list[Speed] | None = Field(None, description="Wind speed; by default that of the day's weather.")
+    cloud_fraction: list[Fraction] | None = Field(
+        None, description="Share of the sky that clouds cover; by default that of the day's weather."
+    )
+    pressure_hpa: list[Pressure] | None = Field(
+        None, description="Air pressure; by default that of the state's profile."
+    )
     direct_normal_w_m2: list[Irradiance] | None = Field(
         None,
         description=(
@@ -87,10 +91,14 @@ class HourlyWeather(StrictModel):
         None, description="Thermal radiation of the sky on a level surface, likewise; by default that of the state."
     )
     altitude_km: float | None = Field(
-        None, ge=-0.5, le=9, description="Where the air was measured; by default the altitude of the site."
+        None, ge=-0.5, le=9, description="Altitude of the measurements of the air; by default the altitude of the site."
     )
-    wind_height_m: MastHeight | None = Field(None, description="Of the anemometer; by default that of the weather.")
-    air_height_m: MastHeight | None = Field(None, description="Of the thermometer; by default that of the weather.")
+    wind_height_m: MastHeight | None = Field(
+        None, description="Height of the anemometer; by default that of the weather."
+    )
+    air_height_m: MastHeight | None = Field(
+        None, description="Height of the thermometer; by default that of the weather."
+    )
 
     # Excluded from dumps: only temperature tables depend on them, and their identity states them.
     rain_mm_h: list[Annotated[float, Field(ge=0, le=2000)]] | None = Field(
@@ -105,8 +113,9 @@ class HourlyWeather(StrictModel):
         None,
         exclude=True,
         description=(
-            "Of the upper soil: absorptance, emissivity and evaporation follow it by the hour, conductivity and heat"
-            " capacity its mean; soil_moisture of the job still says what the bands see. Capped at a soil's porosity."
+            "Moisture of the upper soil: absorptance, emissivity and evaporation follow it by the hour, "
+            "conductivity and heat capacity its mean; soil_moisture of the job still says what the bands "
+            "see. Capped at a soil's porosity."
         ),
     )
 
@@ -171,10 +180,12 @@ class Weather(StrictModel):
     relative_humidity_percent: Percent = Field(50.0, description="Daily mean; the vapour is constant.")
     wind_speed_m_s: Speed = Field(2.0, description="Mean over the day, at `wind_height_m`.")
     wind_height_m: MastHeight = Field(
-        10.0, description="Of the anemometer above open ground; 10 m in EPW, TMY3 and synoptic reports."
+        10.0, description="Height of the anemometer above open ground; 10 m in EPW, TMY3 and synoptic reports."
     )
-    air_height_m: MastHeight = Field(2.0, description="Of thermometer and hygrometer; 2 m in EPW, TMY3 and reports.")
-    cloud_fraction: Fraction = Field(0.0, description="Of the sky that clouds cover.")
+    air_height_m: MastHeight = Field(
+        2.0, description="Height of thermometer and hygrometer; 2 m in EPW, TMY3 and reports."
+    )
+    cloud_fraction: Fraction = Field(0.0, description="Share of the sky that clouds cover.")
     # Excluded from dumps as the water of a table is.
     snow_age_days: float | None = Field(
         None,
@@ -293,8 +304,8 @@ class Weather(StrictModel):
     @property
     def measured(self) -> bool:
         """Whether its light is measured."""
-        lit = any(getattr(self.hourly, name, None) is not None for name in (SUNLIGHT[0], TOTAL))
-        return self.radiation == "measured" or (self.radiation is None and lit)
+        has_sunlight = any(getattr(self.hourly, name, None) is not None for name in (SUNLIGHT[0], TOTAL))
+        return self.radiation == "measured" or (self.radiation is None and has_sunlight)
 
     def without_light(self) -> Self:
         """The same without the light of its tables, which is computed."""
@@ -307,9 +318,9 @@ class Weather(StrictModel):
     def water(self) -> dict[str, Any]:
         """What it says of water on and in the ground and of snow, as plain data; empty where it says nothing."""
         days = [day for day in (*self.days_before, self.hourly) if day is not None]
-        found = {name: [getattr(day, name) for day in days] for name in WATER}
-        found = {name: values for name, values in found.items() if values and values[-1] is not None}
-        return found | ({} if self.snow_age_days is None else {"snow_age_days": self.snow_age_days})
+        columns = {name: [getattr(day, name) for day in days] for name in WATER}
+        columns = {name: values for name, values in columns.items() if values and values[-1] is not None}
+        return columns | ({} if self.snow_age_days is None else {"snow_age_days": self.snow_age_days})
 
     @property
     def ground_year(self) -> GroundYear | None:
@@ -319,8 +330,8 @@ class Weather(StrictModel):
     @property
     def heights_m(self) -> tuple[float, float]:
         """Of anemometer and thermometer [m]: as written here, else those of the table by hour, else the defaults."""
-        given = ((name, getattr(self.hourly, name, None)) for name in ("wind_height_m", "air_height_m"))
-        wind, air = (getattr(self, k) if v is None or k in self.model_fields_set else v for k, v in given)
+        heights = ((name, getattr(self.hourly, name, None)) for name in ("wind_height_m", "air_height_m"))
+        wind, air = (getattr(self, k) if v is None or k in self.model_fields_set else v for k, v in heights)
         return wind, air
 
     @property
@@ -349,23 +360,29 @@ class Operation(StrictModel):
     )
     temperature_c: Annotated[float | list[float], by_hour(OperatedCelsius)] | None = Field(
         None,
-        description="Of the fixed back, or of the air behind a convective one; one for the day or one for each hour.",
+        description="Temperature of the fixed back, or of the air behind a convective one; one for the day "
+        "or one for each hour.",
     )
     coefficient_w_m2_k: float | None = Field(
-        None, gt=0, le=1e5, description="Of the transfer between the back and the air behind."
+        None, gt=0, le=1e5, description="Coefficient of the transfer between the back and the air behind."
     )
     exchange_w_m2_k: float | None = Field(
         None,
         gt=0,
         le=1e5,
-        description="Of a cavity's air with the outdoor air, by ventilation and other faces, for each m2 of this face.",
+        description="Heat exchange of a cavity's air with the outdoor air, by ventilation and other faces, "
+        "for each m2 of this face.",
     )
     capacity_j_m2_k: float | None = Field(
-        None, ge=0, le=1e7, description="Of a cavity's air and of what stands in it, for each m2 of this face."
+        None,
+        ge=0,
+        le=1e7,
+        description="Heat capacity of a cavity's air and of what is in it, for each m2 of this face.",
     )
     heat_flux_w_m2: Annotated[float | list[float], by_hour(OperatedHeat)] | None = Field(
         None,
-        description="From the back into the material, or into a cavity; one for the day or one for each hour.",
+        description="Heat flux from the back into the material, or into a cavity; one for the day or one for "
+        "each hour.",
     )
 
     @pydantic.model_validator(mode="after")
@@ -384,7 +401,7 @@ class Operation(StrictModel):
     def of_back(cls, back: Back) -> dict[str, Any]:
         """The keys of a job that describe a back boundary of the library."""
         kelvin = back.temperature
-        celsius = [each - ZERO_CELSIUS for each in kelvin] if isinstance(kelvin, tuple) else kelvin
+        celsius = [temperature - ZERO_CELSIUS for temperature in kelvin] if isinstance(kelvin, tuple) else kelvin
         flux = back.heat_flux
         keys = {
             "temperature_c": celsius - ZERO_CELSIUS if isinstance(celsius, float) else celsius,
@@ -434,7 +451,8 @@ class SurfaceGrid(StrictModel):
     """Nodes of the temperature table."""
 
     altitude_km: Annotated[list[float], axis(-0.5, 9)] | None = Field(
-        None, description="Of the surface above sea level; by default from the site's ground to 3 km above it."
+        None,
+        description="Altitudes of the surface above sea level; by default from the site's ground to 3 km above it.",
     )
     azimuth_deg: Annotated[list[float], axis(0, 359.999)] = Field(
         [360.0 / _AZIMUTHS * i for i in range(_AZIMUTHS)],
@@ -442,7 +460,7 @@ class SurfaceGrid(StrictModel):
     )
     slope_deg: Annotated[list[float], axis(0, 180)] = Field(
         [180.0 / (_SLOPES - 1) * i for i in range(_SLOPES)],
-        description="Of a face: 0 is level and looks up, 90 a wall, 180 looks down.",
+        description="Slopes of a face: 0 is level and looks up, 90 a wall, 180 looks down.",
     )
     time: Annotated[list[TimeOfDay], Field(min_length=1, max_length=512), pydantic.AfterValidator(ascending)] | None = (
         Field(
@@ -456,13 +474,18 @@ class SurfaceGrid(StrictModel):
     tolerance: Tolerance | None = Field(
         None,
         description=(
-            "In K: places the nodes, between the ends of the axes, where the error is; 99 % of all reads are within it,"
-            " all but two in ten thousand within three times. By default the job's accuracy, unless the job writes"
-            " azimuths, slopes or times; a default of 0.5 K is held as far as most_nodes allows, and the file states"
-            " its error."
+            "Interpolation error in K; it places the nodes, between the ends of the axes, where the error "
+            "is; 99 % of all reads are within it, all but two in ten thousand within three times. By default "
+            "the job's accuracy, unless the job writes azimuths, slopes or times; a default of 0.5 K is held "
+            "as far as most_nodes allows, and the file states its error."
         ),
     )
-    most_nodes: int = Field(40_000_000, ge=16, le=200_000_000, description="Of a table whose nodes a tolerance places.")
+    most_nodes: int = Field(
+        40_000_000,
+        ge=16,
+        le=200_000_000,
+        description="Largest number of nodes of a table whose nodes a tolerance places.",
+    )
 
     @property
     def times(self) -> list[float]:

@@ -47,8 +47,8 @@ class Wall(StrictModel):
     temperature_c: Annotated[float | list[float], by_hour(OperatedCelsius)] | None = Field(
         None, description="One, or 24 at the hours 0 to 23; by default that of the air."
     )
-    emissivity: float = Field(WALL_EMISSIVITY, ge=0.01, le=1, description="For longwave.")
-    albedo: float = Field(WALL_ALBEDO, ge=0, le=0.99, description="For sunlight.")
+    emissivity: float = Field(WALL_EMISSIVITY, ge=0.01, le=1, description="Emissivity for longwave radiation.")
+    albedo: float = Field(WALL_ALBEDO, ge=0, le=0.99, description="Albedo for sunlight.")
 
     @pydantic.model_validator(mode="after")
     def _one_kind(self) -> Self:
@@ -64,7 +64,7 @@ class StateSurroundings(StrictModel):
     horizon_deg: HorizonElevation = Field(
         0.0,
         description=(
-            "Elevation up to which walls stand: one all around, or [azimuth, elevation] pairs, linear between them."
+            "Elevation of the tops of walls: one all around, or [azimuth, elevation] pairs, linear between them."
             " Walls hide the Sun."
         ),
     )
@@ -72,7 +72,7 @@ class StateSurroundings(StrictModel):
         1.0,
         description="Open share of the sky above the horizon; walls hide the rest, but not the Sun.",
     )
-    wall: Wall = Field(Wall(), description="In front of surfaces; by default none.")
+    wall: Wall = Field(Wall(), description="Wall in front of surfaces; by default none.")
 
     @pydantic.model_validator(mode="after")
     def _has_walls(self) -> Self:

@@ -80,14 +80,14 @@ def read_share(requested: Job, trimmed: Job) -> float:
     """Share of the cells of range, altitude and elevation of the observer that are left of a job's."""
     all_axes, axes = requested.sampled_axes(), trimmed.sampled_axes()
     cells = [(max(1, len(axes[name]) - 1), max(1, len(all_axes[name]) - 1)) for name in _LINE_AXES]
-    return prod(min(1.0, left / every) for left, every in cells)
+    return prod(min(1.0, remaining / total) for remaining, total in cells)
 
 
 def around(nodes: list[float], low: float, high: float) -> list[float]:
     """The nodes between two values, with the next beyond each; what lies beyond the ends has the end."""
-    first = max(0, min(bisect_right(nodes, low) - 1, len(nodes) - 1))
-    last = max(0, min(bisect_left(nodes, high), len(nodes) - 1))
-    return nodes[first : last + 1]
+    start = max(0, min(bisect_right(nodes, low) - 1, len(nodes) - 1))
+    stop = max(0, min(bisect_left(nodes, high), len(nodes) - 1))
+    return nodes[start : stop + 1]
 
 
 def between(nodes: list[float], low: float, high: float) -> list[float]:
@@ -104,13 +104,13 @@ def hours_around(times: list[float], hours: Span | None) -> list[float]:
     """
     if hours is None:
         return times
-    first, last = hours
+    start, stop = hours
     turns = [time + turn for turn in (-24.0, 0.0, 24.0, 48.0) for time in times]
-    last += 24.0 if last < first else 0.0
-    kept = turns[bisect_right(turns, first) - 1 : bisect_left(turns, last) + 1]
-    if len(kept) >= len(times):
+    stop += 24.0 if stop < start else 0.0
+    nearby = turns[bisect_right(turns, start) - 1 : bisect_left(turns, stop) + 1]
+    if len(nearby) >= len(times):
         return times
-    return [time + 24.0 for time in kept] if kept[0] < 0 else kept
+    return [time + 24.0 for time in nearby] if nearby[0] < 0 else nearby
 
 
 def source_elevations(job: Job, hours_asked: Span) -> dict[str, Span]:
@@ -119,9 +119,9 @@ def source_elevations(job: Job, hours_asked: Span) -> dict[str, Span]:
     """
     from skyshine.mat.atmosphere.sources.ephemeris import position
 
-    first, last = hours_asked
+    start, stop = hours_asked
     hours = np.append(
-        np.arange(first, last + (24.0 if last < first else 0.0), STEP_H), last + (24.0 if last < first else 0.0)
+        np.arange(start, stop + (24.0 if stop < start else 0.0), STEP_H), stop + (24.0 if stop < start else 0.0)
     )
     elevations: dict[str, Span] = {}
     for source in job.sources:

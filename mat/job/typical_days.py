@@ -21,7 +21,7 @@ from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
-# What stands in the place of a quantity that a typical year lacks for longer than linear interpolation may bridge.
+# Substitute for a quantity that a typical year lacks for longer than linear interpolation may bridge.
 _INSTEAD = {
     "relative_humidity_percent": "weather.relative_humidity_percent of the job, or its default, is taken",
     "wind_speed_m_s": "weather.wind_speed_m_s of the job, or its default, is taken",
@@ -46,7 +46,7 @@ def typical_days(
     days: Sequence[date],
     utc_offset_h: float,
     radiation: bool,
-    given: Container[str],
+    stated: Container[str],
     rain: RainKey | None,
 ) -> TypicalDays:
     """Each of consecutive days; a single one is taken to repeat.
@@ -60,7 +60,7 @@ def typical_days(
     tables = []
     radiation = radiation or all(_is_lit(year, day) for day in days)
     for day in days:
-        table, rows = _typical_day(year, day, utc_offset_h, radiation, given, notes, repeats=len(days) == 1)
+        table, rows = _typical_day(year, day, utc_offset_h, radiation, stated, notes, repeats=len(days) == 1)
         tables.append(table if rain == "none" else _with_rain(year, table, rows, rain == "file", notes))
     if rain == "file" and all(table.rain_mm_h is None for table in tables):
         raise InputError(
@@ -83,23 +83,23 @@ def _is_lit(year: YearFile, day: date) -> bool:
         direct, diffuse, _ = (year.values(name, rows) for name in RADIATION)
     except InputError:
         return False  # where the day is read, what is wrong with it is said
-    known = np.flatnonzero(np.isfinite(direct + diffuse))
-    gaps = np.diff([*known, known[0] + len(rows)]) if known.size else np.array([len(rows)])
+    measured = np.flatnonzero(np.isfinite(direct + diffuse))
+    gaps = np.diff([*measured, measured[0] + len(rows)]) if measured.size else np.array([len(rows)])
     return bool(gaps.max() <= LONGEST_GAP_H * year.per_hour and np.nansum(diffuse) > 0)
 
 
 def _with_rain(
-    year: YearFile, table: HourlyWeather, rows: list[int], wanted: bool, notes: dict[str, None]
+    year: YearFile, table: HourlyWeather, rows: list[int], requested: bool, notes: dict[str, None]
 ) -> HourlyWeather:
     """The day with its rain, where it is wanted or falls, which is said then."""
     try:
         rain = hourly_rain(year, rows)
     except InputError:
-        if wanted:
+        if requested:
             raise
         return table  # who does not ask for rain is not stopped by a wrong depth
     silent = int(np.count_nonzero(np.isnan(rain)))
-    if not wanted:
+    if not requested:
         fallen = float(np.nansum(rain)) / year.per_hour
         if fallen < _SAID_MM:
             return table
@@ -119,7 +119,7 @@ def _typical_day(
     day: date,
     utc_offset_h: float,
     radiation: bool,
-    given: Container[str],
+    stated: Container[str],
     notes: dict[str, None],
     *,
     repeats: bool,
@@ -128,16 +128,16 @@ def _typical_day(
     numbers.
     """
     rows, hours = _readings_of(year, day, utc_offset_h - year.utc_offset_h, repeats, notes)
-    found: dict[str, Any] = {
+    columns: dict[str, Any] = {
         "time": list(hours),
         "altitude_km": None if year.station.altitude is None else year.station.altitude / 1e3,
     }
     for name in (*_READ, *RADIATION) if radiation else _READ:
-        if name in given or (name == "longwave_down_w_m2" and name not in year.columns):
+        if name in stated or (name == "longwave_down_w_m2" and name not in year.columns):
             continue
-        found[name] = _instead(year, rows, name, year.values(name, rows), notes)
-    found["relative_humidity_percent"] = _least(found.get("relative_humidity_percent"))
-    return hourly_weather(year.file, found), rows
+        columns[name] = _instead(year, rows, name, year.values(name, rows), notes)
+    columns["relative_humidity_percent"] = _least(columns.get("relative_humidity_percent"))
+    return hourly_weather(year.file, columns), rows
 
 
 def _readings_of(
@@ -146,17 +146,17 @@ def _readings_of(
     """Numbers of the readings of 24 hours and their local clock hours, ascending: of the file's day, or of the clock's
     where days do not repeat, to which the days beside it lend theirs.
     """
-    found = []
+    readings = []
     for shift in (0,) if repeats else (-1, 0, 1):
         beside = day + timedelta(days=shift)
-        first = 1 / year.per_hour
-        if not repeats and not -24.0 <= 24.0 * shift + ahead_h < 24.0 - first:  # none of its readings is in the day
+        interval = 1 / year.per_hour
+        if not repeats and not -24.0 <= 24.0 * shift + ahead_h < 24.0 - interval:  # none of its readings is in the day
             continue
         if _in_year(year, beside) != beside:
             beside = _in_year(year, beside)
             notes["has no 29 February; the 28th is taken"] = None
-        found += [(24.0 * shift + year.readings[row][4] + ahead_h, row) for row in year.hours_of(beside)]
-    inside = sorted((hour % 24.0, row) for hour, row in found if repeats or 0 <= hour < 24)
+        readings += [(24.0 * shift + year.readings[row][4] + ahead_h, row) for row in year.hours_of(beside)]
+    inside = sorted((hour % 24.0, row) for hour, row in readings if repeats or 0 <= hour < 24)
     return [row for _, row in inside], np.array([hour for hour, _ in inside])
 
 
@@ -175,18 +175,18 @@ def _instead(year: YearFile, rows: list[int], name: str, values: Floats, notes: 
         return values
     size = len(values)
     words = f"has no {name} in {count} of {size} {'hours' if year.per_hour == 1 else 'readings'}"
-    known = np.flatnonzero(~missing)
-    if known.size and np.max(np.diff([*known, known[0] + size])) <= LONGEST_GAP_H * year.per_hour:
+    present = np.flatnonzero(~missing)
+    if present.size and np.max(np.diff([*present, present[0] + size])) <= LONGEST_GAP_H * year.per_hour:
         notes[f"{words}; interpolated"] = None
-        return np.interp(np.arange(size), known, values[known], period=size)
-    other = None
+        return np.interp(np.arange(size), present, values[present], period=size)
+    derived = None
     if name == "relative_humidity_percent":
-        other = _humidity_of_dew_point(year, rows), "the dew point"
+        derived = _humidity_of_dew_point(year, rows), "the dew point"
     elif name == "cloud_fraction":
-        other = _cloud_of_longwave(year, rows), "the longwave radiation of the sky (Clark and Allen)"
-    if other is not None and np.all(np.isfinite(other[0])):
-        notes[f"{words}; it follows from {other[1]}"] = None
-        return np.where(missing, other[0], values)
+        derived = _cloud_of_longwave(year, rows), "the longwave radiation of the sky (Clark and Allen)"
+    if derived is not None and np.all(np.isfinite(derived[0])):
+        notes[f"{words}; it follows from {derived[1]}"] = None
+        return np.where(missing, derived[0], values)
     if name not in _INSTEAD:
         line = min(year.readings[rows[number]][0] for number in np.flatnonzero(missing))
         raise InputError(
@@ -225,11 +225,11 @@ def _least(percent: Floats | None) -> Floats | None:
     return None if percent is None else np.minimum(percent, 100.0)
 
 
-def hourly_weather(file: Path, found: dict[str, Any]) -> HourlyWeather:
+def hourly_weather(file: Path, columns: dict[str, Any]) -> HourlyWeather:
     """The model of values that were checked with their lines; what is left to refuse concerns the file as a whole."""
     plain = {
         name: [float(value) for value in values] if isinstance(values, np.ndarray) else values
-        for name, values in found.items()
+        for name, values in columns.items()
     }
     plain["time"] = [clock_text(hours) for hours in plain["time"]]
     try:

@@ -92,15 +92,15 @@ class YearFile:
     kind : str
     station : Station
     utc_offset_h : float
-        Of its clock.
+        Offset of the file's clock from UTC [h].
     columns : dict of str to int
         Number of the column of each quantity that the file has.
     readings : list of (line, year, month, day, hour, cells)
-        In order; each is of the time that ends at its hour, to 24.
+        Readings in order; each covers the interval that ends at its hour, up to 24.
     per_hour : int
         Readings an hour.
     ground : tuple of GroundTemperatures
-        By depth; empty where the file has none.
+        Ground temperatures by depth; empty if the file has none.
     """
 
     file: Path
@@ -120,30 +120,30 @@ class YearFile:
         InputError
             They are not those of 24 hours.
         """
-        found = [
+        rows = [
             n
             for n, (_, _, month, of_month, _, _) in enumerate(self.readings)
             if (month, of_month) == (day.month, day.day)
         ]
-        if len({self.readings[n][1] for n in found}) > 1:
-            found = [n for n in found if self.readings[n][1] == day.year]
-        found.sort(key=lambda n: self.readings[n][4])
-        ends = [self.readings[n][4] for n in found]
+        if len({self.readings[n][1] for n in rows}) > 1:
+            rows = [n for n in rows if self.readings[n][1] == day.year]
+        rows.sort(key=lambda n: self.readings[n][4])
+        ends = [self.readings[n][4] for n in rows]
         if ends != [number / self.per_hour for number in range(1, 24 * self.per_hour + 1)]:
-            raise self._wrong_hours(day, found, ends)
-        return found
+            raise self._wrong_hours(day, rows, ends)
+        return rows
 
-    def _wrong_hours(self, day: date, found: list[int], ends: list[float]) -> InputError:
+    def _wrong_hours(self, day: date, rows: list[int], ends: list[float]) -> InputError:
         """What is wrong with the readings of a day."""
-        message = f"found {len(found)} readings of {day:%d %B}; allowed: {24 * self.per_hour}"
-        repeated = [n for n, before, after in zip(found[1:], ends, ends[1:], strict=False) if before == after]
-        line = self.readings[repeated[0] if repeated else found[0]][0] if found else None
+        message = f"found {len(rows)} readings of {day:%d %B}; allowed: {24 * self.per_hour}"
+        repeated = [n for n, before, after in zip(rows[1:], ends, ends[1:], strict=False) if before == after]
+        line = self.readings[repeated[0] if repeated else rows[0]][0] if rows else None
         if not self.readings:
             message = f"found 0 hours of {day:%d %B}, and no others; allowed: readings below the header; check the file"
-        elif not found:
-            first, last = self.readings[0], self.readings[-1]
+        elif not rows:
+            start, stop = self.readings[0], self.readings[-1]
             message = (
-                f"found 0 hours of {day:%d %B}; allowed: days from {first[2]}/{first[3]} to {last[2]}/{last[3]}"
+                f"found 0 hours of {day:%d %B}; allowed: days from {start[2]}/{start[3]} to {stop[2]}/{stop[3]}"
                 " (month/day); take another date or file"
             )
         elif min(ends) == 0:
@@ -151,9 +151,9 @@ class YearFile:
                 f"found hours from 0 to {max(ends):g} of {day:%d %B}; allowed: 1 to 24, the ends of the hours; add 1 to"
                 " all, if they name the beginnings"
             )
-        elif repeated and len(found) % 24 == 0 and len(found) > 24 * self.per_hour:
+        elif repeated and len(rows) % 24 == 0 and len(rows) > 24 * self.per_hour:
             message += (
-                f", for field 3 of DATA PERIODS states {self.per_hour} an hour; write {len(found) // 24} there, and"
+                f", for field 3 of DATA PERIODS states {self.per_hour} an hour; write {len(rows) // 24} there, and"
                 " minutes to 60"
             )
         elif repeated:
@@ -175,7 +175,7 @@ class YearFile:
         if quantity not in self.columns:
             return np.full(len(hours), np.nan)
         field, column = FIELDS[quantity], self.columns[quantity]
-        found = np.empty(len(hours))
+        converted = np.empty(len(hours))
         for n, hour in enumerate(hours):
             cells = self.readings[hour][-1]
             try:
@@ -184,17 +184,17 @@ class YearFile:
                 raise self._error(hour, quantity, f"found '{cells[column][:40]}'; allowed: a number") from None
             if self.kind == "EPW":
                 missing = number >= field.missing or number <= _TMY3_MISSING  # which converted files keep
-                found[n] = np.nan if missing else number * field.epw_factor
+                converted[n] = np.nan if missing else number * field.epw_factor
             else:
-                found[n] = np.nan if number <= _TMY3_MISSING else number * field.tmy3_factor
-            if found[n] < field.low or found[n] > field.high:
+                converted[n] = np.nan if number <= _TMY3_MISSING else number * field.tmy3_factor
+            if converted[n] < field.low or converted[n] > field.high:
                 raise self._error(
                     hour,
                     quantity,
                     f"found {cells[column].strip()[:40]}; allowed: numbers worth {field.low:g} to {field.high:g} of"
                     f" {quantity}; the reading is wrong: take another date or file",
                 )
-        return found
+        return converted
 
     def _error(self, hour: int, quantity: str, message: str) -> InputError:
         line, cells = self.readings[hour][0], self.readings[hour][-1]
@@ -238,21 +238,23 @@ def _year(file: Path, kind: Kind, changed_ns: int) -> YearFile:
 
 def _epw(file: Path, rows: list[list[str]]) -> YearFile:
     station, offset = _station(file, rows, "EPW", (6, 7, 9, 8))
-    last = next((n for n, row in enumerate(rows[:40]) if row and row[0].upper() == "DATA PERIODS"), _EPW_HEADER - 1)
+    header_end = next(
+        (n for n, row in enumerate(rows[:40]) if row and row[0].upper() == "DATA PERIODS"), _EPW_HEADER - 1
+    )
     columns = {name: field.epw for name, field in FIELDS.items()}
-    per_hour = _per_hour(file, rows, last)
-    readings, least = [], 1 + max(column for name, column in columns.items() if name not in _LAST)
-    for number, cells in enumerate(rows[last + 1 :], last + 2):
+    per_hour = _per_hour(file, rows, header_end)
+    readings, fewest = [], 1 + max(column for name, column in columns.items() if name not in _LAST)
+    for number, cells in enumerate(rows[header_end + 1 :], header_end + 2):
         if not any(cells):
             continue
-        _refuse_short(file, number, cells, least)
+        _refuse_short(file, number, cells, fewest)
         year, month, day, hour = (_whole(file, number, cells, n, _DATES["EPW"][n]) for n in range(4))
         end: float = hour
         if per_hour > 1:
             minute = _whole(file, number, cells, len(_DATES["EPW"]), "minute")
             end = round((hour - 1 + minute / 60) * per_hour) / per_hour
         readings.append((number, year, month, day, end, cells))
-    ground = _ground(file, rows[: last + 1])
+    ground = _ground(file, rows[: header_end + 1])
     return YearFile(file, "EPW", station, offset, columns, readings, ground, per_hour)
 
 
@@ -275,7 +277,7 @@ def _ground(file: Path, header: list[list[str]]) -> tuple[GroundTemperatures, ..
     """The header's ground temperatures: a count, and for each depth conductivity, density, heat capacity, 12 months."""
     number = next((n for n, row in enumerate(header, 1) if row and row[0].upper() == "GROUND TEMPERATURES"), 0)
     cells = [cell.strip() for cell in header[number - 1][2:]] if number else []
-    found = []
+    profiles = []
     for start in range(0, len(cells) - _GROUND_CELLS + 1, _GROUND_CELLS):
         block = cells[start : start + _GROUND_CELLS]
         try:
@@ -291,8 +293,8 @@ def _ground(file: Path, header: list[list[str]]) -> tuple[GroundTemperatures, ..
             ) from None
         diffusivity = soil[0] / (soil[1] * soil[2]) if len(soil) == 3 and min(soil) > 0 else None
         if depth >= 0 and max(map(abs, months)) < _NO_GROUND:
-            found.append(GroundTemperatures(depth, diffusivity, tuple(months)))
-    return tuple(found)
+            profiles.append(GroundTemperatures(depth, diffusivity, tuple(months)))
+    return tuple(profiles)
 
 
 def _tmy3(file: Path, rows: list[list[str]]) -> YearFile:
@@ -343,9 +345,9 @@ def _station(file: Path, rows: list[list[str]], kind: Kind, at: tuple[int, int, 
     return Station(latitude, longitude, altitude), offset
 
 
-def _refuse_short(file: Path, line: int, cells: list[str], least: int) -> None:
-    if len(cells) < least:
-        raise InputError(f"found {len(cells)} cells; allowed: {least} or more", file=file, line=line, column=1)
+def _refuse_short(file: Path, line: int, cells: list[str], fewest: int) -> None:
+    if len(cells) < fewest:
+        raise InputError(f"found {len(cells)} cells; allowed: {fewest} or more", file=file, line=line, column=1)
 
 
 def _whole(file: Path, line: int, cells: list[str], column: int, name: str) -> int:

@@ -34,13 +34,13 @@ class FileWeather:
     ----------
     hourly : HourlyWeather
     before : list of HourlyWeather
-        Of the days before, oldest first.
+        Weather of the days before, oldest first.
     station : Station or None
         None for a table that states no place.
     utc_offset_h : float or None
-        Of the clock of a typical year; others say their times themselves.
+        Clock offset from UTC [h] of a typical year; None for files whose times name their zone.
     notes : tuple of str
-        What stands in the place of what the file lacks.
+        Defaults used for what the file lacks.
     """
 
     hourly: HourlyWeather
@@ -56,7 +56,7 @@ def read_weather(
     utc_offset_h: float,
     *,
     radiation: bool = False,
-    given: Container[str] = (),
+    stated: Container[str] = (),
     days_before: int = 0,
     rain: RainKey | None = None,
 ) -> FileWeather:
@@ -72,10 +72,10 @@ def read_weather(
     day : date
         Month and day are taken from a typical year.
     utc_offset_h : float
-        Of the local clock; a typical year has its own.
+        Offset of the local clock from UTC [h]; a typical year states its own.
     radiation : bool
         Whether the file must have measured sunlight; where it has, that is read, with sky longwave.
-    given : container of str
+    stated : container of str
         Keys that the job writes itself: the file need not have them.
     days_before : int
         Days before the day that are wanted too; the day is not taken to repeat then.
@@ -90,13 +90,17 @@ def read_weather(
     refuse_special_file(file)
     days = [day - timedelta(days=before) for before in range(days_before, -1, -1)]
     if file.suffix.lower() == ".epw":
-        return _typical(read_year(file, "EPW"), days, utc_offset_h, radiation, given, rain)
+        return _typical(read_year(file, "EPW"), days, utc_offset_h, radiation, stated, rain)
     if is_tmy3(file):
-        return _typical(read_year(file, "TMY3"), days, utc_offset_h, radiation, given, rain)
-    found = _day_tables(file, days, utc_offset_h, radiation)
-    if rain == "file" and found.hourly.rain_mm_h is None:
+        return _typical(read_year(file, "TMY3"), days, utc_offset_h, radiation, stated, rain)
+    weather = _day_tables(file, days, utc_offset_h, radiation)
+    if rain == "file" and weather.hourly.rain_mm_h is None:
         raise InputError("has no column 'rain', which rain: file asks for; add it, or remove rain", file=file)
-    return found if rain != "none" else replace(found, hourly=_dry(found.hourly), before=[*map(_dry, found.before)])
+    return (
+        weather
+        if rain != "none"
+        else replace(weather, hourly=_dry(weather.hourly), before=[*map(_dry, weather.before)])
+    )
 
 
 def _typical(
@@ -104,10 +108,10 @@ def _typical(
     days: Sequence[date],
     utc_offset_h: float,
     radiation: bool,
-    given: Container[str],
+    stated: Container[str],
     rain: RainKey | None,
 ) -> FileWeather:
-    *before, hourly = (tables := typical_days(year, days, utc_offset_h, radiation, given, rain)).hourly
+    *before, hourly = (tables := typical_days(year, days, utc_offset_h, radiation, stated, rain)).hourly
     return FileWeather(hourly, before, year.station, tuple(tables.notes), year.utc_offset_h)
 
 
@@ -118,8 +122,8 @@ def _dry(table: HourlyWeather) -> HourlyWeather:
 def _day_tables(file: Path, days: Sequence[date], utc_offset_h: float, radiation: bool) -> FileWeather:
     """The rows of each day; a table by time of day, without dates, is one day."""
     table, station, typical = _table(file, utc_offset_h)
-    lit = "sw_down" in table.values or {"direct_normal", "diffuse"} <= {*table.values}
-    if radiation and not lit:
+    has_sunlight = "sw_down" in table.values or {"direct_normal", "diffuse"} <= {*table.values}
+    if radiation and not has_sunlight:
         raise InputError(
             "the columns 'direct_normal' and 'diffuse' are missing; add them, or sw_down, or take computed radiation",
             file=file,
@@ -140,14 +144,16 @@ def _day_tables(file: Path, days: Sequence[date], utc_offset_h: float, radiation
     for day in days:
         rows = np.flatnonzero(number == day.toordinal())
         if not rows.size and typical:
-            dates = [date.fromordinal(int(each)) for each in np.unique(number)]
-            same = [each.toordinal() for each in dates if (each.month, each.day) == (day.month, day.day)]
-            rows = np.flatnonzero(np.isin(number, same[:1]))
+            dates = [date.fromordinal(int(ordinal)) for ordinal in np.unique(number)]
+            same_day = [
+                ordinal.toordinal() for ordinal in dates if (ordinal.month, ordinal.day) == (day.month, day.day)
+            ]
+            rows = np.flatnonzero(np.isin(number, same_day[:1]))
         if not rows.size:
-            first, last = (date.fromordinal(int(at)) for at in number[[0, -1]])
+            earliest, latest = (date.fromordinal(int(at)) for at in number[[0, -1]])
             raise InputError(
-                f"found no reading of {day}; allowed: days of the file, {first} to {last}; take another date, or fewer"
-                " history_days",
+                f"found no reading of {day}; allowed: days of the file, {earliest} to {latest}; take another date, or "
+                "fewer history_days",
                 file=file,
             )
         tables.append(_day_table(table, rows, station, notes))
@@ -164,16 +170,16 @@ def _table(file: Path, utc_offset_h: float) -> tuple[Readings, Station | None, b
     if file.suffix.lower() == SUFFIX:
         return replace(read_history(file), notes=(NOTE,)), None, False
     if is_station_archive(file):
-        readings, place = read_station_archive(file)
-        return _local(readings, utc_offset_h, ("is read as BSRN, by UTC",)), Station(*place), False
+        readings, location = read_station_archive(file)
+        return _local(readings, utc_offset_h, ("is read as BSRN, by UTC",)), Station(*location), False
     text = read_text(file)
     form = form_of(text)
     if form is None:
         columns, needed = WEATHER_COLUMNS, ["air_temperature"]
         return read_readings(file, columns, needed, lambda cell: local_seconds(cell, utc_offset_h)), None, False
-    found = read_form(text, file, form)
-    station = None if found.place is None else Station(*found.place)
-    return _local(found.readings, utc_offset_h, found.notes), station, form.typical
+    form_file = read_form(text, file, form)
+    station = None if form_file.place is None else Station(*form_file.place)
+    return _local(form_file.readings, utc_offset_h, form_file.notes), station, form.typical
 
 
 def _local(readings: Readings, utc_offset_h: float, notes: tuple[str, ...]) -> Readings:
@@ -204,13 +210,13 @@ def local_seconds(cell: str, utc_offset_h: float) -> float:
 def _day_table(table: Readings, rows: Integers, station: Station | None, notes: dict[str, None]) -> HourlyWeather:
     """Some rows, which are those of one day, without gaps."""
     clock = np.mod(table.time[rows], 86400.0)
-    lines, every = [table.lines[n] for n in rows], {name: each[rows] for name, each in table.values.items()}
-    part = Readings(table.file, lines, clock, every)
+    lines, columns = [table.lines[n] for n in rows], {name: column[rows] for name, column in table.values.items()}
+    part = Readings(table.file, lines, clock, columns)
     part.refuse_gaps(np.append(clock[1:], clock[0] + 86400.0) - clock, 3600.0 * LONGEST_GAP_H)
     values = {
-        name: filled for name, each in every.items() if (filled := _bridged(clock, name, each, notes)) is not None
+        name: filled for name, column in columns.items() if (filled := _bridged(clock, name, column, notes)) is not None
     }
-    found: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "time": [seconds / 3600 for seconds in clock],
         "air_temperature_c": values["air_temperature"] - ZERO_CELSIUS,
         "relative_humidity_percent": _least(values.get("relative_humidity"), 100.0),
@@ -223,28 +229,28 @@ def _day_table(table: Readings, rows: Integers, station: Station | None, notes: 
     }
     for name in HEIGHT_COLUMNS:
         if name in values:
-            found[f"{name}_m"] = _constant(part, name)
+            fields[f"{name}_m"] = _constant(part, name)
     sunlight = [name.removesuffix("_w_m2") for name in SUNLIGHT]
     if {*sunlight} <= {*values} or "sw_down" in values:
-        found["longwave_down_w_m2"] = values.get("lw_down")
+        fields["longwave_down_w_m2"] = values.get("lw_down")
         # A thermopile's zero at night is a few watts off.
         if {*sunlight} <= {*values}:
-            found |= {f"{name}_w_m2": np.maximum(values[name], 0.0) for name in sunlight}
+            fields |= {f"{name}_w_m2": np.maximum(values[name], 0.0) for name in sunlight}
         else:
-            found[TOTAL] = np.maximum(values["sw_down"], 0.0)
-    return hourly_weather(table.file, found)
+            fields[TOTAL] = np.maximum(values["sw_down"], 0.0)
+    return hourly_weather(table.file, fields)
 
 
 def _bridged(clock: Floats, name: str, values: Floats, notes: dict[str, None]) -> Floats | None:
     """Values of a day with those between them where a cell is missing; None beyond the longest gap."""
-    known = np.isfinite(values)
-    if known.all():
+    present = np.isfinite(values)
+    if present.all():
         return values
-    gone = int(np.sum(~known))
-    at = clock[known] / 3600.0
+    gone = int(np.sum(~present))
+    at = clock[present] / 3600.0
     if at.size and np.max(np.append(np.diff(at), at[0] + 24.0 - at[-1])) <= LONGEST_GAP_H:
         notes[f"has no {name} in {gone} of {len(values)} readings; interpolated"] = None
-        return np.interp(clock, clock[known], values[known], period=86400.0)
+        return np.interp(clock, clock[present], values[present], period=86400.0)
     notes[f"has no {name} in {gone} of {len(values)} readings; not read on that day"] = None
     return None
 

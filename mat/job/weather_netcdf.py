@@ -41,7 +41,7 @@ def read_point(file: Path) -> tuple[Readings, tuple[float, float] | None, tuple[
     Raises
     ------
     InputError
-        It is no netCDF that can be read, holds more than one place, or lacks temperature or time.
+        It is no netCDF that can be read, contains more than one place, or lacks temperature or time.
     """
     with opened(file) as data:
         return _read(data, file)
@@ -92,13 +92,13 @@ def _checked(values: dict[str, Floats], file: Path) -> dict[str, Floats]:
     if "dew_point" in values:
         ratio = saturation_pressure(values.pop("dew_point")) / saturation_pressure(values["air_temperature"])
         values["relative_humidity"] = np.minimum(100.0 * ratio, 100.0)
-    values = {name: each for name, each in values.items() if name in WEATHER_COLUMNS}
+    values = {name: column_values for name, column_values in values.items() if name in WEATHER_COLUMNS}
     for name in ("sw_down", "rain", "cloud_fraction"):
         if name in values:
             values[name] = np.maximum(values[name], 0.0)  # of rounding in packed files
-    for name, each in values.items():
+    for name, column_values in values.items():
         column = WEATHER_COLUMNS[name]
-        wrong = each[(each < column.low) | (each > column.high + 1e-6)]
+        wrong = column_values[(column_values < column.low) | (column_values > column.high + 1e-6)]
         if wrong.size:
             raise InputError(
                 f"{name}: found {wrong[0]:g}; allowed: {column.low:g} to {column.high:g}; check its unit", file=file
@@ -107,5 +107,5 @@ def _checked(values: dict[str, Floats], file: Path) -> dict[str, Floats]:
 
 
 def _place(data: Any) -> tuple[float, float] | None:
-    found = [float(np.ravel(data.variables[name][:])[0]) for name in _PLACES if name in data.variables]
-    return (found[0], found[1]) if len(found) == 2 else None
+    coordinates = [float(np.ravel(data.variables[name][:])[0]) for name in _PLACES if name in data.variables]
+    return (coordinates[0], coordinates[1]) if len(coordinates) == 2 else None

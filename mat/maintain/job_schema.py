@@ -30,7 +30,7 @@ MODELS: dict[str, type[pydantic.BaseModel]] = {
 
 
 def schema_text(name: str) -> str:
-    """Text of one of the schemas, as it stands in its file."""
+    """Text of one of the schemas, as in its file."""
     schema = MODELS[name].model_json_schema(mode="validation")
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$comment": "Generated from the models."}
     return json.dumps(head | schema, indent=1, ensure_ascii=False) + "\n"

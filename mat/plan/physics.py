@@ -7,7 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from skyshine.mat.atmosphere.band.compile import negligible_gases
-from skyshine.mat.atmosphere.band.points import BandPoints, band_points
+from skyshine.mat.atmosphere.band.points import BandPoints
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.bounds import Bounds, Scattering
@@ -37,30 +38,30 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
     library = job_library(job)
     bands, left_out = {}, []
     faint: dict[str, list[tuple[float, float, str]]] = {}
-    known: dict[tuple[Any, ...], tuple[Bounds, Scattering]] = {}
+    by_case: dict[tuple[Any, ...], tuple[Bounds, Scattering]] = {}
     omitted: dict[tuple[int, AirCell | None], dict[str, float]] = {}
     looked_at = _spread(len(job.states))
     for number in job.needed_bands:
         response = response_of(job.bands[number - 1])
         bands[number] = (
             response,
-            band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response),
+            points_of_band(absorption_table(job.water_continuum), response),
         )
         left_out += _points(job, bands[number][1].weight.size, number)
     for number, band in itertools.product(looked_at, bands):
         state = job.states[number - 1]
         response, everything = bands[band]
         key = band, air_key(state), band_albedo(state, response, library)
-        place = f"{state_label(number, len(job.states))}b{band:02d}"
+        table = f"{state_label(number, len(job.states))}b{band:02d}"
         air = over_ground(atmospheric_state(job.site, state), state, response, library)
         irradiance = irradiance_of_sources(job.on_date_of_state(number), everything)
-        if key not in known:
+        if key not in by_case:
             all_air = _at_all_points(air, everything)
             cell = shared_cell(loaded.requested, state)
             if (band, cell) not in omitted or cell is None:
                 similar = () if cell is None else states_of_cell(job.site, state, cell, response, library)
                 omitted[band, cell] = negligible_gases(
-                    [_at_all_points(one, everything) for one in similar] or [all_air],
+                    [_at_all_points(similar_state, everything) for similar_state in similar] or [all_air],
                     everything,
                     grid,
                     tolerance=job.accuracy.spectral_tolerance,
@@ -68,9 +69,9 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
                     scope=scope,
                 )
             if gases := omitted[band, cell]:
-                left_out.append(_gases(gases, place))
-            known[key] = Bounds.of(all_air, grid, irradiance, everything.radiance_weight), Scattering.of(all_air)
-        bounds, scattering = known[key]
+                left_out.append(_gases(gases, table))
+            by_case[key] = Bounds.of(all_air, grid, irradiance, everything.radiance_weight), Scattering.of(all_air)
+        bounds, scattering = by_case[key]
         bounds = replace(bounds, scattered=scattering.radiance(irradiance, everything.radiance_weight))
         omission = Omission.of(job, job.sources, air, response, bounds)
         changes = {
@@ -81,7 +82,7 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
         for what, change in (
             changes | {f"particles ({name})": change for name, change in omission.names(air).items()}
         ).items():
-            faint.setdefault(what, []).append((change, change * omission.radiance, place))
+            faint.setdefault(what, []).append((change, change * omission.radiance, table))
     part = f" ({len(looked_at)} of {len(job.states):,} states looked at)" if len(looked_at) < len(job.states) else ""
     return left_out + [_faint(what, cases, part) for what, cases in faint.items()]
 
@@ -96,15 +97,15 @@ _RESTORE_SPECTRUM = "a smaller accuracy.spectral_tolerance"
 
 def _points(job: Job, count: int, band: int) -> list[LeftOut]:
     """Spectral points of a band, which has so many."""
-    bound = f"about {job.accuracy.spectral_tolerance:g} of a value, rms; the file holds what is measured"
+    bound = f"about {job.accuracy.spectral_tolerance:g} of a value, rms; the file states the measured error"
     what = f"all but {MAX_POINTS} or fewer of {count:,} spectral points in b{band:02d}"
     return [LeftOut(what, "a few represent all", bound, _RESTORE_SPECTRUM)] if count > MAX_POINTS else []
 
 
-def _gases(gases: dict[str, float], place: str) -> LeftOut:
+def _gases(gases: dict[str, float], table: str) -> LeftOut:
     bound = f"at most {max(gases.values()):.1e} in transmittance"
     return LeftOut(
-        f"{', '.join(gases)} in {place}", "they absorb less than the tolerance in this band", bound, _RESTORE_SPECTRUM
+        f"{', '.join(gases)} in {table}", "they absorb less than the tolerance in this band", bound, _RESTORE_SPECTRUM
     )
 
 
@@ -114,12 +115,12 @@ def _spread(states: int) -> list[int]:
 
 
 def _faint(what: str, cases: list[tuple[float, float, str]], part: str) -> LeftOut:
-    """Particles or light that can be left out at some places."""
+    """Particles or light that can be omitted at some places."""
     kelvin, radiance, _ = max(cases)
-    places = [place for *_, place in cases]
-    more = f" and {len(places) - 3} more" if len(places) > 3 else ""
+    tables = [table for *_, table in cases]
+    more = f" and {len(tables) - 3} more" if len(tables) > 3 else ""
     return LeftOut(
-        f"{what} in {', '.join(places[:3])}{more}{part}",
+        f"{what} in {', '.join(tables[:3])}{more}{part}",
         "too faint to be seen",
         f"at most {kelvin:.1e} K or {radiance:.1e} W m^-2 sr^-1 of what is seen",
         "a smaller accuracy.negligible_k; 0 leaves nothing out",

@@ -1,4 +1,4 @@
-"""What a job needs: the tasks that build its files, what is left out and why, and how large the result is."""
+"""What a job needs: the tasks that build its files, what is omitted and why, and how large the result is."""
 
 from __future__ import annotations
 
@@ -52,11 +52,11 @@ class Task:
     ----------
     kind : Kind
     index : int
-        Of the texture, counted from 0; of the state or the band, counted from 1.
+        Number of the texture, counted from 0, or of the state or band, counted from 1.
     band : int
         Counted from 1; 0 where the task has none.
     files : tuple of str
-        That it writes into the output folder.
+        Names of the files that the task writes into the output folder.
     values : int
         Numbers in those files.
     """
@@ -122,12 +122,12 @@ def used_materials(
         names = {name for file in usage_files for name, share in read_usage(file).items() if share > 0}
     if job.materials == "used":
         names |= _of_finished(job, library)
-    wanted = None if job.query_limits is None else job.query_limits.materials
-    if wanted is not None:
-        names &= set(wanted)
+    selected = None if job.query_limits is None else job.query_limits.materials
+    if selected is not None:
+        names &= set(selected)
         if not names:
             raise InputError(
-                f"no material of the job is in needs.materials, {', '.join(wanted)}; name some that are used"
+                f"no material of the job is in needs.materials, {', '.join(selected)}; name some that are used"
             )
     grounds = {state.ground_material for state in job.states if state.ground_material is not None}
     if not names:
@@ -137,13 +137,13 @@ def used_materials(
 
 def _of_finished(job: Job, library: MaterialLibrary) -> set[str]:
     """Materials that the finished textures of a job use."""
-    used: set[str] = set()
+    materials: set[str] = set()
     for file in job.finished_textures:
         names = {name for name, share in read_usage(file).items() if share > 0}
         for name in sorted(names - set(library.names)):
             raise InputError(f"uses the material '{name}'; {nearest(name, library.names)}; add it", file=file)
-        used |= names
-    return used
+        materials |= names
+    return materials
 
 
 def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list[Path] | None = None) -> Plan:

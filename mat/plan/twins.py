@@ -18,18 +18,18 @@ def twins_left_out(loaded: LoadedJob, materials: tuple[str, ...]) -> list[LeftOu
     solved = [library[name] for name in materials if name not in job.temperatures_c]
     wettings = {wetting_of(state.weather) for state in job.states}
     by_weather = [surface_materials(solved, job.operated, wetting) for wetting in wettings]
-    first: dict[tuple[Hashable, ...], str] = {}
+    representatives: dict[tuple[Hashable, ...], str] = {}
     twins = {}
     for column in zip(*by_weather, strict=True):
         physics, name = tuple(material.physics for material in column), column[0].name
-        if first.setdefault(physics, name) != name:
-            twins[name] = first[physics]
+        if representatives.setdefault(physics, name) != name:
+            twins[name] = representatives[physics]
     return [
         LeftOut(
             f"the heat balance of {name}",
-            f"it is that of {other}: solved once and copied",
+            f"it is that of {representative}: solved once and copied",
             "none",
-            "nothing to restore: the table holds it",
+            "nothing to restore: the table contains it",
         )
-        for name, other in twins.items()
+        for name, representative in twins.items()
     ]

@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.band.compile import EVERYWHERE, CompiledBand
-from skyshine.mat.atmosphere.band.points import BandPoints, band_points
+from skyshine.mat.atmosphere.band.points import BandPoints
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.state.ground_albedo import SpectralAlbedo
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.bounds import Bounds
@@ -112,15 +113,19 @@ class AtmosphereProduct:
     def compute(self, context: Context, report: TaskReport) -> Iterator[Group]:
         """The tables of each source, of one compiled band."""
         task, loaded, job = context.task, context.loaded, context.loaded.trimmed
-        written, response = job.states[task.index - 1], response_of(job.bands[task.band - 1])
-        state = over_ground(atmospheric_state(job.site, written), written, response, context.library)
+        state_of_job, response = job.states[task.index - 1], response_of(job.bands[task.band - 1])
+        state = over_ground(atmospheric_state(job.site, state_of_job), state_of_job, response, context.library)
         with report.stage("compile"):
-            all_points = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
-            compiled, origin = compiled_band(loaded, written, response, state, all_points)
+            all_points = points_of_band(absorption_table(job.water_continuum), response)
+            compiled, origin = compiled_band(loaded, state_of_job, response, state, all_points)
+        judged = "not measured: no reference spectra over the whole band"
+        if all_points.line_by_line is not None:
+            judged = all_points.line_by_line.text
         report.notes.append(f"{compiled.index.size} of {compiled.total_points} spectral points")
+        report.notes.append(f"all points against line by line: {judged}")
         report.notes.append(origin.value)
-        if missed := _missed(compiled, job.accuracy.spectral_tolerance):
-            report.notes.append(f"spectral_tolerance {job.accuracy.spectral_tolerance:g} is missed: {missed}")
+        if shortfall := _missed(compiled, job.accuracy.spectral_tolerance):
+            report.notes.append(f"spectral_tolerance {job.accuracy.spectral_tolerance:g} is missed: {shortfall}")
         if compiled.dropped:
             report.notes.append(f"gases left out: {_gases_left_out(compiled)}")
         scope = path_scope(loaded)
@@ -134,23 +139,24 @@ class AtmosphereProduct:
         left_out = Omission.of(job, job.sources, state, response, bounds)
         if left_out.particles:
             air = BandAtmosphere.of(left_out.without(state), compiled.band, scope=scope)
-        first: tuple[ChannelTables, ChannelNodes] | None = None
+        reference: tuple[ChannelTables, ChannelNodes] | None = None
         for source in job.sources:
-            lit = replace(air, air=replace(air.air, scatters=False)) if source in left_out.scattered else air
+            source_air = replace(air, air=replace(air.air, scatters=False)) if source in left_out.scattered else air
             text, kelvin = left_out.text(source, state), left_out.bound(source)
             notes = {
                 "left_out": text or "none",
                 "left_out_bound_kelvin": kelvin,
                 "left_out_bound": kelvin * left_out.radiance,
                 "spectral_tolerance": job.accuracy.spectral_tolerance,
-                "spectral_tolerance_missed": missed or "none",
+                "spectral_tolerance_missed": shortfall or "none",
+                "line_by_line_error": judged,
             }
             if text:
                 report.notes.append(f"{source}: left out {text}")
             names = {"band": job.band_name(task.band), "date": job.site.date.isoformat()}
-            tables = _SourceTables(loaded, written, source, lit, compiled, response, all_points, first)
+            tables = _SourceTables(loaded, state_of_job, source, source_air, compiled, response, all_points, reference)
             group, nodes = tables.group(names, notes, report)
-            first = first or (tables.channels, nodes)
+            reference = reference or (tables.channels, nodes)
             yield group
 
 
@@ -163,7 +169,7 @@ def _scope(loaded: LoadedJob) -> dict[str, Any]:
 
 
 def _gases_left_out(compiled: CompiledBand) -> str:
-    """Gases left out of a compiled band, with the largest change each makes in a transmittance."""
+    """Gases omitted from a compiled band, with the largest change each makes in a transmittance."""
     return ", ".join(f"{gas} ({change:.1e})" for gas, change in compiled.dropped.items()) or "none"
 
 
@@ -183,8 +189,8 @@ class _SourceTables:
     air: BandAtmosphere
     compiled: CompiledBand
     response: SpectralResponse
-    every: BandPoints
-    first: tuple[ChannelTables, ChannelNodes] | None
+    all_points: BandPoints
+    reference: tuple[ChannelTables, ChannelNodes] | None
 
     @cached_property
     def irradiance(self) -> npt.NDArray[np.float64]:
@@ -197,8 +203,8 @@ class _SourceTables:
         """The tables in channels."""
         job = self.loaded.trimmed
         scale, tolerance = self._scale(job.atmosphere_grid.tolerance, self.irradiance)
-        if self.first is not None:
-            return self.first[0].under(self.air, self.irradiance, scale, self._at_all_points())
+        if self.reference is not None:
+            return self.reference[0].under(self.air, self.irradiance, scale, self._at_all_points())
         return ChannelTables(
             self.air,
             path_grid(job),
@@ -212,49 +218,49 @@ class _SourceTables:
         )
 
     def group(self, names: dict[str, str], notes: dict[str, Any], report: TaskReport) -> tuple[Group, ChannelNodes]:
-        """The channels on nodes that hold the job's tolerance, and the tables on its axes, arranged for writing; and
+        """The channels on nodes that meet the job's tolerance, and the tables on its axes, arranged for writing; and
         the nodes.
         """
         job, seed = self.loaded.trimmed, self.loaded.trimmed.accuracy.seed
         base, axes = path_grid(job), job.atmosphere_grid
         irradiance, channels = self.irradiance, self.channels
         with report.stage("similar airs"):
-            shared = shared_nodes(self.loaded, self.state, self.response, self.source, self.every)
-        placed, count, whose = None, (SHARED_LINES, SHARED_SKY), "similar airs"
-        if shared is None and self.first is not None:
+            common = shared_nodes(self.loaded, self.state, self.response, self.source, self.all_points)
+        sampled, count, whose = None, (SHARED_LINES, SHARED_SKY), "similar airs"
+        if common is None and self.reference is not None:
             with report.stage("channels"):
-                shared = SharedNodes(self.first[1], channels.sources(self.first[1]))
+                common = SharedNodes(self.reference[1], channels.sources(self.reference[1]))
             count, whose = (LINES, SKY), "the source before"
-        if shared is not None:
+        if common is not None:
             with report.stage("accuracy"):
                 probes = self._probes(base, irradiance, *count)
             with report.stage("channels"):
-                placed = channels.on_shared(shared, probes)
-            report.notes.append(f"{self.source}: nodes of {whose}{'' if placed else ' do not hold'}")
-        if placed is None:
+                sampled = channels.on_shared(common, probes)
+            report.notes.append(f"{self.source}: nodes of {whose}{'' if sampled else ' exceed the tolerance'}")
+        if sampled is None:
             with report.stage("channels"):
-                placed = channels.placed(axes.most_nodes, insist=self.loaded.insists("atmosphere_grid"))
+                sampled = channels.placed(axes.most_nodes, insist=self.loaded.insists("atmosphere_grid"))
             with report.stage("accuracy"):
                 probes = self._probes(base, irradiance, LINES, SKY)
         with report.stage("accuracy"):
-            measures = probes.measured(quantities_of(placed.table), *self._scales(irradiance))
+            measures = probes.measured(quantities_of(sampled.table), *self._scales(irradiance))
             if job.ambient_harmonics:
                 faces = FaceProbes.drawn(self.air, base, irradiance, random_stream(seed, Stream.TILTED_FACES))
-                own, kelvin, percent = (
-                    faces.errors(placed.table, scale) for scale in (None, *self._scales(irradiance))
+                own_error, kelvin, percent = (
+                    faces.errors(sampled.table, scale) for scale in (None, *self._scales(irradiance))
                 )
-                measures.append(measure(AMBIENT_HARMONICS, own, kelvin, percent, regions=faces.regions()))
+                measures.append(measure(AMBIENT_HARMONICS, own_error, kelvin, percent, regions=faces.regions()))
             measures = self._with_spectral(measures)
-        report.notes.append(f"{self.source}: {channels.words(placed)}")
-        notes = notes | {"tolerance": axes.tolerance} | channels.notes(placed)
+        report.notes.append(f"{self.source}: {channels.words(sampled)}")
+        notes = notes | {"tolerance": axes.tolerance} | channels.notes(sampled)
         groups = {"accuracy": _accuracy(measures, self.compiled, seed, notes)}
         if axes.writes_tables:
             with report.stage("grid"):
-                tables = tables_on_axes(placed.table, table_grid(job))
+                tables = tables_on_axes(sampled.table, table_grid(job))
                 errors = self._with_spectral(probes.measured(tables, *self._scales(irradiance)))
                 groups["grid"] = grid_group(tables, accuracy_group(errors, {}, {}, {"seed": seed, "method": METHOD}))
-        root = placed.table.root
-        return replace(root, groups=groups, attributes=self._attributes(names) | root.attributes), placed.nodes
+        root = sampled.table.root
+        return replace(root, groups=groups, attributes=self._attributes(names) | root.attributes), sampled.nodes
 
     def _with_spectral(self, measures: list[ErrorMeasure]) -> list[ErrorMeasure]:
         """Errors of interpolation with those of the chosen spectral points, on random paths against all points."""
@@ -264,11 +270,13 @@ class _SourceTables:
         def spectral(quantity: str, scale: Scale) -> dict[str, dict[str, float]]:
             """Statistics by region of the quantity's worst kind of in-band light, in the scale's unit."""
             parts = [absolute[kind][number] for kind in _SPECTRAL_KINDS[quantity] if kind in absolute]
-            seen = {"beta_star": scale.background, "path_radiance_ratio": 1.0}.get(quantity, scale.reflectance / np.pi)
+            factor = {"beta_star": scale.background, "path_radiance_ratio": 1.0}.get(
+                quantity, scale.reflectance / np.pi
+            )
             regions = dict.fromkeys(region for part in parts for region in part)
             return {
                 region: {
-                    name: seen * scale.factor * max(part.get(region, part[EVERYWHERE])[name] for part in parts)
+                    name: factor * scale.factor * max(part.get(region, part[EVERYWHERE])[name] for part in parts)
                     for name in ("max", "p99", "p95", "rms")
                 }
                 for region in regions
@@ -276,8 +284,13 @@ class _SourceTables:
 
         kelvin, percent = self._scales(self.irradiance)
         return [
-            with_independent(one, spectral(one.quantity, kelvin), spectral(one.quantity, percent), EVERYWHERE)
-            for one in measures
+            with_independent(
+                error_measure,
+                spectral(error_measure.quantity, kelvin),
+                spectral(error_measure.quantity, percent),
+                EVERYWHERE,
+            )
+            for error_measure in measures
         ]
 
     def _probes(self, base: PathGrid, irradiance: npt.NDArray[np.float64], lines: int, sky: int) -> Probes:
@@ -289,13 +302,13 @@ class _SourceTables:
 
     def _at_all_points(self) -> tuple[SpectralAir, PartedLight]:
         """The air of the tables at all points of the band, and the light there."""
-        every = self.every
-        if self.first is not None:
-            air = self.first[0].every[0]
+        all_points = self.all_points
+        if self.reference is not None:
+            air = self.reference[0].all_points[0]
         else:
-            air = SpectralAir.of(self.air.air.state, every.points, every.gases, every.weight)
-        irradiance = source_irradiance(self.loaded.trimmed, self.source, every.wavenumber, every.width)
-        return air, PartedLight.of(every.wavenumber, every.radiance_weight, irradiance)
+            air = SpectralAir.of(self.air.air.state, all_points.points, all_points.gases, all_points.weight)
+        irradiance = source_irradiance(self.loaded.trimmed, self.source, all_points.wavenumber, all_points.width)
+        return air, PartedLight.of(all_points.wavenumber, all_points.radiance_weight, irradiance)
 
     def _attributes(self, names: dict[str, str]) -> dict[str, Any]:
         """Root attributes: source, state, band, and the ground where faces may be tilted."""

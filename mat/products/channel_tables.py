@@ -83,7 +83,7 @@ class SharedNodes:
     ----------
     nodes : ChannelNodes
     sources : SourceParts
-        On the nodes' elevations and scattering angles.
+        Light sources on the nodes' elevations and scattering angles.
     """
 
     nodes: ChannelNodes
@@ -93,11 +93,11 @@ class SharedNodes:
 def channel_nodes(base: PathGrid, ground_km: float, counts: NodeCounts) -> ChannelNodes:
     """So many nodes between the ends of a job's axes, over a ground; fewer over few heights of observers."""
     lowest, highest = (max(float(altitude) - ground_km, 0.0) for altitude in base.altitude_km[[0, -1]])
-    first, last = base.source_elevation_deg[[0, -1]]
+    lowest_elevation, highest_elevation = base.source_elevation_deg[[0, -1]]
     span = float(np.cbrt(highest) - np.cbrt(lowest))
-    most = max(_FEWEST_HEIGHTS, math.ceil(counts.height * span / _HEIGHT_SPAN))
-    counts = replace(counts, height=min(counts.height, most))
-    return ChannelNodes.of(counts, (lowest, highest), (float(first), float(last)))
+    limit = max(_FEWEST_HEIGHTS, math.ceil(counts.height * span / _HEIGHT_SPAN))
+    counts = replace(counts, height=min(counts.height, limit))
+    return ChannelNodes.of(counts, (lowest, highest), (float(lowest_elevation), float(highest_elevation)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,13 +111,13 @@ class ChannelTables:
         The job's axes: their ends, and by their cells how random points lie.
     irradiance : (P,) array
     scale : Scale
-        In what the tolerance counts.
+        Units in which the tolerance applies.
     tolerance : float
     harmonics, seed : int
-    every : pair of SpectralAir and PartedLight
-        At all spectral points of the band.
+    all_points : pair of SpectralAir and PartedLight
+        Air and light at all spectral points of the band.
     wavelength : (B,) array
-        In the band, um, by which light is parted.
+        Wavelengths in the band by which light is divided [um].
     """
 
     air: BandAtmosphere
@@ -127,7 +127,7 @@ class ChannelTables:
     tolerance: float
     harmonics: int
     seed: int
-    every: tuple[SpectralAir, PartedLight]
+    all_points: tuple[SpectralAir, PartedLight]
     wavelength: Floats
 
     @cached_property
@@ -163,15 +163,15 @@ class ChannelTables:
         return {}
 
     def under(
-        self, air: BandAtmosphere, irradiance: Floats, scale: Scale, every: tuple[SpectralAir, PartedLight]
+        self, air: BandAtmosphere, irradiance: Floats, scale: Scale, all_points: tuple[SpectralAir, PartedLight]
     ) -> ChannelTables:
         """The tables of another source in the same air: what does not depend on the source is computed once."""
-        other = replace(self, air=air, irradiance=irradiance, scale=scale, every=every)
-        shared = {"_sample", "_scattered_sample", "_emitted"}
+        relit = replace(self, air=air, irradiance=irradiance, scale=scale, all_points=all_points)
+        reused = {"_sample", "_scattered_sample", "_emitted"}
         if scale == self.scale:
-            shared |= {"absorbers", "_known"}
-        vars(other).update({name: value for name, value in vars(self).items() if name in shared})
-        return other
+            reused |= {"absorbers", "_known"}
+        vars(relit).update({name: value for name, value in vars(self).items() if name in reused})
+        return relit
 
     def _sample_under_sources(self) -> Iterator[tuple[LineOfSight, LineSources]]:
         """Random paths, each with directions of the source."""
@@ -255,17 +255,17 @@ class ChannelTables:
         return self.air.scope.lines(math.ceil(lines * float(np.clip(self._effort, 1.0, _MOST_EFFORT))))
 
     def _sources(self, nodes: ChannelNodes) -> SourceParts:
-        first, lines = self._first_sources
+        reference, lines = self._first_sources
         elevation, angle = nodes.source_elevation, nodes.scattering_angle
         if not self.is_lit:
             return source_parts(elevation, angle, [], 0.0)
-        if np.array_equal(elevation, first.elevation) and np.array_equal(angle, first.angle):
-            return first
-        chosen, every = (first.chosen_elevation, first.chosen_angle), all_directions(elevation, angle)
-        up, away = (np.concatenate(pair) for pair in zip(chosen, every, strict=True))
-        places = [part[lines] for part in self._source_lines(self._source_count)]
-        _, radiance = sampled_radiance(self.air, self._light, up, away, (places[0], places[1], places[2]))
-        return at_other_nodes(first, elevation, angle, radiance)
+        if np.array_equal(elevation, reference.elevation) and np.array_equal(angle, reference.angle):
+            return reference
+        chosen, directions = (reference.chosen_elevation, reference.chosen_angle), all_directions(elevation, angle)
+        up, away = (np.concatenate(pair) for pair in zip(chosen, directions, strict=True))
+        positions = [part[lines] for part in self._source_lines(self._source_count)]
+        _, radiance = sampled_radiance(self.air, self._light, up, away, (positions[0], positions[1], positions[2]))
+        return at_other_nodes(reference, elevation, angle, radiance)
 
     @property
     def is_lit(self) -> bool:
@@ -323,8 +323,8 @@ class ChannelTables:
             np.radians(generator.uniform(low, high, count)),
         )
         band = self.air.band
-        few = PartedLight.of(band.wavenumber, band.radiance_weight, self.irradiance)
-        return WavelengthShares.fitted(self.wavelength, paths, self.every, (self.air.air, few))
+        sampled_light = PartedLight.of(band.wavenumber, band.radiance_weight, self.irradiance)
+        return WavelengthShares.fitted(self.wavelength, paths, self.all_points, (self.air.air, sampled_light))
 
     def nodes(self, counts: NodeCounts) -> ChannelNodes:
         """So many nodes between the ends of the job's axes."""
@@ -336,7 +336,7 @@ class ChannelTables:
         ends = float(base.altitude_km[0]), float(base.altitude_km[-1])
         rays = RayCoordinates.of(self.air.air.shells, nodes.height_root)
         key = b"".join(values.tobytes() for values in (nodes.share, nodes.height_root, nodes.direction))
-        known = self._known.get(key)
+        cached = self._known.get(key)
         fields = path_fields(
             self.air,
             rays,
@@ -345,7 +345,7 @@ class ChannelTables:
             self._light,
             np.radians(sources.chosen_elevation),
             np.radians(sources.chosen_angle),
-            known,
+            cached,
         )
         self._known.clear()
         self._known[key] = replace(fields, scattered=fields.scattered[:0])
@@ -369,19 +369,19 @@ class ChannelTables:
         group = channel_group(content, Group(), {})
         return AtmosphereTable(Path("in memory"), "atmq", group, group.attributes)
 
-    def on_shared(self, shared: SharedNodes, probes: Probes) -> PlacedChannels | None:
+    def on_shared(self, common: SharedNodes, probes: Probes) -> PlacedChannels | None:
         """The table on nodes that states share, if they hold the tolerance on probes, and along the horizon."""
-        if self.is_lit != bool(shared.sources.chosen_angle.size):
+        if self.is_lit != bool(common.sources.chosen_angle.size):
             return None
-        table = self.table(shared.nodes, shared.sources)
+        table = self.table(common.nodes, common.sources)
         generator = random_stream(self.seed, Stream.CHANNELS, 6)
         level = Probes.along_the_horizon(self.direct, self.base, self.irradiance, generator, count=_LEVEL_LINES)
-        p99, worst = largest_errors(table, [probes, level], self.scale)
-        held = p99 <= self.tolerance and worst <= WORST * self.tolerance
-        return PlacedChannels(table, shared.nodes, p99, worst) if held else None
+        p99, largest = largest_errors(table, [probes, level], self.scale)
+        accepted = p99 <= self.tolerance and largest <= WORST * self.tolerance
+        return PlacedChannels(table, common.nodes, p99, largest) if accepted else None
 
     def shared(self, similar: Sequence[ChannelTables], most_nodes: int) -> SharedNodes:
-        """The fewest nodes that hold the tolerance, with directions of the source for this air and similar ones;
+        """The fewest nodes that meet the tolerance, with directions of the source for this air and similar ones;
         most_nodes : of all fields together.
         """
         nodes = self.placed(most_nodes, fewest=True).nodes
@@ -391,14 +391,14 @@ class ChannelTables:
         return SharedNodes(nodes, source_parts(nodes.source_elevation, nodes.scattering_angle, samples, allowed))
 
     def placed(self, most_nodes: int, *, fewest: bool = False, insist: bool = True) -> PlacedChannels:
-        """The table on few nodes that hold the tolerance.
+        """The table on few nodes that meet the tolerance.
 
         Parameters
         ----------
         most_nodes : int
-            Of all fields together.
+            Largest number of nodes of all fields together.
         fewest, insist : bool
-            As `channel_nodes.placed_channels` takes them.
+            Options of `channel_nodes.placed_channels`.
         """
         generator, scope = random_stream(self.seed, Stream.CHANNELS, 2), self.air.scope
         probes = [
@@ -429,17 +429,17 @@ class ChannelTables:
         """Number of arrays on the nodes of paths."""
         return self.absorbers.count + 1 + max(source_parts, 1) + self._bends_paths
 
-    def notes(self, placed: PlacedChannels) -> dict[str, Any]:
+    def notes(self, sampled: PlacedChannels) -> dict[str, Any]:
         """What the file says of its channels."""
         return {
             "channels": int(self.air.band.weight.size),
             "absorbers": self.absorbers.count,
-            "source_parts": placed.table.root.axes["source_part"].values.size if self.is_lit else 0,
-            "field_nodes": placed.nodes.size,
+            "source_parts": sampled.table.root.axes["source_part"].values.size if self.is_lit else 0,
+            "field_nodes": sampled.nodes.size,
         }
 
-    def words(self, placed: PlacedChannels) -> str:
+    def words(self, sampled: PlacedChannels) -> str:
         """What a build says of them."""
-        fields = self._fields(placed.table.root.axes["source_part"].values.size)
-        reads = f"{placed.p99:.2g} in 99 % of the reads, {placed.worst:.2g} in nearly all"
-        return f"{fields} fields of {placed.nodes.size:,} nodes for a tolerance of {self.tolerance:g}: {reads}"
+        fields = self._fields(sampled.table.root.axes["source_part"].values.size)
+        reads = f"{sampled.p99:.2g} in 99 % of the reads, {sampled.largest:.2g} in nearly all"
+        return f"{fields} fields of {sampled.nodes.size:,} nodes for a tolerance of {self.tolerance:g}: {reads}"

@@ -31,7 +31,7 @@ class Context:
     loaded : LoadedJob
         Its site on the date of the task's state, where the task has one.
     materials : tuple of str
-        To build, for products that depend on them.
+        Materials to build, for products that depend on them.
     library : MaterialLibrary
     """
 
@@ -52,15 +52,16 @@ class TaskReport:
         The files were there already, from the same job.
     seconds : float
     processor_seconds : float
-        Of the whole process meanwhile.
+        Processor time of the whole process during the task [s].
     stages, processor_stages : dict of str to float
         Seconds by stage, by the clock and of the whole process.
     peak_memory : int or None
         Largest resident size of the process so far, bytes.
     notes : list of str
-        What was left out inside the task, and the like.
+        What was omitted inside the task, and the like.
     error_kelvin : dict of str to dict
-        By file: the quantity that errs most, with 99 % and the largest of its errors [K]; only of tables that state it.
+        Errors by file: the quantity with the largest error, its 99th percentile and its maximum [K]; only of tables
+        that state them.
     """
 
     files: tuple[str, ...]
@@ -145,7 +146,7 @@ class TableIdentity:
     file : str
     kind : FileType
     data_version : str
-        Of the packaged data that it is computed from.
+        Version of the packaged data that the table is computed from.
     resolved : dict
         What of the job it depends on.
     """

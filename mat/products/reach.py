@@ -51,7 +51,7 @@ def tolerance_notes(loaded: LoadedJob, materials: Sequence[str]) -> list[str]:
     ----------
     loaded : LoadedJob
     materials : sequence of str
-        To build.
+        Materials to build.
 
     Raises
     ------
@@ -66,12 +66,12 @@ def _channel_notes(loaded: LoadedJob) -> list[str]:
     grid = job.atmosphere_grid
     tolerance, unit = tolerance_parts(grid.tolerance)
     start = channel_nodes(path_grid(job), job.site.altitude_km, NodeCounts().scaled(FEWEST))
-    least = _FIELDS * start.size
-    if least > grid.most_nodes:
+    required = _FIELDS * start.size
+    if required > grid.most_nodes:
         raise _error(
             loaded,
             "atmosphere_grid",
-            f"most_nodes: found {grid.most_nodes}; allowed: at least {least}, from which placing starts; allow more",
+            f"most_nodes: found {grid.most_nodes}; allowed: at least {required}, from which placing starts; allow more",
         )
     notes = list[str]()
     if not loaded.insists("atmosphere_grid"):
@@ -110,8 +110,8 @@ def _low_sun_weighs(job: Job, response: SpectralResponse) -> bool:
     if "sun" not in job.sources or response.upper < SHORTEST or elevation[0] >= high or elevation[-1] <= low:
         return False
     wavenumber = np.linspace(*response.wavenumber_range, 200)
-    seen = np.interp(1e4 / wavenumber, response.wavelength, response.response)
-    reflected = REFLECTANCE / np.pi * np.trapezoid(seen * solar_irradiance(wavenumber), wavenumber)
+    response_at = np.interp(1e4 / wavenumber, response.wavelength, response.response)
+    reflected = REFLECTANCE / np.pi * np.trapezoid(response_at * solar_irradiance(wavenumber), wavenumber)
     return bool(reflected > _OUTWEIGHS * reference_radiance(response))
 
 
@@ -151,20 +151,20 @@ def _state_note(loaded: LoadedJob, materials: Sequence[str], number: int) -> str
     grid, insist = job.surface_grid, loaded.insists("surface_grid")
     rainy = "rain_mm_h" in job.states[number - 1].weather.water
     count = min(len(materials), max(1, int(_MATERIALS / (FILM if rainy else 1.0))))
-    chosen = [materials[place] for place in np.unique(np.linspace(0, len(materials) - 1, count).round().astype(int))]
+    chosen = [materials[index] for index in np.unique(np.linspace(0, len(materials) - 1, count).round().astype(int))]
     share = 1.0 if len(chosen) == len(materials) else _OF_SAMPLE
-    most = int(share * grid.most_nodes * len(chosen) / len(materials))
+    node_limit = int(share * grid.most_nodes * len(chosen) / len(materials))
     solver = state_solver(job, [library[name] for name in chosen], number)
     words = f"surface_grid.tolerance {grid.tolerance}: {len(materials)} materials in {grid.most_nodes:,} nodes"
     try:
-        axes = tolerance_axes(job, solver, StartAxes.of(job), most, insist=insist)
+        axes = tolerance_axes(job, solver, StartAxes.of(job), node_limit, insist=insist)
     except CheckFailed as error:
         if len(chosen) == len(materials) and job.materials != "used":
             raise _error(loaded, "surface_grid", str(error).removeprefix("surface_grid.")) from None
         return f"{words}: the build will likely end without holding it; raise it, or allow more with most_nodes"
     if axes.p99 <= tolerance_parts(str(grid.tolerance))[0]:
         return None
-    return f"{words} are likely within {axes.p99:.1g} K (99 %), {axes.worst:.1g} K (worst); the file states its error"
+    return f"{words} are likely within {axes.p99:.1g} K (99 %), {axes.largest:.1g} K (worst); the file states its error"
 
 
 def _error(loaded: LoadedJob, grid: str, message: str) -> InputError:

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from skyshine.mat.kernel.pixels import EXACT, LINEAR, PERIODIC, SURFACE, Database, Tables, array_names
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.days import joined_days, solve_days
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
@@ -38,7 +39,7 @@ class ShadeError:
     ----------
     measured : ErrorMeasure
     variables : dict of str to Variable
-        For the group ``accuracy``.
+        Variables for the group ``accuracy``.
     """
 
     measured: ErrorMeasure
@@ -77,9 +78,9 @@ def stored_response(table: ResponseTable) -> Tables:
     for number, (name, names) in enumerate(array_names(SURFACE)):
         if name in arrays:
             database.set_array(number, np.asarray(arrays[name]))
-            for place, axis in enumerate(names):
+            for index, axis in enumerate(names):
                 nodes, rule, period = axes[axis]
-                database.set_axis(number, place, np.asarray(nodes, float), rule, period, np.nan, False)
+                database.set_axis(number, index, np.asarray(nodes, float), rule, period, np.nan, False)
     return Tables(database, None, None)
 
 
@@ -87,7 +88,7 @@ def shade_error(
     materials: Sequence[SurfaceMaterial],
     scene: Scene,
     table: ResponseTable,
-    given: Collection[str],
+    fixed: Collection[str],
     generator: np.random.Generator,
     *,
     at_slopes: bool = False,
@@ -100,11 +101,11 @@ def shade_error(
     scene : Scene
         Its altitudes and slopes limit those at which the error is measured.
     table : ResponseTable
-    given : collection of str
+    fixed : collection of str
         Names of materials whose temperature is given; they have no error.
     generator : numpy.random.Generator
     at_slopes : bool
-        At slopes of the scene, not between them.
+        Whether slopes of the scene are tested, instead of slopes between them.
     """
     altitudes, slopes = (
         generator.uniform(limits.min(), limits.max(), _PLACES)
@@ -114,10 +115,10 @@ def shade_error(
         slopes = generator.choice(np.asarray(scene.slope, float), _PLACES)
     azimuths = generator.uniform(0, 360, _PLACES)
     sunlit = Scene(scene.sun, scene.weather, scene.sky, np.sort(altitudes), slopes, azimuths)
-    first = generator.uniform(5, 16)
+    morning = generator.uniform(5, 16)
     wall = float(scene.weather.air_temperature.mean()) + generator.uniform(-10, 20)
     shades = [
-        replace(sunlit, surroundings=Surroundings(((first, (first + generator.uniform(0.5, 6)) % 24.0),))),
+        replace(sunlit, surroundings=Surroundings(((morning, (morning + generator.uniform(0.5, 6)) % 24.0),))),
         replace(sunlit, surroundings=Surroundings(((0.0, 24.0),), generator.uniform(0.3, 0.9), wall)),
     ]
     forcings = [scene.forcing(FINE_STEPS) for scene in (sunlit, *shades)]
@@ -126,18 +127,18 @@ def shade_error(
     kilometres = np.repeat(sunlit.altitude, _PLACES) / 1e3
     errors, frozen, by_material = [], [], []
     for number, material in enumerate(materials):
-        if material.name in given:
+        if material.name in fixed:
             by_material.append((0.0, 0.0))
             continue
         highest = np.full(kilometres.size, table.highest[number], float)
         code = np.full(kilometres.size, number + 1)
         faces = [code, kilometres, np.zeros(kilometres.size), np.tile(slopes, _PLACES)]
         temperature, melts = _solved(material, days)
-        start, *whole = temperature.reshape(len(forcings), -1, FINE_STEPS)
+        start, *exact_days = temperature.reshape(len(forcings), -1, FINE_STEPS)
         melting, *melting_there = melts.reshape(len(forcings), -1)
         absorbed, *absorbed_there = (Balance(forcing, material).absorbed for forcing in forcings)
         part = []
-        for shaded, exact, melted in zip(absorbed_there, whole, melting_there, strict=True):
+        for shaded, exact, melted in zip(absorbed_there, exact_days, melting_there, strict=True):
             change = stored.changes(faces, shaded - absorbed, start, highest)
             part.append(np.minimum(start + change, table.highest[number]) - exact)
             frozen.append(~(melting | melted))

@@ -39,18 +39,18 @@ from skyshine.schemas.kept_arrays import keep_arrays, kept_arrays, kept_folder
 FOLDER = "nodes"  # of the kept files
 HEAD = b"skyshine shared nodes 1\n"
 _SHARE = 0.8  # of the tolerance, which the cell's air is to hold: other airs err a little more
-_shared: dict[str, SharedNodes | None] = {}  # of this process, by key
+_by_key: dict[str, SharedNodes | None] = {}  # of this process, by key
 
 
 def shared_nodes(
-    loaded: LoadedJob, written: State, response: SpectralResponse, source: str, everything: BandPoints
+    loaded: LoadedJob, state_of_job: State, response: SpectralResponse, source: str, everything: BandPoints
 ) -> SharedNodes | None:
     """The nodes that a state shares with others.
 
     Parameters
     ----------
     loaded : LoadedJob
-    written : State
+    state_of_job : State
     response : SpectralResponse
     source : str
     everything : BandPoints
@@ -62,7 +62,7 @@ def shared_nodes(
         None where the state shares none, or where no nodes hold the tolerance in the air of the cell.
     """
     job = loaded.trimmed
-    airs = similar_airs(loaded.requested, written, response)
+    airs = similar_airs(loaded.requested, state_of_job, response)
     if not airs:
         return None
     key = content_key(
@@ -74,7 +74,7 @@ def shared_nodes(
         [job.accuracy.seed, job.accuracy.spectral_tolerance, job.atmosphere_grid.tolerance],
         [(name, _usual(name, everything)) for name in (source, *job.sources)],
     )
-    if key not in _shared:
+    if key not in _by_key:
         folder = kept_folder(FOLDER)
         path = None if folder is None else folder / f"{key}.npz"
         arrays = None if path is None else kept_arrays(path, HEAD, key)
@@ -82,8 +82,8 @@ def shared_nodes(
             arrays = _arrays(_placed(loaded, airs, response, source, everything))
             if path is not None:
                 keep_arrays(path, HEAD, key, arrays)
-        _shared[key] = _of_arrays(arrays)
-    return _shared[key]
+        _by_key[key] = _of_arrays(arrays)
+    return _by_key[key]
 
 
 def _placed(
@@ -98,7 +98,7 @@ def _placed(
     irradiance = _usual(source, band)
     tolerance, unit = tolerance_parts(job.atmosphere_grid.tolerance)
     light = PartedLight.of(everything.wavenumber, everything.radiance_weight, _usual(source, everything))
-    first, *others = (
+    reference, *others = (
         ChannelTables(
             BandAtmosphere.of(air, band, scope=scope),
             path_grid(job),
@@ -113,7 +113,7 @@ def _placed(
         for air in map(over_air, airs)
     )
     try:
-        return first.shared(others, job.atmosphere_grid.most_nodes)
+        return reference.shared(others, job.atmosphere_grid.most_nodes)
     except CheckFailed:
         return None
 
@@ -122,11 +122,11 @@ def _usual(source: str, band: BandPoints) -> Floats:
     return usual_irradiance(source, band.wavenumber, band.width)
 
 
-def _arrays(shared: SharedNodes | None) -> dict[str, Floats]:
+def _arrays(nodes_of_cell: SharedNodes | None) -> dict[str, Floats]:
     """The fields of both parts by their names; none where there are no nodes."""
-    if shared is None:
+    if nodes_of_cell is None:
         return {}
-    parts = (("nodes", shared.nodes), ("sources", shared.sources))
+    parts = (("nodes", nodes_of_cell.nodes), ("sources", nodes_of_cell.sources))
     return {f"{name}.{field.name}": getattr(part, field.name) for name, part in parts for field in fields(part)}
 
 

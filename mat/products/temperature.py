@@ -16,7 +16,7 @@ from skyshine.mat.job.surface import at_kelvin
 from skyshine.mat.job.trim import hours_around
 from skyshine.mat.measure.probes import NIGHT_DEG
 from skyshine.mat.measure.random_streams import Stream, random_stream
-from skyshine.mat.measure.sampling import random_places
+from skyshine.mat.measure.sampling import random_coordinates
 from skyshine.mat.measure.surface_nodes import PERIODS, RefinedAxes, placed_times, refined_axes, within_period
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.products.shade_error import SHADE_METHOD, shade_error
@@ -88,14 +88,14 @@ class TemperatureProduct:
         return (TableIdentity(context.task.files[0], HTT, f"materials {library.version}", resolved),)
 
     def compute(self, context: Context, report: TaskReport) -> Iterator[Group]:
-        """The temperatures of all materials, on nodes that the job names or that hold its tolerance."""
+        """The temperatures of all materials, on nodes that the job names or that meet its tolerance."""
         job, state = context.loaded.trimmed, context.task.index
         materials = [context.library[name] for name in context.materials]
         solver = state_solver(job, materials, state)
         codes, steps, seed = [material.code for material in materials], job.accuracy.solver_steps, job.accuracy.seed
         start = StartAxes.of(job)
         requested, whole_day, fixed = start.requested, start.whole_day, start.fixed
-        axes, placed = dict(start.axes), {}
+        axes, tolerance_note = dict(start.axes), {}
         limits = job.query_limits
 
         def temperature(at: Axes) -> Floats:
@@ -107,10 +107,10 @@ class TemperatureProduct:
                 refined = tolerance_axes(
                     job, solver, start, job.surface_grid.most_nodes, insist=context.loaded.insists("surface_grid")
                 )
-            axes, placed = dict(refined.axes), {"tolerance": tolerance}
+            axes, tolerance_note = dict(refined.axes), {"tolerance": tolerance}
             report.notes.append(
                 f"{' x '.join(str(nodes.size) for nodes in axes.values())} nodes for {tolerance}:"
-                f" {refined.p99:.2g} K in 99 %, {refined.worst:.2g} K in nearly all reads"
+                f" {refined.p99:.2g} K in 99 %, {refined.largest:.2g} K in nearly all reads"
             )
         if job.surface_grid.time is None and tolerance is None:
             with report.stage("grid"):
@@ -122,10 +122,10 @@ class TemperatureProduct:
         response = None
         if shaded:
             with report.stage("response"):
-                response = response_table(solver.materials, solver.scene(axes), steps=steps, given=solver.given)
+                response = response_table(solver.materials, solver.scene(axes), steps=steps, given=solver.fixed)
         with report.stage("accuracy"):
-            places = _places(requested, whole_day, random_stream(seed, Stream.TEMPERATURE_ERROR), fixed)
-            error, solver_error = _errors(solver, table, _rules(codes, axes, whole_day), places, steps)
+            probes = _places(requested, whole_day, random_stream(seed, Stream.TEMPERATURE_ERROR), fixed)
+            error, solver_error = _errors(solver, table, _rules(codes, axes, whole_day), probes, steps)
         notes = {
             "seed": seed,
             "method": (
@@ -138,14 +138,14 @@ class TemperatureProduct:
             "solver_error_kelvin": solver_error.maximum,
             "solver_error_rms_kelvin": solver_error.rms,
             "solver_error_method": _SOLVER_METHOD.format(steps, *_compared(steps)),
-            **placed,
+            **tolerance_note,
         }
         errors, by_material, by_material_axes = [error], {}, {}
         if response is not None:
             with report.stage("accuracy"):
                 generator = random_stream(seed, Stream.SHADE_ERROR)
                 shade = shade_error(
-                    solver.materials, solver.scene(axes), response, solver.given, generator, at_slopes=bool(fixed)
+                    solver.materials, solver.scene(axes), response, solver.fixed, generator, at_slopes=bool(fixed)
                 )
             errors.append(shade.measured)
             by_material, by_material_axes = shade.variables, {"material": material_axis(codes)}
@@ -199,9 +199,9 @@ class StartAxes:
     Attributes
     ----------
     requested : dict of str to (n,) array
-        As the job names them; between their ends errors are measured.
+        Axes as the job states them; errors are measured between their ends.
     axes : dict of str to (n,) array
-        With the times around the hours that are asked for: the whole day is solved, the file holds these.
+        Axes of the file, with the times around the requested hours; the solver computes the whole day.
     whole_day : bool
         Whether the last time is followed by the first.
     fixed : tuple of str
@@ -236,12 +236,12 @@ class StartAxes:
 def state_solver(job: Job, materials: Sequence[Material], state: int) -> Solver:
     """The heat balance of some materials in a state, counted from 1, on whose date the job's site is."""
     inputs = scene_inputs(job, state)
-    given = {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()}
-    return Solver(surface_materials(materials, job.operated, inputs[1].wetting), inputs, given)
+    fixed = {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()}
+    return Solver(surface_materials(materials, job.operated, inputs[1].wetting), inputs, fixed)
 
 
 def tolerance_axes(job: Job, solver: Solver, start: StartAxes, most_nodes: int, *, insist: bool) -> RefinedAxes:
-    """Axes that hold the tolerance of the job's surface_grid; arguments and errors as `refined_axes`."""
+    """Axes that meet the tolerance of the job's surface_grid; arguments and errors as `refined_axes`."""
 
     def temperature(at: Axes) -> Floats:
         return solver.table(at, job.accuracy.solver_steps).temperature.astype(float)
@@ -265,7 +265,7 @@ class Solver:
 
     materials: Sequence[SurfaceMaterial]
     inputs: tuple[SunPath, NearSurfaceAir, Sky]
-    given: Mapping[str, float | tuple[float, ...]]
+    fixed: Mapping[str, float | tuple[float, ...]]
 
     def scene(self, axes: Axes) -> Scene:
         """All slopes of the axes, at their altitudes."""
@@ -285,7 +285,7 @@ class Solver:
             list(axes["slope_deg"]),
             list(np.mod(axes["time_h"], 24.0)),
             steps=steps,
-            given=self.given,
+            given=self.fixed,
         )
 
 
@@ -304,46 +304,48 @@ def _places(requested: Axes, whole_day: bool, generator: np.random.Generator, fi
     """Random places on each of the job's own axes, those of a whole day and of azimuth also between last and first; of
     fixed axes, which are read at their nodes, some of these.
     """
-    places = {}
+    probes = {}
     for name, nodes in requested.items():
         if name in fixed:
-            places[name] = np.sort(generator.choice(nodes, min(PROBES[name], nodes.size), replace=False))
+            probes[name] = np.sort(generator.choice(nodes, min(PROBES[name], nodes.size), replace=False))
             continue
         period = PERIODS.get(name)
         if period is not None and nodes.size > 1 and (whole_day or name != "time_h"):
             nodes = np.append(nodes, nodes[0] + period)
-        drawn = random_places(nodes, PROBES[name] if nodes.size > 1 else 1, generator)
-        places[name] = within_period(name, drawn)
-    return places
+        drawn = random_coordinates(nodes, PROBES[name] if nodes.size > 1 else 1, generator)
+        probes[name] = within_period(name, drawn)
+    return probes
 
 
 def _compared(steps: int) -> tuple[int, float]:
     """Other steps of the day, and the error of a solution over its difference from theirs, by Richardson."""
-    other = FINE_STEPS if steps < FINE_STEPS else SUN_STEPS
-    return other, 1 / (1 - (steps / other) ** 2)
+    comparison = FINE_STEPS if steps < FINE_STEPS else SUN_STEPS
+    return comparison, 1 / (1 - (steps / comparison) ** 2)
 
 
 def _errors(
-    solver: Solver, table: SurfaceTemperatures, rules: Sequence[AxisRule], places: Axes, steps: int
+    solver: Solver, table: SurfaceTemperatures, rules: Sequence[AxisRule], probes: Axes, steps: int
 ) -> tuple[ErrorMeasure, ErrorMeasure]:
     """Errors of interpolation and of the solver's step, at all combinations of the places."""
-    exact = solver.table(places, steps).temperature.astype(float)
+    exact = solver.table(probes, steps).temperature.astype(float)
     other_steps, factor = _compared(steps)
-    other = solver.table(places | {"altitude_km": places["altitude_km"][:1]}, other_steps).temperature.astype(float)
-    mesh = np.meshgrid(rules[0].nodes, *places.values(), indexing="ij", sparse=True)
+    comparison = solver.table(probes | {"altitude_km": probes["altitude_km"][:1]}, other_steps).temperature.astype(
+        float
+    )
+    mesh = np.meshgrid(rules[0].nodes, *probes.values(), indexing="ij", sparse=True)
     read = interpolate(
         table.temperature.astype(float), rules, dict(zip((rule.name for rule in rules), mesh, strict=True))
     )
-    error, difference = read - exact, factor * (exact[:, :1] - other)
+    error, difference = read - exact, factor * (exact[:, :1] - comparison)
     regions = {name: np.broadcast_to(inside, error.shape) for name, inside in _regions(solver.inputs[0], mesh).items()}
     return measure("temperature", error, error, regions=regions), measure("solver", difference, difference)
 
 
-def _regions(sun: SunPath, places: Sequence[Floats]) -> dict[str, Booleans]:
+def _regions(sun: SunPath, points: Sequence[Floats]) -> dict[str, Booleans]:
     """Which places, open mesh of (material, altitude, azimuth, slope, time), lie in each part of the day and of the
     slopes.
     """
-    *_, slope, time = places
+    *_, slope, time = points
     elevation = np.interp(np.mod(time, 24.0), sun_hours(), sun.solar_elevation, period=24.0)
     return {
         "day": elevation > 0,

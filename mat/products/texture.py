@@ -21,7 +21,7 @@ class TextureIdentity:
     file : str
     job : TextureJob
     job_folder : Path
-        To which the paths of the job are relative.
+        Folder to which the paths of the job are relative.
     library_version : str
     """
 

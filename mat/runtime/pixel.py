@@ -195,7 +195,7 @@ def pixel_radiance(
     given["time"] = np.broadcast_to(faces.time, count)
     with messages():
         lines, of_lines = _lines(view, count)
-        terms = kernel_tables(surface, band, air).pixels(count, materials, lines, given | of_lines)
+        terms = kernel_tables(surface, band, air).pixels(count, materials, lines, {**given, **of_lines})
     return PixelRadiance(**{field.name: terms[field.name] for field in fields(PixelRadiance)})
 
 

@@ -18,7 +18,7 @@ from skyshine.mat.surface.weather import LAPSE_RATE
 from skyshine.mat.tables.night import CIVIL_TWILIGHT, dark_elevation
 
 # K between the weather's daily mean and the profile at the ground. Where paths do not follow the weather, the first is
-# .35 K of a path of 1 km in 8 to 12 um and .9 K in 3 to 5 um (tests/validation/test_weather_air.py); most days are
+# 0.35 K of a path of 1 km in 8 to 12 um and 0.9 K in 3 to 5 um (tests/validation/test_weather_air.py); most days are
 # nearer to the profile of their place and season than the second.
 NOT_FOLLOWED, FOLLOWED = 5.0, 12.0
 # m, column of water over vapour density at the ground: 1.5 to 3.5 km in most air (Reitan 1963, J. Appl. Meteorol. 2,
@@ -56,7 +56,7 @@ def twilight_warnings(job: Job) -> list[str]:
             lines.append(
                 (
                     number,
-                    f"tables hold no light of a Sun from {lowest:g} degrees down to {dark:.0f}, where it is dark:"
+                    f"tables contain no light of a Sun from {lowest:g} degrees down to {dark:.0f}, where it is dark:"
                     f" runtimes refuse {hours:.1f} h of the day; give a source_elevation_deg of {CIVIL_TWILIGHT:g} or"
                     " lower",
                 )
@@ -104,7 +104,7 @@ def _warnings(site: Site, state: State) -> list[str]:
         station = (
             float(air.pressure_at(max(weather.altitude, ground))) if weather.pressure is None else weather.pressure
         )
-        assert weather.mean_vapour_pressure is not None  # humidity_scale and gases were left out above
+        assert weather.mean_vapour_pressure is not None  # humidity_scale and gases were omitted above
         humid = weather.mean_vapour_pressure * float(air.pressure[0]) / station
         present = float(air.mole_fraction["H2O"][0] * air.pressure[0])
         low, high = np.sort([humid, present])

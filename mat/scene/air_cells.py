@@ -67,8 +67,8 @@ def air_cell(site: Site, state: State) -> AirCell | None:
     hourly = state.weather.hourly
     middle = _middle(state)
     text, wind, _ = air_key(middle)
-    place = site.altitude_km if hourly is None or hourly.altitude_km is None else hourly.altitude_km
-    return AirCell(temperature, humidity, (text, wind, state.ground_material, place))
+    altitude_km = site.altitude_km if hourly is None or hourly.altitude_km is None else hourly.altitude_km
+    return AirCell(temperature, humidity, (text, wind, state.ground_material, altitude_km))
 
 
 def shared_cell(job: Job, state: State) -> AirCell | None:
@@ -76,8 +76,8 @@ def shared_cell(job: Job, state: State) -> AirCell | None:
     cell, key = air_cell(job.site, state), air_key(state)
     if cell is None:
         return None
-    others = (other for other in job.states if air_cell(job.site, other) == cell)
-    return cell if any(air_key(other) != key for other in others) else None
+    others = (neighbour for neighbour in job.states if air_cell(job.site, neighbour) == cell)
+    return cell if any(air_key(neighbour) != key for neighbour in others) else None
 
 
 def shared_cells(job: Job) -> list[AirCell | None]:
@@ -94,12 +94,12 @@ def states_of_cell(
 ) -> tuple[AtmosphericState, ...]:
     """The airs of a cell for which the points of a band are chosen, over the ground of a state of the cell."""
     middle = _middle(state)
-    place = 1e3 * cell.others[-1]
+    altitude = 1e3 * cell.others[-1]
     states = []
     for along, moist in _PLACES:
         kelvin = _at(cell.temperature, along)
         vapour = _at(cell.humidity, moist) * float(saturation_pressure(kelvin))
-        air = GroundAir(place, kelvin, kelvin, vapour, vapour)
+        air = GroundAir(altitude, kelvin, kelvin, vapour, vapour)
         states.append(over_ground(atmospheric_state(site, middle, air), middle, response, library))
     return tuple(states)
 

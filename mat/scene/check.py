@@ -24,9 +24,9 @@ def check_scene(loaded: LoadedJob) -> None:
         low, high = response.wavenumber_range
         if not any(start <= low and high <= end for start, end in table.coverage):
             spans = ", ".join(f"{1e4 / end:.4g} to {1e4 / start:.4g} um" for start, end in table.coverage)
-            found = f"{response.lower:g} to {response.upper:g} um"
+            span = f"{response.lower:g} to {response.upper:g} um"
             raise loaded.document.error(
-                ("bands", i), f"bands.{i}: found {found}; allowed: inside {spans}, which the band model covers"
+                ("bands", i), f"bands.{i}: found {span}; allowed: inside {spans}, which the band model covers"
             )
     checked = set()
     for i, state in enumerate(loaded.trimmed.states):

@@ -63,7 +63,7 @@ def band_model_sky(
     air : AtmosphericState
     highest : float, m
     ground_albedo : float
-        For sunlight.
+        Albedo of the ground for sunlight.
     sun_distance : float, au
     water_continuum : str
         Name, as in a job.

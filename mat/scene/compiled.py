@@ -27,18 +27,18 @@ MAX_POINTS = 64
 
 
 def compiled_band(
-    loaded: LoadedJob, written: State, response: SpectralResponse, state: AtmosphericState, everything: BandPoints
+    loaded: LoadedJob, state_of_job: State, response: SpectralResponse, state: AtmosphericState, everything: BandPoints
 ) -> tuple[CompiledBand, Origin]:
     """All points of a band reduced for a state on its day, as the job asks, and where they come from.
 
     Parameters
     ----------
     loaded : LoadedJob
-        On the date of the state.
-    written : State
+        Job on the date of the state.
+    state_of_job : State
     response : SpectralResponse
     state : AtmosphericState
-        Of the state, over its ground.
+        Atmosphere of the state, over its ground.
     everything : BandPoints
         All points of the response.
 
@@ -48,8 +48,8 @@ def compiled_band(
     origin : Origin
     """
     job = loaded.trimmed
-    place = everything.wavenumber, everything.width
-    on_the_day = np.stack([source_irradiance(job, source, *place) for source in job.sources])
+    points = everything.wavenumber, everything.width
+    on_the_day = np.stack([source_irradiance(job, source, *points) for source in job.sources])
     return cached_compile_band(
         absorption_table(job.water_continuum),
         state,
@@ -58,7 +58,7 @@ def compiled_band(
         on_the_day,
         _usual(job, everything),
         **_settings(loaded),
-        similar=similar_airs(loaded.requested, written, response),
+        similar=similar_airs(loaded.requested, state_of_job, response),
     )
 
 
@@ -89,9 +89,9 @@ def _usual(job: Job, everything: BandPoints) -> Floats:
     return np.stack([usual_irradiance(source, everything.wavenumber, everything.width) for source in job.sources])
 
 
-def similar_airs(requested: Job, written: State, response: SpectralResponse) -> tuple[AtmosphericState, ...]:
+def similar_airs(requested: Job, state_of_job: State, response: SpectralResponse) -> tuple[AtmosphericState, ...]:
     """The airs for which the points of a state are chosen together with those of other states; none where it has its
     own.
     """
-    cell = shared_cell(requested, written)
-    return () if cell is None else states_of_cell(requested.site, written, cell, response, job_library(requested))
+    cell = shared_cell(requested, state_of_job)
+    return () if cell is None else states_of_cell(requested.site, state_of_job, cell, response, job_library(requested))

@@ -33,12 +33,12 @@ def ground_notes(job: Job, materials: Sequence[str]) -> list[str]:
     those that keep the least heat are solved: of all 183 of the library on a summer day these have both ends of the
     change, -1.4 and +6.5 K.
     """
-    taken = merged(
+    assumptions = merged(
         (number, f"{state.ground_material} is taken as ground, {state.ground_origin}; name what lies there")
         for number, state in enumerate(job.states, 1)
         if state.ground_origin is not None
     )
-    return [f"ground: {line}" for line in taken] + _without_ground(job, materials)
+    return [f"ground: {line}" for line in assumptions] + _without_ground(job, materials)
 
 
 def _without_ground(job: Job, materials: Sequence[str]) -> list[str]:
@@ -53,7 +53,7 @@ def _without_ground(job: Job, materials: Sequence[str]) -> list[str]:
     states = list(job.states)
     states[number - 1] = states[number - 1].model_copy(update={"ground_material": ground})
     named = job.model_copy(update={"states": states})
-    before, after = (_faces(each, number, solved, steepest) for each in (job, named))
+    before, after = (_faces(variant, number, solved, steepest) for variant in (job, named))
     change = after - before
     colder, warmer = float(change.min()), float(change.max())
     return [
@@ -66,7 +66,7 @@ def _extremes(library: MaterialLibrary, names: list[str]) -> list[str]:
     """Names of materials between which the changes of all lie; all names where they are few."""
     if len(names) <= _BRIGHT + _DARK + _LIGHT:
         return names
-    surfaces = {each.name: each for each in surface_materials([library[name] for name in names])}
+    surfaces = {surface.name: surface for surface in surface_materials([library[name] for name in names])}
 
     def warms(name: str) -> float:
         return surfaces[name].solar_absorptance - surfaces[name].thermal_emissivity
@@ -88,8 +88,8 @@ def _faces(job: Job, number: int, materials: Sequence[str], slope: float) -> Flo
     library = job_library(job)
     rows = []
     for material in surface_materials([library[name] for name in materials], job.operated, weather.wetting):
-        whole = np.empty((_AZIMUTHS.size, _STEPS))
+        temperatures = np.empty((_AZIMUTHS.size, _STEPS))
         for columns, solution in solve_days(material, scene.days[-1:], steps=_STEPS, fine_steps=None):
-            whole[columns] = solution.temperature
-        rows.append(whole)
+            temperatures[columns] = solution.temperature
+        rows.append(temperatures)
     return np.concatenate(rows)

@@ -47,29 +47,33 @@ def job_library(job: Job) -> MaterialLibrary:
 def _snowed_library(library: MaterialLibrary, covers: tuple[tuple[str, str, float], ...]) -> MaterialLibrary:
     """A library in which snow lies on some materials: their names, and material and depth [m] of the snow."""
     by_name = {name: (library[snow], depth) for name, snow, depth in covers}
-    return library.changed(lambda each: under_snow(each, *by_name[each.name]) if each.name in by_name else each)
+    return library.changed(
+        lambda material: under_snow(material, *by_name[material.name]) if material.name in by_name else material
+    )
 
 
-def _hashable(given: float | str | Mapping[str, Any]) -> Given:
-    return tuple(given.items()) if isinstance(given, Mapping) else given
+def _hashable(value: float | str | Mapping[str, Any]) -> Given:
+    return tuple(value.items()) if isinstance(value, Mapping) else value
 
 
 @lru_cache(maxsize=4)
-def open_library(library: MaterialLibrary, given: Given, closed: frozenset[str] = frozenset()) -> MaterialLibrary:
+def open_library(
+    library: MaterialLibrary, leaf_area_index: Given, closed: frozenset[str] = frozenset()
+) -> MaterialLibrary:
     """A library whose stands have the gaps that a job's `leaf_area_index` gives them; what they stand on stays.
 
     Parameters
     ----------
     library : MaterialLibrary
-    given : float, str or tuple
-        For all, or pairs of a name and a value.
+    leaf_area_index : float, str or tuple
+        One value for all materials, or pairs of a name and a value.
     closed : frozenset of str
         Names of stands that stay closed.
     """
-    wanted = dict(given) if isinstance(given, tuple) else given
+    requested = dict(leaf_area_index) if isinstance(leaf_area_index, tuple) else leaf_area_index
 
     def of(material: Material) -> Material:
-        value = None if material.name in closed else value_for(wanted, material.name)
+        value = None if material.name in closed else value_for(requested, material.name)
         stand = material.stand
         if value is None or stand is None:
             return material
@@ -90,12 +94,12 @@ Given = float | str | tuple[tuple[str, float | str], ...]
 
 
 @lru_cache(maxsize=4)
-def _moist_library(library: MaterialLibrary, given: Given) -> MaterialLibrary:
-    return library.changed(partial(_of_job, dict(given) if isinstance(given, tuple) else given))
+def _moist_library(library: MaterialLibrary, soil_moisture: Given) -> MaterialLibrary:
+    return library.changed(partial(_of_job, dict(soil_moisture) if isinstance(soil_moisture, tuple) else soil_moisture))
 
 
-def _of_job(given: float | str | dict[str, float | str], material: Material) -> Material:
-    value = value_for(given, material.name)
+def _of_job(soil_moisture: float | str | dict[str, float | str], material: Material) -> Material:
+    value = value_for(soil_moisture, material.name)
     if material.soil is None or value is None:
         return material
     try:
@@ -104,8 +108,8 @@ def _of_job(given: float | str | dict[str, float | str], material: Material) -> 
         return material
 
 
-def moist(material: Material, moisture: float, frozen: bool = False) -> Material:
-    """A material that has soil, with a volume fraction of water in it, up to its porosity; frozen, it is ice."""
+def moist(material: Material, moisture: float, frost: float = 0.0) -> Material:
+    """A material that has soil, with a volume fraction of water in it, up to its porosity: ice in kelvins of frost."""
     if material.soil is None:
         return material
     moisture = min(moisture, material.soil.porosity)
@@ -117,7 +121,7 @@ def moist(material: Material, moisture: float, frozen: bool = False) -> Material
     )
     return replace(
         material,
-        thermal=moist_stack(material.thermal, material.soil, moisture, frozen),
+        thermal=moist_stack(material.thermal, material.soil, moisture, frost),
         moisture=moisture,
         surface=surface,
         reflectance=reflectance,
@@ -125,7 +129,7 @@ def moist(material: Material, moisture: float, frozen: bool = False) -> Material
     )
 
 
-# Volume fractions between which absorptance and emissivity of a soil are linear: within .001 of the law.
+# Volume fractions between which absorptance and emissivity of a soil are linear: within 0.001 of the law.
 _MOISTURES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8)
 _FILM = 3e-4  # m: of the optical properties of a film of rain; chosen: between those of a wall and of a road
 
@@ -156,15 +160,15 @@ def film_skin(material: Material) -> FilmSkin | None:
     return FilmSkin(*optics(replace(material, reflectance=wet, absorptance=1.0 - wet)), capacity)
 
 
-# um at which a surface of which no spectrum is known stands for its whole range: chosen, where sunlight and thermal
+# um at which a surface without a spectrum is evaluated for its whole range: chosen, where sunlight and thermal
 # radiation are strongest.
 _GREY = {"solar_absorptance": 0.55, "thermal_emissivity": 10.0}
 
 
-def wet_grey(given: Mapping[str, float]) -> dict[str, float]:
+def wet_grey(dry_optics: Mapping[str, float]) -> dict[str, float]:
     """Solar absorptance and thermal emissivity, those that are given, of a grey surface under clear water."""
     wet = {}
-    for name, dry in given.items():
+    for name, dry in dry_optics.items():
         micron = np.array([_GREY[name]])
         wet[name] = 1.0 - float(film_reflectance([1.0 - dry], micron, water_at(micron), _FILM)[0])
     return wet
@@ -172,7 +176,7 @@ def wet_grey(given: Mapping[str, float]) -> dict[str, float]:
 
 def water_at(wavelength: Floats) -> npt.NDArray[np.complex128]:
     """Refractive index of water at wavelengths [um]: n linear, k exponential between those of the table."""
-    known, index = water_index()
-    n, k = np.interp(wavelength, known, index.real), np.interp(wavelength, known, np.log(index.imag))
-    whole: npt.NDArray[np.complex128] = n + 1j * np.exp(k)
-    return whole
+    tabulated, index = water_index()
+    n, k = np.interp(wavelength, tabulated, index.real), np.interp(wavelength, tabulated, np.log(index.imag))
+    refractive_index: npt.NDArray[np.complex128] = n + 1j * np.exp(k)
+    return refractive_index

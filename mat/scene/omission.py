@@ -21,7 +21,7 @@ class Omission:
     Attributes
     ----------
     particles : dict of int to float
-        By place in `AtmosphericState.particles`, K.
+        Change of apparent temperature [K] by index in `AtmosphericState.particles`.
     scattered : dict of str to float
         Sources whose light is not scattered, K.
     radiance : float
@@ -42,9 +42,9 @@ class Omission:
         Parameters
         ----------
         sources : sequence of str
-            That `bounds` are for.
+            Light sources that `bounds` cover.
         bounds : Bounds
-            Of the state in the band.
+            Bounds of the state in the band.
         """
         kelvin = kelvin_per_radiance(response, min(state.surface_temperature, REFERENCE))
         tolerance, radiance = job.accuracy.negligible_k, 0.0 if np.isnan(kelvin) else 1 / kelvin
@@ -53,11 +53,11 @@ class Omission:
             return cls({}, {}, radiance)
         # Bounds of particles are those at the nodes that a job names; between them only 0 is certain.
         allowed = 0.0
-        for place in np.argsort(bounds.particles, kind="stable"):
-            change = float(bounds.particles[place] * kelvin) if bounds.particles[place] > 0 else 0.0
+        for index in np.argsort(bounds.particles, kind="stable"):
+            change = float(bounds.particles[index] * kelvin) if bounds.particles[index] > 0 else 0.0
             if not sum(particles.values()) + change <= allowed:
                 break
-            particles[int(place)] = change
+            particles[int(index)] = change
         remaining = tolerance - sum(particles.values())
         scattered = {source: float(bound * kelvin) for source, bound in zip(sources, bounds.scattered, strict=True)}
         return cls(particles, {source: change for source, change in scattered.items() if change <= remaining}, radiance)
@@ -71,18 +71,18 @@ class Omission:
         if not self.particles:
             return state
         count = len(state.aerosols)
-        kept = [(k, particle) for k, particle in enumerate(state.particles) if k not in self.particles]
+        remaining = [(k, particle) for k, particle in enumerate(state.particles) if k not in self.particles]
         return replace(
             state,
-            aerosols=tuple(particle for k, particle in kept if k < count),
-            hydrometeors=tuple(particle for k, particle in kept if k >= count),
+            aerosols=tuple(particle for k, particle in remaining if k < count),
+            hydrometeors=tuple(particle for k, particle in remaining if k >= count),
         )
 
     def names(self, state: AtmosphericState) -> dict[str, float]:
         """Names of those particles with the change of each, K; several of a name together."""
         changes: dict[str, float] = {}
-        for place, change in sorted(self.particles.items()):
-            name = state.particles[place].model.name
+        for index, change in sorted(self.particles.items()):
+            name = state.particles[index].model.name
             changes[name] = changes.get(name, 0.0) + change
         return changes
 

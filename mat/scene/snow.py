@@ -14,10 +14,10 @@ def under_snow(material: Material, snow: Material, depth: float) -> Material:
     """
     top = snow.thermal.layers[0]
     below = material.thermal
-    own = (below.skin, *below.layers) if below.skin.thickness else below.layers
+    solids = (below.skin, *below.layers) if below.skin.thickness else below.layers
     return replace(
         material,
-        thermal=replace(below, skin=snow.thermal.skin, layers=(replace(top, thickness=depth), *own), light=()),
+        thermal=replace(below, skin=snow.thermal.skin, layers=(replace(top, thickness=depth), *solids), light=()),
         surface=replace(snow.surface, exposure=material.surface.exposure),
         wavelength=snow.wavelength,
         reflectance=snow.reflectance,

@@ -75,7 +75,7 @@ def solar_spectrum(longest: float = SUNLIGHT_UM[1]) -> tuple[Floats, Floats]:
 
 
 def source_hours(job: Job, step: float = 1 / 12) -> dict[str, list[tuple[str, str]]]:
-    """Local clock times between which each source of the job stands above the horizon, to the step in hours."""
+    """Local clock times between which each source of the job is above the horizon, to the step in hours."""
     hours = np.arange(0.0, 24.0, step)
     times = local_times_utc(job.site, hours)
     spans: dict[str, list[tuple[str, str]]] = {}

@@ -62,8 +62,8 @@ def _aerosol_layer(layer: AerosolLayer) -> dict[str, Any]:
     }
 
 
-def _layer_text(particles: str, place: str, depth: float | None) -> str:
-    return f"{particles} {place}" + ("" if depth is None else f", optical depth {depth:.3g}")
+def _layer_text(particles: str, location: str, depth: float | None) -> str:
+    return f"{particles} {location}" + ("" if depth is None else f", optical depth {depth:.3g}")
 
 
 def _cloud(cloud: Cloud) -> dict[str, Any]:

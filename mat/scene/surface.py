@@ -52,15 +52,15 @@ def surface_inputs(
 def scene_inputs(job: Job, state_index: int) -> tuple[SunPath, NearSurfaceAir, Sky]:
     """Sun, weather and sky of a state, counted from 1, the sky with the ground and walls that the state names."""
     state = job.states[state_index - 1]
-    place = job.on_date_of_state(state_index).site
-    sun = sun_path(place)
-    air = atmospheric_state(place, without_air_time(state))
+    site = job.on_date_of_state(state_index).site
+    sun = sun_path(site)
+    air = atmospheric_state(site, without_air_time(state))
     sky = band_model_sky(
         air, job.surface_altitudes_km[-1] * 1e3, ground_albedo(job, state), sun.sun_distance, job.water_continuum
     )
     year = state.weather.ground_year
-    ground = None if year is None else year.on(place.date)
-    weather = near_surface_air(sun, state.weather, earlier_suns(place, state.weather), ground)
+    ground = None if year is None else year.on(site.date)
+    weather = near_surface_air(sun, state.weather, earlier_suns(site, state.weather), ground)
     if state.clouds:  # their layers are in the sky already, on the days before as on this
         weather = replace(_cloudless(weather), before=tuple((sun, _cloudless(air)) for sun, air in weather.before))
     return sun, weather, replace(sky, enclosure=_enclosure(job, state, sun, weather, sky))
@@ -87,11 +87,11 @@ def _enclosure(job: Job, state: State, sun: SunPath, weather: NearSurfaceAir, sk
     """Ground and walls of a state, with their temperatures; None on an open plain without a material."""
     if not has_enclosure(state):
         return None
-    given = state.surroundings or StateSurroundings()
+    surroundings = state.surroundings or StateSurroundings()
     ground = GivenEmitter(1.0, sky.ground_albedo)
     if state.ground_material is not None:
         ground = replace(_emitter(job, state.ground_material, weather.wetting), albedo=sky.ground_albedo)
-    wall, (azimuth, elevation) = given.wall, given.horizon
+    wall, (azimuth, elevation) = surroundings.wall, surroundings.horizon
     if wall.material is not None:
         walls = _emitter(job, wall.material, weather.wetting)
     else:
@@ -105,7 +105,7 @@ def _enclosure(job: Job, state: State, sun: SunPath, weather: NearSurfaceAir, sk
         ground=ground,
         walls=walls,
         horizon=Horizon(azimuth, elevation),
-        sky_view=given.sky_view,
+        sky_view=surroundings.sky_view,
         steps=job.accuracy.solver_steps,
     )
 
@@ -146,9 +146,9 @@ def check_measured_light(job: Job, state_index: int) -> None:
     InputError
         Light was measured while the Sun is down.
     """
-    weather, place = job.states[state_index - 1].weather, job.on_date_of_state(state_index).site
+    weather, site = job.states[state_index - 1].weather, job.on_date_of_state(state_index).site
     if weather.measured and weather.hourly is not None:
-        suns = [*earlier_suns(place, weather), sun_path(place)]
+        suns = [*earlier_suns(site, weather), sun_path(site)]
         for table, sun in zip([*weather.days_before, weather.hourly], suns, strict=True):
             measured_radiation(table, sun).refuse_light_at_night(sun)
 
@@ -168,9 +168,9 @@ def _surface_material(material: Material, operated: Mapping[str, Operation], wet
     film, by_moisture = None, None
     if wetting.soil_moisture is not None and material.soil is not None:
         dry = load_library()[material.name]
-        by_moisture, material = moist_skin(dry), moist(dry, wetting.soil_moisture, wetting.frozen)
-    elif wetting.frozen and material.moisture:
-        material = moist(load_library()[material.name], material.moisture, frozen=True)
+        by_moisture, material = moist_skin(dry), moist(dry, wetting.soil_moisture, wetting.frost)
+    elif wetting.frost and material.moisture:
+        material = moist(load_library()[material.name], material.moisture, wetting.frost)
     if wetting.rain:
         film = film_skin(material)
     thermal = material.thermal

@@ -25,35 +25,35 @@ from skyshine.schemas.arrays import Floats
 _QUARTERS = np.arange(0, 24, 0.25)  # hours at which a mean of the day is taken
 
 
-def sun_path(place: Site) -> SunPath:
+def sun_path(site: Site) -> SunPath:
     """The Sun through the day of a site."""
     sun = position(
-        "sun", local_times_utc(place, sun_hours()), place.latitude_deg, place.longitude_deg, place.altitude_km * 1e3
+        "sun", local_times_utc(site, sun_hours()), site.latitude_deg, site.longitude_deg, site.altitude_km * 1e3
     )
-    return SunPath(place.altitude_km * 1e3, sun.elevation, sun.azimuth, float(sun.sun_distance[0]))
+    return SunPath(site.altitude_km * 1e3, sun.elevation, sun.azimuth, float(sun.sun_distance[0]))
 
 
-def earlier_suns(place: Site, weather: Weather) -> list[SunPath]:
+def earlier_suns(site: Site, weather: Weather) -> list[SunPath]:
     """The Sun through each of the days before that the weather holds, oldest first."""
     days = len(weather.days_before)
-    dates = [place.date - timedelta(days=before) for before in range(days, 0, -1)]
-    return [sun_path(place.model_copy(update={"date": date})) for date in dates]
+    dates = [site.date - timedelta(days=before) for before in range(days, 0, -1)]
+    return [sun_path(site.model_copy(update={"date": date})) for date in dates]
 
 
 def near_surface_air(
-    sun: SunPath, given: Weather, earlier: Sequence[SunPath] = (), ground: GroundSeason | None = None
+    sun: SunPath, readings: Weather, earlier: Sequence[SunPath] = (), ground: GroundSeason | None = None
 ) -> NearSurfaceAir:
     """The weather of a state through its day, with the days before whose Sun is given, and the season of its ground,
     on all days that of the last.
     """
-    if given.hourly is None:
-        daily = given.relative_humidity_percent, given.wind_speed_m_s, given.cloud_fraction
-        low, high = np.broadcast_to(np.asarray(given.air_temperature_c, float), 2) + ZERO_CELSIUS
-        return replace(_measured_at(given, from_extremes(sun, low, high, *daily)), ground=ground)
-    tables = [*given.days_before, given.hourly]
-    first = len(tables) - 1 - len(earlier)
-    days = enumerate((*earlier, sun), first)
-    airs = [replace(_air_of_day(each, given, tables, day), ground=ground) for day, each in days]
+    if readings.hourly is None:
+        daily = readings.relative_humidity_percent, readings.wind_speed_m_s, readings.cloud_fraction
+        low, high = np.broadcast_to(np.asarray(readings.air_temperature_c, float), 2) + ZERO_CELSIUS
+        return replace(_measured_at(readings, from_extremes(sun, low, high, *daily)), ground=ground)
+    tables = [*readings.days_before, readings.hourly]
+    first_day = len(tables) - 1 - len(earlier)
+    days = enumerate((*earlier, sun), first_day)
+    airs = [replace(_air_of_day(path, readings, tables, day), ground=ground) for day, path in days]
     return replace(airs[-1], before=tuple(zip(earlier, airs[:-1], strict=True)))
 
 
@@ -62,7 +62,7 @@ def _joined(days: Sequence[Floats], period: float = 0.0) -> Floats:
     return np.concatenate([days[0][-1:] - period, *days, days[-1][:1] + period])
 
 
-def _air_of_day(sun: SunPath, given: Weather, tables: Sequence[HourlyWeather], day: int) -> NearSurfaceAir:
+def _air_of_day(sun: SunPath, readings: Weather, tables: Sequence[HourlyWeather], day: int) -> NearSurfaceAir:
     """The air of one of consecutive days; the first follows on a day like itself, the last is followed by one."""
     hours = _joined([np.array(table.time) + 24.0 * (number - day) for number, table in enumerate(tables)], 24.0)
 
@@ -75,15 +75,15 @@ def _air_of_day(sun: SunPath, given: Weather, tables: Sequence[HourlyWeather], d
             ]
         )
 
-    table, measured = tables[day], given.measured
+    table, measured = tables[day], readings.measured
     air = from_hours(
         sun.altitude if table.altitude_km is None else 1e3 * table.altitude_km,
         hours,
         series("air_temperature_c") + ZERO_CELSIUS,
-        series("relative_humidity_percent", given.relative_humidity_percent),
-        series("wind_speed_m_s", given.wind_speed_m_s),
-        series("cloud_fraction", given.cloud_fraction),
-        None if any(each.pressure_hpa is None for each in tables) else 100.0 * series("pressure_hpa"),
+        series("relative_humidity_percent", readings.relative_humidity_percent),
+        series("wind_speed_m_s", readings.wind_speed_m_s),
+        series("cloud_fraction", readings.cloud_fraction),
+        None if any(table_of_day.pressure_hpa is None for table_of_day in tables) else 100.0 * series("pressure_hpa"),
         measured_radiation(table, sun) if measured else None,
     )
     if table.rain_mm_h is not None:
@@ -91,21 +91,23 @@ def _air_of_day(sun: SunPath, given: Weather, tables: Sequence[HourlyWeather], d
         air = replace(air, rain=series("rain_mm_h")[interval] / 3600.0)
     if table.soil_moisture_m3_m3 is not None:
         air = replace(air, soil_moisture=np.interp(sun_hours(), hours, series("soil_moisture_m3_m3")))
-    return _measured_at(given, air)
+    return _measured_at(readings, air)
 
 
-def wetting_of(given: Weather) -> Wetting:
+def wetting_of(readings: Weather) -> Wetting:
     """What of a weather the skins of surfaces need to know, before its air is known: the mean of moisture is that of
     the readings.
     """
-    moistures = given.water.get("soil_moisture_m3_m3")
-    return Wetting("rain_mm_h" in given.water, None if moistures is None else float(np.mean(np.concatenate(moistures))))
+    moistures = readings.water.get("soil_moisture_m3_m3")
+    return Wetting(
+        "rain_mm_h" in readings.water, None if moistures is None else float(np.mean(np.concatenate(moistures)))
+    )
 
 
-def _measured_at(given: Weather, air: NearSurfaceAir) -> NearSurfaceAir:
+def _measured_at(readings: Weather, air: NearSurfaceAir) -> NearSurfaceAir:
     """The air with the heights at which it was measured, and the age of its snow."""
-    wind_height, air_height = given.heights_m
-    age = None if given.snow_age_days is None else np.full_like(air.air_temperature, given.snow_age_days)
+    wind_height, air_height = readings.heights_m
+    age = None if readings.snow_age_days is None else np.full_like(air.air_temperature, readings.snow_age_days)
     return replace(air, wind_height=wind_height, air_height=air_height, snow_age=age)
 
 

@@ -215,8 +215,8 @@ def test_own_folder_must_not_take_a_code(own):
 @pytest.mark.parametrize(
     "old, new, message",
     [
-        ("code: 1001", "code: 31", r"mat\.yaml:4:\d+: code 31 stands twice \(first at line 3\)"),
-        ("name: hangar_roof", "name: brick_red", r"mat\.yaml:4:\d+: name brick_red stands twice"),
+        ("code: 1001", "code: 31", r"mat\.yaml:4:\d+: code 31 occurs twice \(first at line 3\)"),
+        ("name: hangar_roof", "name: brick_red", r"mat\.yaml:4:\d+: name brick_red occurs twice"),
         ("code: 1001", "code: 0", r"mat\.yaml:4:\d+: materials\.1\.code: found 0"),
         ("code: 1001", "code: 65536", r"mat\.yaml:4:\d+: materials\.1\.code: found 65536"),
         ("code: 1001", "kode: 1001", r"mat\.yaml:4:\d+: .*unknown key 'kode'; did you mean 'code'"),

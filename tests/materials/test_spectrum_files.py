@@ -65,9 +65,9 @@ def test_column_of_a_table_is_the_named_one(tmp_path):
     file = table(tmp_path / "many.csv", '"wavelength","A001","B002"\n', UM, CURVE, 0.5 * CURVE)
     found = read_spectrum(file, Said(record="B002"))
     assert found.reflectance == pytest.approx(0.5 * CURVE, abs=1e-6) and found.title == "B002"
-    with pytest.raises(InputError, match="holds 2 columns of values; name one with --record: A001, B002"):
+    with pytest.raises(InputError, match="contains 2 columns of values; name one with --record: A001, B002"):
         read_spectrum(file, Said())
-    with pytest.raises(InputError, match="holds no column 'C003'; it has A001, B002"):
+    with pytest.raises(InputError, match="contains no column 'C003'; it has A001, B002"):
         read_spectrum(file, Said(record="C003"))
     with pytest.raises(InputError, match="found 3 columns without names"):
         read_spectrum(table(tmp_path / "bare.csv", "", UM, CURVE, CURVE), Said())
@@ -99,7 +99,7 @@ def test_text_of_the_usgs(usgs):
     with pytest.raises(InputError, match="one column; a spectrum of the USGS needs its file of wavelengths"):
         read_spectrum(usgs / "splib07a_X.txt", Said())
     (usgs / "waves.txt").write_text("0.4\n0.5\n")
-    with pytest.raises(InputError, match="holds 60 values and waves.txt 2 wavelengths"):
+    with pytest.raises(InputError, match="contains 60 values and waves.txt 2 wavelengths"):
         read_spectrum(usgs / "splib07a_X.txt", Said(wavelengths=usgs / "waves.txt"))
 
 
@@ -121,9 +121,9 @@ def test_library_of_envi(envi):
         found = read_spectrum(envi / file, Said(record=record))
         assert found.title == record and found.wavelength == pytest.approx(UM, rel=1e-4)
         assert found.reflectance == pytest.approx(CURVE, abs=1e-5)
-    with pytest.raises(InputError, match="holds 2 spectra; name one with --record: slate, tile"):
+    with pytest.raises(InputError, match="contains 2 spectra; name one with --record: slate, tile"):
         read_spectrum(envi / "library.hdr", Said())
-    with pytest.raises(InputError, match="holds no spectrum 'brick'"):
+    with pytest.raises(InputError, match="contains no spectrum 'brick'"):
         read_spectrum(envi / "library.hdr", Said(record="brick"))
     (envi / "library.hdr").write_text("ENVI\n")
     with pytest.raises(InputError, match="is no ENVI spectral library"):

@@ -58,7 +58,7 @@ def test_scalars_follow_yaml_1_2(tmp_path, text, value):
         ("items:\n  - altitud_km: 3\n", "2:5: items.0: unknown key 'altitud_km'; did you mean 'altitude_km'?"),
         ("items:\n  - altitude_km: high\n", "2:18: items.0.altitude_km: found 'high'; input should be a valid number"),
         ("items:\n  - {altitude_km: -1}\n", "2:19: items.0.altitude_km: found -1; input should be greater than"),
-        ("items: []\ncount: 1\ncount: 2\n", "3:1: key 'count' stands twice (first at line 2)"),
+        ("items: []\ncount: 1\ncount: 2\n", "3:1: key 'count' occurs twice (first at line 2)"),
         ("count: 2\n", "1:1: the key 'items' is missing; add it"),
         ("items: [\n", "is not valid YAML"),
         ("", "is empty; write at least one key"),

@@ -84,7 +84,7 @@ def test_readers_refuse_what_they_cannot_read(tmp_path, group):
     write_file(file, group, HEADER)
     with pytest.raises(InputError, match="format_version '1.2.3'; this reader reads 2.x; build it again"):
         read_file(file, "band", 2)
-    with pytest.raises(InputError, match="holds 'band'; allowed: 'htt'"):
+    with pytest.raises(InputError, match="contains 'band'; allowed: 'htt'"):
         read_file(file, "htt", 1)
     with pytest.raises(InputError, match="does not exist"):
         read_file(tmp_path / "none.h5")

@@ -12,7 +12,7 @@ POSTERIOR_ONE = 65535  # posteriors are summed as 16 bit integers: with MAX_RADI
 
 
 class Cells:
-    """The cells, squares of `side` texels from the top left corner on, that hold a stretch of rows or of columns.
+    """The cells, squares of `side` texels from the top left corner on, that contain a stretch of rows or of columns.
 
     wide : slice; these cells and `reach` more to each side, as far as the texture goes.
     inner : slice; they themselves, within `wide`.
@@ -27,11 +27,11 @@ class Cells:
 
     def __init__(self, start: int, stop: int, size: int, side: int, reach: int) -> None:
         """Of texels `start` to `stop` of `size`."""
-        first, end = start // side, (stop - 1) // side + 1
-        before = max(first - reach, 0)
+        low, end = start // side, (stop - 1) // side + 1
+        before = max(low - reach, 0)
         self.wide = slice(before, min(end + reach, -(-size // side)))
-        self.inner = slice(first - before, end - before)
-        self.texels = slice(start - first * side, stop - first * side)
+        self.inner = slice(low - before, end - before)
+        self.texels = slice(start - low * side, stop - low * side)
 
 
 def at_texels(values: npt.NDArray[Any], side: int, rows: Cells, columns: Cells) -> npt.NDArray[Any]:
@@ -54,9 +54,9 @@ def strongest(
     """
     material: npt.NDArray[np.int16] = np.empty(0, np.int16)
     best: npt.NDArray[np.uint32] = np.empty(0, np.uint32)
-    whole = valid.all()
+    complete = valid.all()
     for k, plane in enumerate(planes):
-        sums = _box_sum(plane if whole else plane * valid, radius, inner)
+        sums = _box_sum(plane if complete else plane * valid, radius, inner)
         if k == 0:
             material, best = np.zeros(sums.shape, np.int16), sums
             continue

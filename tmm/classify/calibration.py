@@ -65,14 +65,14 @@ def fit_calibration(
         z = at[0] * odds + at[1]
         return float(weight @ (np.logaddexp(0, z) - target * z)) + PRIOR / 2 * float((at[0] - 1) ** 2 + at[1] ** 2)
 
-    def descend(at: npt.NDArray[Any], free: slice) -> npt.NDArray[Any]:
+    def descend(at: npt.NDArray[Any], fitted: slice) -> npt.NDArray[Any]:
         """Newton's method, damped, over the free parameters; the loss is convex."""
         for _ in range(ROUNDS):
             probability = _expit(at @ basis)
             rise = basis @ (weight * (probability - target)) + PRIOR * (at - (1.0, 0.0))
             bend = (basis * (weight * probability * (1 - probability))) @ basis.T + PRIOR * np.eye(2)
             step = np.zeros(2)
-            step[free] = np.linalg.solve(bend[free, free], rise[free])
+            step[fitted] = np.linalg.solve(bend[fitted, fitted], rise[fitted])
             while loss(at - step) > loss(at) and np.abs(step).max() > SETTLED:
                 step /= 2
             at = at - step

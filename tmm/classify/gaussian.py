@@ -40,11 +40,11 @@ class GaussianModel:
     covariances: npt.NDArray[np.float64]
     log_prior: npt.NDArray[np.float64]
 
-    def only(self, kept: Sequence[int]) -> GaussianModel:
+    def only(self, classes: Sequence[int]) -> GaussianModel:
         """The model of some of its materials alone, whose prior probabilities sum to 1."""
         from scipy.special import logsumexp
 
-        part = list(kept)
+        part = list(classes)
         prior = self.log_prior[part] - logsumexp(self.log_prior[part])
         return GaussianModel(tuple(self.names[k] for k in part), self.means[part], self.covariances[part], prior)
 

@@ -1,6 +1,6 @@
 """Materials from seeds, alone or with a library model: posteriors, spread over superpixels, at full resolution.
 
-Seeds know the texture and a library knows the materials; what its classes stand for is learned from the seeds too. The
+Seeds know the texture and a library knows the materials; what its classes represent is learned from the seeds too. The
 product of their posteriors is pooled over superpixels, spread over their graph, and carried to the texels by a guided
 filter (He, Sun and Tang 2013, IEEE TPAMI 35:1397-1409), whose coefficients are found on a coarse grid (He and Sun 2015,
 arXiv:1505.00996).
@@ -37,29 +37,31 @@ BAND_TEXELS, BAND_COLUMNS = 1 << 19, 1 << 11
 BLOCK_TEXELS = 1 << 16  # of the grid that a posterior is found of at a time
 LEAST = 1e-4  # share that no material goes below
 # What seeds may say least of a material: a normal distribution of one click is far surer than right. With one click a
-# material on aerial sheets, .1 instead of LEAST took the mean IoU of superpixels from .56 to .59; with six it is alike.
+# material on aerial sheets, 0.1 instead of LEAST took the mean IoU of superpixels from 0.56 to 0.59; with six it is
+# alike.
 DOUBT = 0.1
 LEAST_OWN = 0.02  # that neither colour nor texture goes below, so that one does not overrule the other
 # What seeds say, for each place of a material up to MANY, of what the library knows and none of them is. On twelve of
-# those 25 aerial sheets 44 % of a material left out are found with six clicks a class, beside 0.5 % of the others.
+# those 25 aerial sheets 44 % of a material omitted are found with six clicks a class, beside 0.5 % of the others.
 UNSEEN, MANY = 0.05, 6.0
 # Weight of seeds of the class `unknown`, which may look like anything. On nine of those sheets six answers a class
 # without it find 96 % of what is unknown and lose 5 % of the others; with it 88 and 1.4, without a library 71 and 1.1.
 STRANGE = 0.1
 LEAST_SPREAD = 1e-3  # of a feature over a flat texture: far below any that is seen
-# Share of the seeds in the product. The library learns from the seeds as well: with six clicks a material a share of .5
-# lowers the mean IoU on 46 aerial sheets, by which it was chosen, from .76 to .75, with two from .70 to .67.
+# Share of the seeds in the product. The library learns from the seeds as well: with six clicks a material a share of
+# 0.5 lowers the mean IoU on 46 aerial sheets, by which it was chosen, from 0.76 to 0.75, with two from 0.70 to 0.67.
 SEEDS_SHARE = 0.3
 # Power of the shares that makes them as sure as they are right: the product and the graph leave them too even. On those
-# sheets the calibration error is .02, .03 and .03 with one, two and six clicks a material; without it .14, .16, .19.
+# sheets the calibration error is 0.02, 0.03 and 0.03 with one, two and six clicks a material; without it 0.14, 0.16,
+# 0.19.
 SURER = 2.5
 # Of the guided filter: texels of the grid; CIELAB units below which L* is flat. On 25 aerial sheets a radius of 4 for 2
-# takes the mean IoU of six clicks a class from .572 to .583, with a library from .621 to .634; 6 gains .005 more, but
-# loses stems two texels wide: IoU of dead wood on the demo's photograph is .38, .22 and .1 with 2, 4 and 6.
+# takes the mean IoU of six clicks a class from 0.572 to 0.583, with a library from 0.621 to 0.634; 6 gains 0.005 more,
+# but loses stems two texels wide: IoU of dead wood on the demo's photograph is 0.38, 0.22 and 0.1 with 2, 4 and 6.
 FILTER_RADIUS, FILTER_SPREAD = 4, 4.0
 # The kinds of ground are not alike large. With n places of seeds a material their shares by a first estimate count as
 # what is likely before (one damped step of Saerens, Latinne and Decaestecker 2002, Neural Computation 14:21-41), by the
-# power (n - 1) / (n + EXTENT): on those sheets six clicks a class gain .016 of mean IoU, with a library .014.
+# power (n - 1) / (n + EXTENT): on those sheets six clicks a class gain 0.016 of mean IoU, with a library 0.014.
 EXTENT = 5.0
 TYPICAL_RADIUS = 8  # texels of the box whose colour and contrast tell what is typical
 REACH = 2 * FILTER_RADIUS  # of that filter: coefficients are means over means
@@ -124,14 +126,14 @@ def survey(texture: Windowed, colours: DistinctColours, library: TrainedModel | 
         part = slice(top // step, (top + down) // step), slice(left // step, (left + across - 1) // step + 1)
         stack[(slice(None), *part)], coordinates[part], valid[part] = _surveyed(texture, light, rows, columns, step)
     superpixels = find_superpixels(stack[TYPICAL], stack)
-    known = np.empty((len(superpixels.size), 0))
+    posterior = np.empty((len(superpixels.size), 0))
     if library is not None:
         network = library.network
         planes = _planes(
             len(library.names), valid.shape, lambda rows: network.posterior(stack[:, rows].reshape(len(stack), -1))
         )
-        known = superpixels.mean(planes)
-    return Survey(step, stack, coordinates, valid, superpixels, known)
+        posterior = superpixels.mean(planes)
+    return Survey(step, stack, coordinates, valid, superpixels, posterior)
 
 
 def _surveyed(
@@ -144,10 +146,10 @@ def _surveyed(
         wide.append(slice(part.start - before, min(part.stop + MARGIN, size)))
         inner.append(slice(before // step, before // step + -(-(part.stop - part.start) // step)))
     stack = features(*light.window(wide[0], wide[1]), step)[(slice(None), *inner)]
-    own, inside = (part[::step, ::step] for part in texture.window(rows, columns))
-    own = np.where(inside[..., np.newaxis], own, own.dtype.type(0))
-    coordinates = to_coordinates(own.reshape(-1, own.shape[2]), texture.encoding).astype(np.float32)
-    return stack, coordinates.reshape(*own.shape[:2], -1), inside
+    texels, inside = (part[::step, ::step] for part in texture.window(rows, columns))
+    texels = np.where(inside[..., np.newaxis], texels, texels.dtype.type(0))
+    coordinates = to_coordinates(texels.reshape(-1, texels.shape[2]), texture.encoding).astype(np.float32)
+    return stack, coordinates.reshape(*texels.shape[:2], -1), inside
 
 
 def clicks(label: npt.NDArray[Any], count: int) -> npt.NDArray[Any]:
@@ -183,8 +185,8 @@ class GraphMapper:
         self.names = (*model.names, UNKNOWN)[: classes.shape[1]]
         self._texture, self._colours = texture, colours
         self._typicality, self._step = typicality, surveyed.step
-        shared = colours.colours
-        self._lightness = None if shared is None else _lightness(shared, texture.encoding)
+        palette = colours.colours
+        self._lightness = None if palette is None else _lightness(palette, texture.encoding)
         shares = seed_shares(surveyed, model, classes, seeds)
         self._shares, self._label = np.ascontiguousarray(shares.T, np.float32), surveyed.superpixels.label
         self._guide = surveyed.stack[0].copy()  # so that the survey need not stay in memory
@@ -242,50 +244,54 @@ def seed_shares(
 ) -> npt.NDArray[np.float64]:
     """Share (N, K) of each material in each superpixel; K and the parameters as for `GraphMapper`."""
     superpixels, count = surveyed.superpixels, len(model.names)
-    rows, columns, material, asked = seeds
+    rows, columns, material, answered = seeds
     drawn = np.full(superpixels.label.shape, -1)
     drawn[rows // surveyed.step, columns // surveyed.step] = material
-    places = clicks(drawn, count)
-    few = max(float(np.median(places)), 1.0)
-    own = np.sqrt(
+    areas = clicks(drawn, count)
+    typical_areas = max(float(np.median(areas)), 1.0)
+    likelihood = np.sqrt(
         np.maximum(surveyed.posterior(model), LEAST_OWN)
-        * np.maximum(_textured(surveyed, drawn, model.log_prior, few), LEAST_OWN)
+        * np.maximum(_textured(surveyed, drawn, model.log_prior, typical_areas), LEAST_OWN)
     )
-    own = np.maximum(own / own.sum(axis=1, keepdims=True), DOUBT if len(classes) else DOUBT / few)
-    own *= np.where(np.array(model.names) == UNKNOWN, STRANGE, 1.0)
+    likelihood = np.maximum(
+        likelihood / likelihood.sum(axis=1, keepdims=True), DOUBT if len(classes) else DOUBT / typical_areas
+    )
+    likelihood *= np.where(np.array(model.names) == UNKNOWN, STRANGE, 1.0)
     at, kind = superpixels.label[drawn >= 0], drawn[drawn >= 0]
-    known = np.stack([np.bincount(at[kind == k], minlength=len(own)) for k in range(count)], axis=1)
+    seeded = np.stack([np.bincount(at[kind == k], minlength=len(likelihood)) for k in range(count)], axis=1)
     # Places that were asked about lie where materials are contested, and a prior that the user states is theirs.
-    power = 0.0 if asked.any() or np.ptp(model.log_prior) > 0 else (few - 1) / (few + EXTENT)
-    shares = _spread(surveyed, own, classes[:, :count], known, places, power)
+    power = 0.0 if answered.any() or np.ptp(model.log_prior) > 0 else (typical_areas - 1) / (typical_areas + EXTENT)
+    shares = _spread(surveyed, likelihood, classes[:, :count], seeded, areas, power)
     if classes.shape[1] > count:
         # What no seed names is found beside the materials, but does not change which of them it is.
-        own = np.pad(own, ((0, 0), (0, 1)), constant_values=UNSEEN * min(few, MANY))
-        unseen = _spread(surveyed, own, classes, np.pad(known, ((0, 0), (0, 1))), np.append(places, 0), power)[:, -1:]
+        likelihood = np.pad(likelihood, ((0, 0), (0, 1)), constant_values=UNSEEN * min(typical_areas, MANY))
+        unseen = _spread(surveyed, likelihood, classes, np.pad(seeded, ((0, 0), (0, 1))), np.append(areas, 0), power)[
+            :, -1:
+        ]
         shares = np.column_stack([shares * (1 - unseen), unseen])
     return shares
 
 
 def _spread(
     surveyed: Survey,
-    own: npt.NDArray[np.float64],
+    likelihood: npt.NDArray[np.float64],
     classes: npt.NDArray[np.float64],
-    known: npt.NDArray[Any],
-    places: npt.NDArray[Any],
+    seeded: npt.NDArray[Any],
+    areas: npt.NDArray[Any],
     power: float,
 ) -> npt.NDArray[np.float64]:
     """Share (N, K) of each class by what seeds say (N, K), by the library's word and by the seeds' texels (N, K)."""
-    superpixels, held = surveyed.superpixels, known.sum(axis=1)
-    heard = known.T @ surveyed.library / np.maximum(known.sum(axis=0), 1)[:, np.newaxis]
+    superpixels, seed_texels = surveyed.superpixels, seeded.sum(axis=1)
+    heard = seeded.T @ surveyed.library / np.maximum(seeded.sum(axis=0), 1)[:, np.newaxis]
     # Without a library the seeds say all.
-    word = np.maximum(translated(surveyed.library, classes, heard, places), LEAST) if len(classes) else own
-    first = own**SEEDS_SHARE * word ** (1 - SEEDS_SHARE)
-    first /= first.sum(axis=1, keepdims=True)
-    first *= np.maximum(superpixels.size @ first / superpixels.size.sum(), LEAST) ** power
-    first /= first.sum(axis=1, keepdims=True)
+    word = np.maximum(translated(surveyed.library, classes, heard, areas), LEAST) if len(classes) else likelihood
+    unary = likelihood**SEEDS_SHARE * word ** (1 - SEEDS_SHARE)
+    unary /= unary.sum(axis=1, keepdims=True)
+    unary *= np.maximum(superpixels.size @ unary / superpixels.size.sum(), LEAST) ** power
+    unary /= unary.sum(axis=1, keepdims=True)
     # A superpixel that seeds hardly touch may be of another material.
-    hold = HOLD * np.minimum(2 * held / superpixels.size, 1)
-    shares = superpixels.spread(first, known / np.maximum(held, 1)[:, np.newaxis], hold)
+    hold = HOLD * np.minimum(2 * seed_texels / superpixels.size, 1)
+    shares = superpixels.spread(unary, seeded / np.maximum(seed_texels, 1)[:, np.newaxis], hold)
     if len(classes):
         shares **= SURER
         shares /= shares.sum(axis=1, keepdims=True)
@@ -293,21 +299,21 @@ def _spread(
 
 
 def _textured(
-    surveyed: Survey, drawn: npt.NDArray[Any], log_prior: npt.NDArray[np.float64], places: float
+    surveyed: Survey, drawn: npt.NDArray[Any], log_prior: npt.NDArray[np.float64], areas: float
 ) -> npt.NDArray[np.float64]:
     """Posterior (N, K) of each superpixel by colour and texture of the seeds, `drawn` (h, w) and -1 elsewhere."""
     mean = surveyed.superpixels.mean(surveyed.stack)
     spread = np.maximum(surveyed.stack.std(axis=(1, 2), dtype=np.float64), LEAST_SPREAD)
     middle = surveyed.superpixels.size @ mean / surveyed.superpixels.size.sum()
-    seen = (surveyed.stack[:, drawn >= 0].T - middle) / spread
-    return softmax_posterior(seen, drawn[drawn >= 0], log_prior, places, (mean - middle) / spread)
+    seed_features = (surveyed.stack[:, drawn >= 0].T - middle) / spread
+    return softmax_posterior(seed_features, drawn[drawn >= 0], log_prior, areas, (mean - middle) / spread)
 
 
 def _between(start: int, stop: int, step: int, size: int) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """Grid lines before the texels of a window, and how far each texel is on the way to the next."""
-    place = np.minimum(np.arange(start, stop) / step, size - 1)
-    line = np.minimum(place.astype(int), max(size - 2, 0))
-    return line, (place - line).astype(np.float32)
+    position = np.minimum(np.arange(start, stop) / step, size - 1)
+    line = np.minimum(position.astype(int), max(size - 2, 0))
+    return line, (position - line).astype(np.float32)
 
 
 def _finer(

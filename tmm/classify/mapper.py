@@ -78,10 +78,10 @@ class ColourMapper:
         self._typicality = typicality
         self.texture, self.model, self.names, self.radius = texture, model, model.names, radius
         self._step = max(radius // SAMPLES, 1)
-        self._colours, shared = colours, colours.colours
+        self._colours, palette = colours, colours.colours
         self._shared: tuple[npt.NDArray[Any], npt.NDArray[np.float32]] | None = None
-        if tabulate and shared is not None and len(shared) * len(model.names) <= TABLE_ENTRIES:
-            self._shared = model.tables(shared, texture.encoding)
+        if tabulate and palette is not None and len(palette) * len(model.names) <= TABLE_ENTRIES:
+            self._shared = model.tables(palette, texture.encoding)
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify a window; see `Mapper`."""
@@ -99,8 +99,8 @@ class ColourMapper:
             typical = self._typicality.window(top, bottom, left, right)
         else:
             typical = at_texels(averaged(np.take(typicality, index), valid, reach, inner), step, rows, columns)
-        known = valid[inner] if step == 1 else self.texture.window(slice(top, bottom), slice(left, right))[1]
-        return without_data(Classified(material, confidence, typical), known)
+        has_data = valid[inner] if step == 1 else self.texture.window(slice(top, bottom), slice(left, right))[1]
+        return without_data(Classified(material, confidence, typical), has_data)
 
     def _sampled(
         self, rows: slice, columns: slice
@@ -133,9 +133,9 @@ def with_margin(
 def without_data(classified: Classified, valid: npt.NDArray[np.bool_]) -> Classified:
     """Take the answer away, in place, from texels without data and from those that no material claims."""
     if not (classified.confidence.all() and valid.all()):
-        none = ~valid | (classified.confidence == 0)
+        empty = ~valid | (classified.confidence == 0)
         for array, nothing in ((classified.material, -1), (classified.confidence, 0), (classified.typicality, 0)):
-            np.copyto(array, array.dtype.type(nothing), where=none)
+            np.copyto(array, array.dtype.type(nothing), where=empty)
     return classified
 
 

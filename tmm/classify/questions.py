@@ -1,4 +1,4 @@
-"""Where the next seed of a texture is worth most.
+"""Where the next seed of a texture improves the map most.
 
 An answer tells a superpixel and, less surely, those that look like it. Its gain is what it takes off the expected share
 of texels with a wrong material; places are chosen one by one, each for what those before it leave (the greedy choice of
@@ -46,20 +46,20 @@ class Place:
 
 def reach(means: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
     """How much (N, N), 0 to 1, an answer about each superpixel tells of each other, by mean features (N, F)."""
-    place = ((means - means.mean(axis=0)) / np.maximum(means.std(axis=0), 1e-6)).astype(np.float32)
-    square = (place**2).sum(axis=1)
+    features = ((means - means.mean(axis=0)) / np.maximum(means.std(axis=0), 1e-6)).astype(np.float32)
+    square = (features**2).sum(axis=1)
     distance = square[:, np.newaxis] + square
-    distance -= 2 * place @ place.T
+    distance -= 2 * features @ features.T
     np.maximum(distance, 0, out=distance)
-    step = max(len(place) // 500, 1)
+    step = max(len(features) // 500, 1)
     median = max(float(np.median(distance[::step, ::step])), 1e-12)
-    told: npt.NDArray[np.float32] = np.exp(distance / np.float32(-2 * REACH * median))
-    return told
+    similarity: npt.NDArray[np.float32] = np.exp(distance / np.float32(-2 * REACH * median))
+    return similarity
 
 
-def strangeness(told: npt.NDArray[Any], seeded: npt.NDArray[np.bool_]) -> npt.NDArray[np.float64]:
-    """How little (N,), 0 to 1, the superpixels with seeds (N,) tell of each."""
-    strange: npt.NDArray[np.float64] = np.prod(1 - told[seeded], axis=0, dtype=np.float64)
+def strangeness(similarity: npt.NDArray[Any], seeded: npt.NDArray[np.bool_]) -> npt.NDArray[np.float64]:
+    """Novelty (N,) of each superpixel, 0 to 1: how little it resembles those with seeds (N,)."""
+    strange: npt.NDArray[np.float64] = np.prod(1 - similarity[seeded], axis=0, dtype=np.float64)
     return strange
 
 
@@ -102,7 +102,7 @@ def rarity(shares: npt.NDArray[np.float64], texels: npt.NDArray[np.float64], pow
 
 
 def contest(
-    told: npt.NDArray[np.float32],
+    similarity: npt.NDArray[np.float32],
     texels: npt.NDArray[np.float64],
     shares: npt.NDArray[np.float64],
     covered: npt.NDArray[np.float64],
@@ -112,18 +112,18 @@ def contest(
 
     The parameters are those of `choose` and `doubt`; there are two materials or more.
     """
-    second, first = np.partition(shares, -2, axis=1)[:, -2:].T
-    margin = (first - second) * covered
+    second, best = np.partition(shares, -2, axis=1)[:, -2:].T
+    margin = (best - second) * covered
     contested = np.where(seeded, 0.0, 1 - margin)
-    alike = np.argpartition(told, -min(NEAREST + 1, len(told)), axis=1)[:, -(NEAREST + 1) :]
+    alike = np.argpartition(similarity, -min(NEAREST + 1, len(similarity)), axis=1)[:, -(NEAREST + 1) :]
     others = alike != np.arange(len(alike))[:, np.newaxis]
-    around = (contested[alike] * others).sum(axis=1) / np.maximum(others.sum(axis=1), 1)
-    weighed: npt.NDArray[np.float64] = contested * around * np.sqrt(texels) * rarity(shares, texels, RARE_CONTESTED)
+    neighbours = (contested[alike] * others).sum(axis=1) / np.maximum(others.sum(axis=1), 1)
+    weighed: npt.NDArray[np.float64] = contested * neighbours * np.sqrt(texels) * rarity(shares, texels, RARE_CONTESTED)
     return weighed
 
 
 def choose(
-    told: npt.NDArray[np.float32],
+    similarity: npt.NDArray[np.float32],
     texels: npt.NDArray[np.float64],
     wrong: npt.NDArray[np.float64],
     shares: npt.NDArray[np.float64],
@@ -134,7 +134,7 @@ def choose(
 ) -> list[Place]:
     """The places to ask about next, the best first; fewer than `count` where no more are allowed.
 
-    told : (N, N) float; as of `reach`.
+    similarity : (N, N) float; as of `reach`.
     texels : (N,) float; with data, of each superpixel.
     wrong : (N,) float; as of `doubt`.
     shares : (N, K) float; as of `doubt`; the rarer a material, the more its texels count.
@@ -146,17 +146,17 @@ def choose(
     total = max(float(texels.sum()), 1.0)
     weight = (texels * rarity(shares, texels, RARE)).astype(np.float32)
     gained = (texels * (SETTLED + (1 - SETTLED) * strange) / total).astype(np.float32)
-    left, apart, open_ = wrong.astype(np.float32), np.ones(len(texels), np.float32), clear > 0
-    places = []
+    doubtful, apart, open_ = wrong.astype(np.float32), np.ones(len(texels), np.float32), clear > 0
+    chosen = []
     for _ in range(min(count, int(open_.sum()))):
-        value = told @ (weight * left) if contested is None else contested * apart
+        value = similarity @ (weight * doubtful) if contested is None else contested * apart
         best = int(np.where(open_, clear * value, -1).argmax())
-        places.append(Place(best, float(told[best] @ (gained * left))))
+        chosen.append(Place(best, float(similarity[best] @ (gained * doubtful))))
         open_[best] = False
-        remains = np.maximum(1 - told[best], 0)
-        left *= remains
+        remains = np.maximum(1 - similarity[best], 0)
+        doubtful *= remains
         apart *= remains
-    return places
+    return chosen
 
 
 def middles(
@@ -170,9 +170,9 @@ def middles(
 
     label = np.pad(np.where(valid, superpixels.label, -1), 1, constant_values=-1)
     inner = label[1:-1, 1:-1]
-    around = (label[:-2, 1:-1], label[2:, 1:-1], label[1:-1, :-2], label[1:-1, 2:])
+    neighbours = (label[:-2, 1:-1], label[2:, 1:-1], label[1:-1, :-2], label[1:-1, 2:])
     inside = np.zeros(label.shape, bool)
-    inside[1:-1, 1:-1] = valid & np.all([inner == other for other in around], axis=0)
+    inside[1:-1, 1:-1] = valid & np.all([inner == neighbour for neighbour in neighbours], axis=0)
     depth = distance_transform_edt(inside)[1:-1, 1:-1]
     depth[~valid] = -1
     flat, deep = superpixels.label.ravel(), depth.ravel()

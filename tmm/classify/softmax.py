@@ -24,15 +24,15 @@ def softmax_posterior(
     features: npt.NDArray[Any],
     material: npt.NDArray[Any],
     log_prior: npt.NDArray[Any],
-    places: float,
-    asked: npt.NDArray[Any],
+    areas: float,
+    targets: npt.NDArray[Any],
 ) -> npt.NDArray[np.float64]:
-    """Posterior (M, K) of materials at places with the features `asked` (M, F).
+    """Posterior (M, K) of materials at places with the features `targets` (M, F).
 
     features : (N, F) float; of seeds, standardised.
     material : (N,) int; of each seed; each of the K occurs, and counts alike however many seeds it has.
     log_prior : (K,) float; logarithms of the prior probabilities.
-    places : float; separate places of seeds a material: the fewer, the less the features are trusted.
+    areas : float; separate places of seeds a material: the fewer, the less the features are trusted.
 
     References
     ----------
@@ -49,22 +49,24 @@ def softmax_posterior(
 
     count = len(log_prior)
     random = np.random.default_rng(0)
-    kept = [np.flatnonzero(material == k) for k in range(count)]
-    kept = [one if len(one) <= SAMPLE else random.choice(one, SAMPLE, replace=False) for one in kept]
-    chosen = np.concatenate(kept)
-    known, target = features[chosen].astype(np.float64), np.eye(count)[material[chosen]]
-    weight = np.concatenate([np.full(len(one), 1 / (count * len(one))) for one in kept])
-    penalty, shape = PENALTY / (places + 1), (features.shape[1] + 1, count)
+    by_class = [np.flatnonzero(material == k) for k in range(count)]
+    by_class = [
+        members if len(members) <= SAMPLE else random.choice(members, SAMPLE, replace=False) for members in by_class
+    ]
+    chosen = np.concatenate(by_class)
+    samples, target = features[chosen].astype(np.float64), np.eye(count)[material[chosen]]
+    weight = np.concatenate([np.full(len(members), 1 / (count * len(members))) for members in by_class])
+    penalty, shape = PENALTY / (areas + 1), (features.shape[1] + 1, count)
 
     def loss(flat: npt.NDArray[Any]) -> tuple[float, npt.NDArray[Any]]:
         slopes, offsets = flat.reshape(shape)[:-1], flat.reshape(shape)[-1]
-        scores = log_softmax(known @ slopes + offsets, axis=1)
+        scores = log_softmax(samples @ slopes + offsets, axis=1)
         residual = (np.exp(scores) - target) * weight[:, np.newaxis]
-        gradient = np.concatenate([known.T @ residual + penalty * slopes, residual.sum(axis=0, keepdims=True)])
+        gradient = np.concatenate([samples.T @ residual + penalty * slopes, residual.sum(axis=0, keepdims=True)])
         return -float(weight @ (scores * target).sum(axis=1)) + penalty / 2 * float((slopes**2).sum()), gradient.ravel()
 
     best = minimize(loss, np.zeros(shape).ravel(), jac=True, method="L-BFGS-B", options={"maxiter": ROUNDS}).x
     posterior: npt.NDArray[np.float64] = softmax(
-        asked @ best.reshape(shape)[:-1] + best.reshape(shape)[-1] + log_prior, axis=1
+        targets @ best.reshape(shape)[:-1] + best.reshape(shape)[-1] + log_prior, axis=1
     )
     return posterior

@@ -16,13 +16,13 @@ import numpy.typing as npt
 NUMBER = 4000  # superpixels of a texture, about: a solve takes a fraction of a second
 LEAST_TEXELS = 16  # of a superpixel, about
 # Of SLIC, in units of CIELAB: nearly squares. On two fifths of the aerial sheets six clicks a class reach a mean IoU of
-# .64 where it asks and .66 at random; superpixels that follow borders (20) .63 and .65.
+# 0.64 where it asks and 0.66 at random; superpixels that follow borders (20) 0.63 and 0.65.
 COMPACTNESS = 1000.0
 ROUNDS = 5  # of SLIC: borders hardly move after
 ALIKE = 8  # edges from each superpixel to those most alike
 SETTLED = 1e-10  # relative residual of a solve
-# Weight of an edge between two alike. On aerial sheets by which it was not chosen 10 for 1 is worth .007 to .020
-# of a sheet's mean IoU with one to six clicks a class, and .004 to .006 of accuracy; 100 takes small things away.
+# Weight of an edge between two alike. On aerial sheets by which it was not chosen 10 for 1 gains 0.007 to 0.020
+# of a sheet's mean IoU with one to six clicks a class, and 0.004 to 0.006 of accuracy; 100 takes small things away.
 STIFFNESS = 10.0
 HOLD = 50.0  # weight of seeds, where 1 is that of what is thought of a superpixel at first
 
@@ -47,26 +47,29 @@ class Superpixels:
         flat = self.label.ravel()
         return np.stack([np.bincount(flat, plane.ravel(), len(self.size)) / self.size for plane in planes], axis=1)
 
-    def spread(self, first: npt.NDArray[Any], known: npt.NDArray[Any], hold: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    def spread(self, unary: npt.NDArray[Any], seeded: npt.NDArray[Any], hold: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Shares (N, K) of the materials that agree best with what is thought at first, with seeds and with neighbours.
 
-        first : (N, K) float; shares that are thought of each superpixel by itself.
-        known : (N, K) float; shares by its seeds; anything where `hold` is 0.
-        hold : (N,) float; weight of its seeds; that of `first` is 1.
+        unary : (N, K) float; shares that are thought of each superpixel by itself.
+        seeded : (N, K) float; shares by its seeds; anything where `hold` is 0.
+        hold : (N,) float; weight of its seeds; that of `unary` is 1.
         """
         from scipy.sparse import coo_array, diags_array
         from scipy.sparse.linalg import LinearOperator, cg
 
         number = len(self.size)
-        both, other = np.concatenate([self.pairs, self.pairs[::-1]], axis=1)
-        joined = coo_array((np.tile(self.weight, 2), (both, other)), (number, number)).tocsc()
+        both, neighbour = np.concatenate([self.pairs, self.pairs[::-1]], axis=1)
+        joined = coo_array((np.tile(self.weight, 2), (both, neighbour)), (number, number)).tocsc()
         degree = joined.sum(axis=0)
         # Each row's own weight is the larger by 1 than those of its edges together, so that conjugate gradients scaled
         # by it settle in some dozens of steps, where a factorisation fills in most of the matrix.
-        own = 1 + hold + degree
-        system, scale = (diags_array(own) - joined).tocsr(), LinearOperator((number, number), lambda v: v / own)
-        wanted = first + hold[:, np.newaxis] * known
-        columns = [cg(system, column, rtol=SETTLED, M=scale) for column in wanted.T]
+        diagonal = 1 + hold + degree
+        system, scale = (
+            (diags_array(diagonal) - joined).tocsr(),
+            LinearOperator((number, number), lambda v: v / diagonal),
+        )
+        right_side = unary + hold[:, np.newaxis] * seeded
+        columns = [cg(system, column, rtol=SETTLED, M=scale) for column in right_side.T]
         if any(problem for _, problem in columns):
             raise ValueError("the shares of superpixels do not settle: a weight is not finite or below 0")
         shares = np.maximum(np.stack([solved for solved, _ in columns], axis=1), 0)
@@ -98,13 +101,13 @@ def find_superpixels(
     label = (np.cumsum(np.bincount(label.ravel()) > 0) - 1)[label]
     size = np.bincount(label.ravel()).astype(np.float64)
     bare = Superpixels(label, size, np.empty((2, 0), int), np.empty(0))
-    place = bare.mean(features)
-    place = (place - place.mean(axis=0)) / np.maximum(place.std(axis=0), 1e-6)
+    position = bare.mean(features)
+    position = (position - position.mean(axis=0)) / np.maximum(position.std(axis=0), 1e-6)
     beside = [np.stack([a[a != b], b[a != b]]) for a, b in ((label[1:], label[:-1]), (label[:, 1:], label[:, :-1]))]
-    near = KDTree(place).query(place, min(ALIKE + 1, len(size)))[1].reshape(len(size), -1)
+    near = KDTree(position).query(position, min(ALIKE + 1, len(size)))[1].reshape(len(size), -1)
     alike = np.stack([np.repeat(np.arange(len(size)), near.shape[1]), near.ravel()])
     pairs = np.concatenate([*beside, alike], axis=1)
     pairs = np.unique(np.sort(pairs[:, pairs[0] != pairs[1]], axis=0), axis=1)
-    distance = ((place[pairs[0]] - place[pairs[1]]) ** 2).sum(axis=1)
+    distance = ((position[pairs[0]] - position[pairs[1]]) ** 2).sum(axis=1)
     median = np.median(distance) if len(distance) else 1.0
     return Superpixels(label, size, pairs, STIFFNESS * np.exp(-distance / max(median, 1e-12)))

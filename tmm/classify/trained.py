@@ -65,11 +65,11 @@ class TrainedModel:
     network: Network
     calibration: Calibration = IDENTITY
 
-    def only(self, kept: Sequence[int]) -> TrainedModel:
+    def only(self, classes: Sequence[int]) -> TrainedModel:
         """The classifier among some of its materials alone: the others have no posterior."""
-        part, network = list(kept), self.network
+        part, network = list(classes), self.network
         network = replace(network, outer_weight=network.outer_weight[:, part], outer_offset=network.outer_offset[part])
-        colour = self.colour.only(kept)
+        colour = self.colour.only(classes)
         return TrainedModel(colour.names, colour, network, self.calibration)
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from skyshine.tmm.classify.trained import TrainedModel
 
 # Clicks that a library's names count as. On 46 aerial sheets by which it was chosen six clicks a material reach a mean
-# IoU of .72, .735 and .746 with 3, 6 and 10; one click .63 with each, and .60 with 10 where seeds weigh less.
+# IoU of 0.72, 0.735 and 0.746 with 3, 6 and 10; one click 0.63 with each, and 0.60 with 10 where seeds weigh less.
 TRUST = 6.0
 SLIPS = 0.05  # share of a material that a library is taken to call anything, before it is heard on a seed
 
@@ -36,9 +36,9 @@ def class_groups(model: TrainedModel | None, materials: Sequence[str], library: 
 def library_classes(
     classes: Sequence[str], materials: Sequence[str], groups: dict[str, str]
 ) -> npt.NDArray[np.float64]:
-    """What share (L, K) of each class of a library model stands for each of the materials of seeds.
+    """What share (L, K) of each class of a library model represents each of the materials of seeds.
 
-    A class stands for the material of its name; without one, for the materials of its group, alike: those that no class
+    A class represents the material of its name; without one, for the materials of its group, alike: those that no class
     is named by, where there are any; else for none.
 
     groups : dict of str to str; group of each material by name.
@@ -48,20 +48,20 @@ def library_classes(
         if name in materials:
             shares[i, materials.index(name)] = 1
             continue
-        group = [k for k, other in enumerate(materials) if groups.get(other, other) == groups.get(name)]
+        group = [k for k, member in enumerate(materials) if groups.get(member, member) == groups.get(name)]
         alike = [k for k in group if materials[k] not in classes] or group
         shares[i, alike] = 1 / max(len(alike), 1)
     return shares
 
 
 def and_unknown(classes: npt.NDArray[np.float64], materials: Sequence[str]) -> npt.NDArray[np.float64]:
-    """These shares (L, K) with the classes that stand for none of the materials standing for `unknown`, which is the
+    """These shares (L, K) with the classes that represent none of the materials representing `unknown`, which is the
     last, (L, K + 1), where there are such classes and the seeds have none of it.
     """
-    none = (classes.sum(axis=1) == 0).astype(float)
+    unmatched = (classes.sum(axis=1) == 0).astype(float)
     if UNKNOWN in materials:
-        return np.where(np.array(materials) == UNKNOWN, none[:, np.newaxis], classes)
-    return np.column_stack([classes, none]) if none.any() else classes
+        return np.where(np.array(materials) == UNKNOWN, unmatched[:, np.newaxis], classes)
+    return np.column_stack([classes, unmatched]) if unmatched.any() else classes
 
 
 def translated(

@@ -59,8 +59,8 @@ class Boxes:
     def features(self, rows: slice, columns: slice) -> tuple[npt.NDArray[Any], npt.NDArray[np.bool_]]:
         """Features (2 D, h, w) float64 of the boxes about cells, and which of them have data, (h, w) bool."""
         wide = [
-            slice(max(part.start - self.reach, 0), min(part.stop + self.reach, most))
-            for part, most in ((rows, self.rows), (columns, self.columns))
+            slice(max(part.start - self.reach, 0), min(part.stop + self.reach, end))
+            for part, end in ((rows, self.rows), (columns, self.columns))
         ]
         pad = [
             (self.reach - part.start + cells.start, self.reach + part.stop - cells.stop)
@@ -78,11 +78,11 @@ class Boxes:
         self._coordinates(pixels, valid, planes[1 : 1 + channels])
         np.square(planes[1 : 1 + channels], out=planes[1 + channels :])
         number, *sums = _box_sums(_cell_sums(planes, self.cell // self._step), pad, self.reach)
-        known = number > 0
+        filled = number > 0
         means = np.stack(sums) / np.maximum(number, 1)
         variance = np.maximum(means[channels:] - means[:channels] ** 2, 0)
         means[channels:] = np.log1p(np.sqrt(variance))
-        return means, known
+        return means, filled
 
     def _coordinates(
         self, pixels: npt.NDArray[Any], valid: npt.NDArray[np.bool_], into: npt.NDArray[np.float32]
@@ -148,10 +148,10 @@ def fit_boxes(features: npt.NDArray[np.float64], material: npt.NDArray[Any], reg
     regions = np.bincount(pairs[0]).astype(float)[:, np.newaxis, np.newaxis]
     means = np.stack([np.bincount(material, column) / boxes for column in features.T], axis=1)
     residual = features - means[material]
-    own = np.stack([residual[material == k].T @ residual[material == k] / boxes[k] for k in range(count)])
+    by_class = np.stack([residual[material == k].T @ residual[material == k] / boxes[k] for k in range(count)])
     prior = prior_covariance(features.shape[1] // 2)
-    pooled = ((regions * own).sum(axis=0) + PRIOR_REGIONS * prior) / (regions.sum() - count + PRIOR_REGIONS)
-    covariances = (regions * own + OWN_REGIONS * pooled) / (regions - 1 + OWN_REGIONS) * (1 + 1 / regions)
+    pooled = ((regions * by_class).sum(axis=0) + PRIOR_REGIONS * prior) / (regions.sum() - count + PRIOR_REGIONS)
+    covariances = (regions * by_class + OWN_REGIONS * pooled) / (regions - 1 + OWN_REGIONS) * (1 + 1 / regions)
     # The second floor is as in `fit` of colours.
     covariances += FLOOR * prior
     trace = np.trace(covariances, axis1=1, axis2=2)[:, np.newaxis, np.newaxis]
@@ -188,9 +188,9 @@ class Typicality:
         boxes = self._boxes
         rows = Cells(top, bottom, boxes.height, boxes.cell, boxes.around)
         columns = Cells(left, right, boxes.width, boxes.cell, boxes.around)
-        features, known = boxes.features(rows.wide, columns.wide)
-        nearest = self._model.squared_distance(features.reshape(len(features), -1).T).min(axis=0).reshape(known.shape)
-        nearest[~known] = np.inf
+        features, filled = boxes.features(rows.wide, columns.wide)
+        nearest = self._model.squared_distance(features.reshape(len(features), -1).T).min(axis=0).reshape(filled.shape)
+        nearest[~filled] = np.inf
         for axis in (0, 1):
             nearest = minimum_filter1d(nearest, 2 * boxes.around + 1, axis=axis, mode="nearest")
         share = chdtrc(boxes.dimensions, nearest[rows.inner, columns.inner]).astype(np.float32)

@@ -16,7 +16,7 @@ from skyshine.tmm.commands.problems import raise_all
 def command(job: str, as_json: bool) -> None:
     """Check JOB: read its images and find its seeds; nothing is classified or written.
 
-    All textures are checked, also where one is wrong; the status is 2 then.
+    All textures are checked even if one is wrong; the exit status is then 2.
     """
     from skyshine.materials.library import load_library
     from skyshine.tmm.job.load import load_job

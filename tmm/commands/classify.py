@@ -25,9 +25,15 @@ if TYPE_CHECKING:
 @click.argument("job", type=click.Path())
 @click.option("--out", type=click.Path(), help="Output folder; by default the one that the job names.")
 @click.option(
-    "--fresh", is_flag=True, help="Classify everything again; without it, databases that still hold are kept."
+    "--fresh", is_flag=True, help="Classify everything again; without it, databases that are still current are kept."
 )
-@click.option("--jobs", type=click.IntRange(1, 256), default=1, show_default=True, help="Textures at a time.")
+@click.option(
+    "--jobs",
+    type=click.IntRange(1, 256),
+    default=1,
+    show_default=True,
+    help="Number of textures to classify in parallel.",
+)
 @allow_outside_option
 @json_option
 def command(job: str, out: str | None, fresh: bool, jobs: int, as_json: bool) -> None:
@@ -71,7 +77,7 @@ def _results(job: TmmJob, folder: Path, out: str | None, fresh: bool, processes:
 
     pool = ProcessPoolExecutor(min(processes, len(job.textures)), multiprocessing.get_context("spawn"))
     alone = [job.model_copy(update={"textures": [entry]}) for entry in job.textures]
-    futures = [pool.submit(_in_a_process, each, folder, out, fresh) for each in alone]
+    futures = [pool.submit(_in_a_process, single, folder, out, fresh) for single in alone]
     try:
         for future in futures:
             yield from future.result()
@@ -97,18 +103,18 @@ def _in_a_process(job: TmmJob, folder: Path, out: str | None, fresh: bool) -> li
 
 
 def _outcome(outcome: Outcome) -> dict[str, Any]:
-    if outcome.mapped is not None and outcome.written is not None:
-        return {"state": "written", **_report(outcome.mapped, outcome.written, outcome.path)}
+    if outcome.mapped is not None and outcome.summary is not None:
+        return {"state": "written", **_report(outcome.mapped, outcome.summary, outcome.path)}
     named = {"file": str(outcome.path), "name": outcome.job.name}
     if outcome.problem is not None:
         return {"state": "failed", **named, "error": str(outcome.problem)}
     return {"state": "kept", **named}
 
 
-def _report(mapped: TextureMap, written: Written, path: Path) -> dict[str, Any]:
+def _report(mapped: TextureMap, summary: Written, path: Path) -> dict[str, Any]:
     from skyshine.tmm.mapping.doubts import doubts
 
-    usage = dict(zip(mapped.names, written.usage.tolist(), strict=True))
+    usage = dict(zip(mapped.names, summary.usage.tolist(), strict=True))
     quality = mapped.quality
     return {
         "file": str(path),
@@ -119,24 +125,24 @@ def _report(mapped: TextureMap, written: Written, path: Path) -> dict[str, Any]:
         "distinct_colours": mapped.colours.number,
         "usage": {name: quantity(share, "1") for name, share in usage.items()},
         "unknown": quantity(max(1 - sum(usage.values()), 0.0), "1"),
-        "mean_confidence": quantity(written.confidence, "1"),
-        "in_shade": None if written.shade is None else quantity(written.shade, "1"),
-        "expected_accuracy": quantity(written.confidence_of_known, "1"),
-        "held_out_places": quality.places,
+        "mean_confidence": quantity(summary.confidence, "1"),
+        "in_shade": None if summary.shade is None else quantity(summary.shade, "1"),
+        "expected_accuracy": quantity(summary.confidence_of_known, "1"),
+        "held_out_places": quality.areas,
         "held_out_texels": quality.quality.tested,
         "overall_accuracy": quantity(quality.quality.overall_accuracy, "1"),
         "mean_iou": quantity(quality.quality.mean_iou, "1"),
         "calibration_error": quantity(quality.quality.calibration_error, "1"),
         "not_held_out": _not_held_out(mapped),
-        "warnings": doubts(mapped, written),
+        "warnings": doubts(mapped, summary),
     }
 
 
 def _not_held_out(mapped: TextureMap) -> str | None:
     """Why nothing could be held out; None where something was, or there are no seeds."""
-    if mapped.seeds is None or mapped.quality.places:
+    if mapped.seeds is None or mapped.quality.areas:
         return None
-    if mapped.seeds.asked.all():
+    if mapped.seeds.answered.all():
         return "its places were asked for where the map was in doubt; 'tmm suggest --random' asks for a fair sample"
     return "one place a material; draw a second, apart from the first"
 

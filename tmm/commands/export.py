@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     required=True,
     help="Format to write.",
 )
-@click.option("--out", type=click.Path(), required=True, help="Folder to write into; of a CDB, its root.")
+@click.option("--out", type=click.Path(), required=True, help="Output folder; for a CDB, its root.")
 @click.option(
     "--level",
     type=click.IntRange(min=0),
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--tile",
-    help="CDB: the tile that the texture covers, such as N12E044_L00_U0_R0; else its place on the map cuts tiles.",
+    help="CDB: tile that the texture covers, such as N12E044_L00_U0_R0; by default tiles are cut by its georeference.",
 )
-@click.option("--model", help="CDB: the name of a geotypical model's texture; all mip levels are written.")
+@click.option("--model", help="CDB: name of a geotypical model's texture; all mip levels are written.")
 @click.option(
     "--lod", type=int, help="CDB: finest level of detail, -10 to 23, of the model texture or of the tiles that are cut."
 )
@@ -39,10 +39,10 @@ if TYPE_CHECKING:
     "--map",
     "map_file",
     type=click.Path(),
-    help="CDB: a map of materials to base materials in place of the packaged one.",
+    help="CDB: map of materials to base materials, instead of the packaged one.",
 )
 @click.option(
-    "--mesh", type=click.Path(), help="glTF: a mesh that shows the photograph, to write the feature IDs into."
+    "--mesh", type=click.Path(), help="glTF: mesh with the photograph as texture; the feature IDs are written into it."
 )
 @click.option("--photograph", help="glTF: name or number of the mesh's image that is the photograph.")
 @json_option
@@ -74,8 +74,8 @@ def command(
     if photograph is not None and mesh is None:
         raise click.UsageError("--photograph names an image of a mesh; give --mesh")
     into = None if mesh is None else MeshTarget(mesh, photograph)
-    written = export(file, form, out, load_library(), level, target, into, progress)
+    paths = export(file, form, out, load_library(), level, target, into, progress)
     if as_json:
-        emit_json({"file": file, "format": form, "written": [str(path) for path in written]})
+        emit_json({"file": file, "format": form, "written": [str(path) for path in paths]})
     else:
-        click.echo("\n".join(map(str, written)))
+        click.echo("\n".join(map(str, paths)))

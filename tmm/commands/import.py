@@ -12,14 +12,14 @@ from skyshine.schemas.quantity import quantity
     )
 )
 @click.argument("file", type=click.Path())
-@click.option("--out", type=click.Path(), required=True, help="Folder to write the database into.")
+@click.option("--out", type=click.Path(), required=True, help="Output folder of the database.")
 @click.option(
-    "--map", "map_file", type=click.Path(), help="A map of base materials to ours in place of the packaged one."
+    "--map", "map_file", type=click.Path(), help="Map of base materials to ours, instead of the packaged one."
 )
 @click.option(
     "--table",
     type=click.Path(),
-    help="The Composite Material Table of an image of indices outside a CDB, or of a tile whose own is elsewhere.",
+    help="Composite Material Table of an index image outside a CDB, or of a tile whose table is elsewhere.",
 )
 @json_option
 def command(file: str, out: str, map_file: str | None, table: str | None, as_json: bool) -> None:

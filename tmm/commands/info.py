@@ -1,4 +1,4 @@
-"""``tmm info``: what a texture database holds."""
+"""``tmm info``: content of a texture database."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 @click.argument("file", type=click.Path())
 @json_option
 def command(file: str, as_json: bool) -> None:
-    """Show what FILE holds: texture, materials, levels, quality; or what a trained model knows."""
+    """Show the content of FILE: texture, materials, levels and quality, or the classes of a trained model."""
     from skyshine.tmm.classify.model_file import is_model
     from skyshine.tmm.database.reader import open_tmm
 

@@ -8,7 +8,7 @@ import click
 def command(folder: str) -> None:
     """Write a starter job, with the picture it needs, into FOLDER. Files that are there already are not touched.
 
-    Beside it stands the JSON Schema by which editors with a YAML language server complete and check its keys.
+    The JSON Schema beside it lets editors with a YAML language server complete and check its keys.
     """
     from importlib import resources
     from pathlib import Path

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @click.argument("labels", type=click.Path())
 @json_option
 def command(file: str, labels: str, as_json: bool) -> None:
-    """Compare FILE with the label image that the YAML file LABELS names, or with the answers that it holds.
+    """Compare FILE with the ground truth in LABELS: a YAML file that names a label image, or a list of answers.
 
     A list of answers at places drawn at random ('tmm suggest --random') gives the share of right texels, with its
     interval of 95 % confidence.
@@ -51,28 +51,30 @@ def command(file: str, labels: str, as_json: bool) -> None:
     _print(report)
 
 
-def _show_checked(file: str, found: Checked, as_json: bool) -> None:
+def _show_checked(file: str, checked: Checked, as_json: bool) -> None:
     if as_json:
         emit_json(
             {
                 "file": file,
-                "answered": found.answered,
-                "skipped": found.skipped,
-                "overall_accuracy": quantity(found.accuracy, "1"),
-                "interval_95": [quantity(found.low, "1"), quantity(found.high, "1")],
-                "stated_confidence": quantity(found.stated, "1"),
-                "wrong": [{"seen": seen, "found": other, "places": n} for (seen, other), n in found.wrong.items()],
+                "answered": checked.answered,
+                "skipped": checked.skipped,
+                "overall_accuracy": quantity(checked.accuracy, "1"),
+                "interval_95": [quantity(checked.low, "1"), quantity(checked.high, "1")],
+                "stated_confidence": quantity(checked.stated, "1"),
+                "wrong": [
+                    {"seen": true, "found": assigned, "places": n} for (true, assigned), n in checked.wrong.items()
+                ],
             }
         )
         return
     click.echo(
-        f"{found.right} of {found.answered} places are right: accuracy {found.accuracy:.3f}, with 95 % confidence "
-        f"{found.low:.3f} to {found.high:.3f}; the database states {found.stated:.3f}"
+        f"{checked.right} of {checked.answered} places are right: accuracy {checked.accuracy:.3f}, with 95 % "
+        f"confidence {checked.low:.3f} to {checked.high:.3f}; the database states {checked.stated:.3f}"
     )
-    if found.skipped:
-        click.echo(f"{found.skipped} places are not answered; where they are harder than others, this says too much")
-    if found.wrong:
-        echo_table(("seen", "found", "places"), [[*pair, str(n)] for pair, n in found.wrong.items()])
+    if checked.skipped:
+        click.echo(f"{checked.skipped} places are not answered; where they are harder than others, this says too much")
+    if checked.wrong:
+        echo_table(("seen", "found", "places"), [[*pair, str(n)] for pair, n in checked.wrong.items()])
 
 
 def _print(report: dict[str, Any]) -> None:

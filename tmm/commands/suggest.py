@@ -1,4 +1,4 @@
-"""``tmm suggest``: ask for the materials of the places where an answer is worth most."""
+"""``tmm suggest``: select patches to label (active learning)."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ if TYPE_CHECKING:
 
     from skyshine.tmm.mapping.suggest import Suggestion
 
-SMALL = 0.01  # expected gain of a whole sheet of questions below which they are hardly worth it
+SMALL = 0.01  # expected gain of a whole sheet of questions below which they bring little
 
 
 @click.command(epilog="Example: tmm suggest demo.tmm.yaml --count 12")
 @click.argument("job", type=click.Path())
 @click.option("--out", type=click.Path(), help="Folder of the pictures; by default the output folder of the job.")
-@click.option("--count", type=click.IntRange(1, 200), default=12, show_default=True, help="Places to ask about.")
-@click.option("--random", "at_random", is_flag=True, help="Ask about places drawn at random, to measure the map by.")
+@click.option("--count", type=click.IntRange(1, 200), default=12, show_default=True, help="Number of patches to label.")
+@click.option("--random", "at_random", is_flag=True, help="Draw a random validation sample.")
 @allow_outside_option
 @json_option
 def command(job: str, out: str | None, count: int, at_random: bool, as_json: bool) -> None:
-    """Ask where an answer is worth most: for each texture of JOB a picture of numbered patches, NAME.suggest.png, the
-    same as a page to fill in, NAME.suggest.html, and the list of answers.
+    """Select patches to label (active learning): for each texture of JOB a picture of numbered patches,
+    NAME.suggest.png, the same as a page to fill in, NAME.suggest.html, and the list of answers.
 
     The list is the one that the job names as `suggested` in `seeds`, else NAME.answers.yaml beside the job. Fill in
     material names, name the list in the job, and run again until the expected gain is small. Answers that are there
@@ -72,7 +72,7 @@ def _report(suggestion: Suggestion, files: tuple[Path, Path]) -> dict[str, Any]:
         "named_in_job": suggestion.named,
         "picture": str(files[0]),
         "page": str(files[1]),
-        "answered": len(suggestion.kept),
+        "answered": len(suggestion.answers),
         "expected_wrong": None if suggestion.doubt is None else quantity(suggestion.doubt, "1"),
         "expected_gain": quantity(suggestion.gain, "1"),
         "small": not suggestion.measures and suggestion.gain < SMALL,
@@ -99,8 +99,8 @@ def _print(report: dict[str, Any]) -> None:
         click.echo(f"  fill in {report['list']}, then: tmm score DATABASE {report['list']}")
         return
     wrong, gain = report["expected_wrong"], 100 * report["expected_gain"]["value"]
-    known = "nothing is known yet" if wrong is None else f"{100 * wrong['value']:.1f} % of the texels expected wrong"
-    click.echo(f"{report['name']}: {report['answered']} answers so far, {known}")
+    state = "nothing is known yet" if wrong is None else f"{100 * wrong['value']:.1f} % of the texels expected wrong"
+    click.echo(f"{report['name']}: {report['answered']} answers so far, {state}")
     if report["questions"]:
         numbers = [question["number"] for question in report["questions"]]
         click.echo(f"  asked: {numbers[0]} to {numbers[-1]}, expected to put {gain:.1f} % of the texels right")

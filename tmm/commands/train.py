@@ -14,7 +14,7 @@ from skyshine.schemas.quantity import quantity
 def command(job: str, out: str, as_json: bool) -> None:
     """Train one classifier on the seeds of all textures of JOB, with the classifier settings of its first texture.
 
-    Quality and calibration are measured on textures left out of the training.
+    Quality and calibration are measured on textures omitted from the training.
     """
     import yaml
 
@@ -33,10 +33,10 @@ def command(job: str, out: str, as_json: bool) -> None:
         "mean_iou": measured.quality.mean_iou,
         "calibration_error": measured.quality.calibration_error,
     }
-    first = loaded.textures[0]
+    first_texture = loaded.textures[0]
     settings = {
-        "classifier": first.classifier.model_dump(mode="json"),
-        "held_out": first.held_out.model_dump(mode="json"),
+        "classifier": first_texture.classifier.model_dump(mode="json"),
+        "held_out": first_texture.held_out.model_dump(mode="json"),
     }
     text = yaml.safe_dump(settings | {"textures": [texture.image for texture in loaded.textures]}, sort_keys=False)
     write_model(model, out, text, f"materials {library.version}", quality)

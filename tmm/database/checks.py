@@ -90,7 +90,7 @@ def _require(path: str | os.PathLike[str], group: h5py.Group, name: str, attribu
 
 
 def check_values(
-    path: str | os.PathLike[str], name: str, values: npt.NDArray[Any], known: npt.NDArray[np.bool_]
+    path: str | os.PathLike[str], name: str, values: npt.NDArray[Any], valid_codes: npt.NDArray[np.bool_]
 ) -> None:
     """Refuse values of a level that no texture has.
 
@@ -99,13 +99,13 @@ def check_values(
 
     name : str; path of the array in the file.
     values : array; some rows of it.
-    known : (65536,) bool; which codes are those of materials, or 0.
+    valid_codes : (65536,) bool; which codes are those of materials, or 0.
     """
     plane = name.rpartition("/")[2]
     if not name.startswith("levels/"):
         return
-    if plane in ("code", "mix_code") and not known[values].all():
-        code = int(values[~known[values]].flat[0])
+    if plane in ("code", "mix_code") and not valid_codes[values].all():
+        code = int(values[~valid_codes[values]].flat[0])
         raise _damaged(path, f"{name} has the code {code}, which is not in the table of its materials")
     if plane == "mix_weight" and (values.sum(axis=-1, dtype=np.int64) != WEIGHT_TOTAL).any():
         raise _damaged(path, f"the weights of {name} do not sum to {WEIGHT_TOTAL}")

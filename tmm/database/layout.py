@@ -1,4 +1,4 @@
-"""What a ``.tmm.h5`` database holds.
+"""What a ``.tmm.h5`` database contains.
 
 ``/materials`` (codes, names), ``/usage``, ``/quality``, ``/composites``, ``/provenance`` and, for each mip level,
 ``/levels/k`` with ``code``, ``mix_code`` and ``mix_weight``, where shade was found also ``shade``; level 0 also has
@@ -29,8 +29,8 @@ CONFIDENCE_STEPS = 64
 SHADE_TOTAL = 255  # of a texel that lies in the shade as a whole
 TYPICALITY_RATIO, LEAST_TYPICALITY = 4, 4.0**-4
 # Of what comes in runs, runs alone are as small as searched patterns, in a third of the time. With level 6 for mixtures
-# a photograph of 4096 x 4096 texels takes 5.2 MB in place of 6.3, and .25 s of 3 more; with it for confidence .3 MB
-# less and .3 s more.
+# a photograph of 4096 x 4096 texels takes 5.2 MB in place of 6.3, and 0.25 s of 3 more; with it for confidence 0.3 MB
+# less and 0.3 s more.
 RUNS, PATTERNS, FAST = Packing(1, zlib.Z_RLE), Packing(1), Packing(3)
 PACKINGS = {
     "code": RUNS,
@@ -98,10 +98,10 @@ def level_layout(
         "component": _component_axis(),
     }
     plane, mixed, chunk = ("y", "x"), ("y", "x", "component"), (CHUNK, CHUNK)
-    whole, parts = Streamed(size, np.uint16), Streamed((*size, 3), np.uint16)
+    codes, parts = Streamed(size, np.uint16), Streamed((*size, 3), np.uint16)
     weights = {"total": WEIGHT_TOTAL}
     variables = {
-        "code": Variable(plane, whole, "1", "material code of the largest share, 0 for none", chunks=chunk),
+        "code": Variable(plane, codes, "1", "material code of the largest share, 0 for none", chunks=chunk),
         "mix_code": Variable(mixed, parts, "1", "material codes of the mixture", chunks=(*chunk, 3)),
         "mix_weight": Variable(
             mixed, parts, "1", "shares of the mixture; they sum to `total`", weights, chunks=(*chunk, 3)

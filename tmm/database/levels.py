@@ -117,18 +117,18 @@ def _ranked(
     codes: npt.NDArray[np.uint16], counts: Iterable[npt.NDArray[np.int64]], total: int, shift: int
 ) -> tuple[npt.NDArray[np.uint16], npt.NDArray[np.uint16]]:
     """Codes (3, N) and weights (3, N) of the largest of counts (N,) that are not all 0 anywhere."""
-    found, ranks = np.empty(0, np.uint16), np.empty(0, np.int64)
+    material_codes, ranks = np.empty(0, np.uint16), np.empty(0, np.int64)
     for number, count in zip(codes, counts, strict=True):
         if not ranks.size:
             ranks = np.zeros((COMPONENTS, count.size), np.int64)
-            found = np.zeros(ranks.shape, np.uint16)
-        _insert(found, ranks, number, count)
+            material_codes = np.zeros(ranks.shape, np.uint16)
+        _insert(material_codes, ranks, number, count)
     ranks >>= shift
     weights = integer_weights(ranks, total)
     if total != WEIGHT_TOTAL:
         weights = integer_weights(weights, WEIGHT_TOTAL)
-    found[weights == 0] = 0
-    return found, weights.astype(np.uint16)
+    material_codes[weights == 0] = 0
+    return material_codes, weights.astype(np.uint16)
 
 
 class _Counter:
@@ -177,12 +177,12 @@ class _Whole:
         high, wide = self._blocks
         if len(self._pending):
             counts = np.concatenate([self._pending, counts])
-        whole = len(counts) // high * high
-        self._pending = counts[whole:].copy()
+        complete = len(counts) // high * high
+        self._pending = counts[complete:].copy()
         # A mask's sums fit 16 bits and sums of those 32, while a block has no more than 65,535 texels of its parent.
         small = high * wide < 1 << 16
         kind = np.dtype({1: np.uint16, 2: np.uint32}.get(counts.dtype.itemsize, np.int64) if small else np.int64)
-        rows = reduce(np.add, (counts[start:whole:high].astype(kind) for start in range(high)))
+        rows = reduce(np.add, (counts[start:complete:high].astype(kind) for start in range(high)))
         return reduce(np.add, (rows[:, start::wide] for start in range(wide)))
 
 
@@ -224,9 +224,9 @@ def _column_parts(rows: npt.NDArray[Any], parts: int) -> npt.NDArray[Any]:
     length = rows.shape[1]
     running = np.zeros((len(rows), length + 1), np.int64)
     np.cumsum(rows, axis=1, out=running[:, 1:])
-    whole, cut = np.divmod(np.arange(parts + 1, dtype=np.int64) * length, parts)
-    at = np.take(running, whole, 1) * (parts - cut)
-    at += np.take(running, np.minimum(whole + 1, length), 1) * cut
+    column, cut = np.divmod(np.arange(parts + 1, dtype=np.int64) * length, parts)
+    at = np.take(running, column, 1) * (parts - cut)
+    at += np.take(running, np.minimum(column + 1, length), 1) * cut
     return np.diff(at, axis=1)
 
 
@@ -237,17 +237,17 @@ def _insert(
     where = np.flatnonzero(counts)
     count = counts[where].astype(np.int64)
     incoming = np.full(count.shape, code, np.uint16)
-    placed = np.zeros(count.shape, bool)
+    shifted = np.zeros(count.shape, bool)
     for rank in range(COMPONENTS):
         old_count, old_code = ranks[rank][where], codes[rank][where]
-        placed = placed | (count > old_count)  # below a material's place all others move down by one
+        shifted = shifted | (count > old_count)  # below a material's place all others move down by one
         ranks[rank][where], codes[rank][where] = (
-            np.where(placed, count, old_count),
-            np.where(placed, incoming, old_code),
+            np.where(shifted, count, old_count),
+            np.where(shifted, incoming, old_code),
         )
-        count, incoming = np.where(placed, old_count, count), np.where(placed, old_code, incoming)
+        count, incoming = np.where(shifted, old_count, count), np.where(shifted, old_code, incoming)
         present = count > 0
-        where, count, incoming, placed = where[present], count[present], incoming[present], placed[present]
+        where, count, incoming, shifted = where[present], count[present], incoming[present], shifted[present]
 
 
 def pure_level(code: npt.NDArray[np.uint16]) -> Level:
@@ -268,8 +268,8 @@ def integer_weights(counts: npt.NDArray[np.int64], total: int) -> npt.NDArray[An
     share, remainder = np.divmod(counts[:, mixed] * total, counts[:, mixed].sum(axis=0))
     missing = total - share.sum(axis=0)
     # The rank of each remainder, the first largest; of equal ones the earlier comes first.
-    first, outer, last = (remainder[i] >= remainder[j] for i, j in ((0, 1), (0, 2), (1, 2)))
-    ranks = (~first).astype(np.int8) + ~outer, first.astype(np.int8) + ~last, outer.astype(np.int8) + last
+    upper, outer, lower = (remainder[i] >= remainder[j] for i, j in ((0, 1), (0, 2), (1, 2)))
+    ranks = (~upper).astype(np.int8) + ~outer, upper.astype(np.int8) + ~lower, outer.astype(np.int8) + lower
     for part, rank in zip(share, ranks, strict=True):
         part += rank < missing
     weights[:, mixed] = share
@@ -298,8 +298,8 @@ class Composites:
         self._merge()
         fields = [(self._packed >> np.uint64(shift)) & np.uint64(mask) for shift, mask in _FIELDS]
         components = np.stack(fields[:3], axis=1).astype(np.uint16)
-        first, second = (field.astype(np.int64) for field in fields[3:])
-        return components, np.stack([first, second, PERCENT - first - second], axis=1).astype(np.uint8)
+        largest, second = (field.astype(np.int64) for field in fields[3:])
+        return components, np.stack([largest, second, PERCENT - largest - second], axis=1).astype(np.uint8)
 
 
 _FIELDS = ((48, 0xFFFF), (32, 0xFFFF), (16, 0xFFFF), (8, 0xFF), (0, 0xFF))

@@ -34,7 +34,7 @@ class TmmFile:
     materials : dict of int to str
         Material names by code.
     width, height : int
-        Of level 0.
+        Size of level 0 [texel].
     levels : int
         Number of mip levels.
     """
@@ -111,7 +111,7 @@ class TmmFile:
             return Level(*parts)
 
     def has(self, name: str) -> bool:
-        """Whether the file holds an array of this path."""
+        """Whether the file contains an array of this path."""
         return name in self._file
 
     @property
@@ -234,14 +234,14 @@ def find_image(file: TmmFile, path: Path, image: str | os.PathLike[str] | None) 
 
     Raises InputError: it is not found, or its bytes are not those that were classified.
     """
-    wanted, digest = Path(str(file.attributes["texture"])), file.attributes["texture_sha256"]
-    places = [Path(image)] if image else [path.parent / wanted.name, path.parent.parent / wanted, wanted]
-    for place in places:
-        if place.is_file():
-            if file_sha256(place) == digest:
-                return place
+    recorded, digest = Path(str(file.attributes["texture"])), file.attributes["texture_sha256"]
+    candidates = [Path(image)] if image else [path.parent / recorded.name, path.parent.parent / recorded, recorded]
+    for candidate in candidates:
+        if candidate.is_file():
+            if file_sha256(candidate) == digest:
+                return candidate
             raise InputError(
-                "is not the image that was classified (its SHA-256 differs); name it with --image", file=place
+                "is not the image that was classified (its SHA-256 differs); name it with --image", file=candidate
             )
-    tried = ", ".join(str(place) for place in places)
-    raise InputError(f"the image of this texture is not at {tried}; name it with --image", file=path)
+    searched = ", ".join(str(candidate) for candidate in candidates)
+    raise InputError(f"the image of this texture is not at {searched}; name it with --image", file=path)

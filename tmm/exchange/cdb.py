@@ -31,14 +31,14 @@ _SHARE_UNIT = 1_000_000  # shares are ranked and scaled as integers
 class CdbRaster:
     """Raster materials as CDB has them.
 
-    place : Tile or ModelTexture
+    location : Tile or ModelTexture
     index : (L, H, W) integer
         Index into the table of each layer; 0 for the default, which is no material unless the table has it.
     share : (L, H, W) float32; share of each layer's material.
     table : dict of int to Composite
     """
 
-    place: Tile | ModelTexture
+    location: Tile | ModelTexture
     index: npt.NDArray[Any]
     share: npt.NDArray[Any]
     table: dict[int, Composite]
@@ -54,23 +54,25 @@ def read_cdb(path: str | os.PathLike[str], table_path: str | os.PathLike[str] | 
     table_path : path, optional; of its table, where that is not in its own place.
     """
     path = Path(path)
-    place, root = locate(path)
+    location, root = locate(path)
     layers = [read_plane(path)]
-    while len(layers) < MAX_LAYERS and place.raster(root, INDEX, len(layers) + 1).is_file():
-        layers.append(read_plane(place.raster(root, INDEX, len(layers) + 1)))
-    shares = [_share(place.raster(root, MIXTURE, k + 1), layer, len(layers)) for k, layer in enumerate(layers)]
+    while len(layers) < MAX_LAYERS and location.raster(root, INDEX, len(layers) + 1).is_file():
+        layers.append(read_plane(location.raster(root, INDEX, len(layers) + 1)))
+    shares = [_share(location.raster(root, MIXTURE, k + 1), layer, len(layers)) for k, layer in enumerate(layers)]
     for layer in layers:
         if layer.shape != layers[0].shape or layer.dtype.kind != "u":
             raise InputError(
                 "has layers of different sizes, or of other than unsigned integers; write them again", file=path
             )
-    own = place.table(root)
-    if table_path is None and not own.exists():
-        raise InputError("is not there, the Composite Material Table of these rasters; name one with --table", file=own)
-    table = read_table(own if table_path is None else table_path)
+    packaged = location.table(root)
+    if table_path is None and not packaged.exists():
+        raise InputError(
+            "is not there, the Composite Material Table of these rasters; name one with --table", file=packaged
+        )
+    table = read_table(packaged if table_path is None else table_path)
     index = np.stack(layers)
-    indices_in(index, table, path, (own if table_path is None else Path(table_path)).name)
-    return CdbRaster(place, index, np.stack(shares), table)
+    indices_in(index, table, path, (packaged if table_path is None else Path(table_path)).name)
+    return CdbRaster(location, index, np.stack(shares), table)
 
 
 def _share(path: Path, layer: npt.NDArray[Any], layers: int) -> npt.NDArray[Any]:
@@ -91,7 +93,7 @@ def to_image(raster: CdbRaster, materials: CdbMaterials) -> MaterialImage:
 
     Raises InputError: a composite in use has no counterpart among our materials.
     """
-    return indexed_image(raster.place.name, raster.index, raster.share, raster.table, materials)
+    return indexed_image(raster.location.name, raster.index, raster.share, raster.table, materials)
 
 
 def indexed_image(
@@ -122,13 +124,13 @@ def indices_in(index: npt.NDArray[Any], table: dict[int, Composite], path: Path,
 
     Raises InputError: the table lacks one; 0 may be absent, which is no material then.
     """
-    used = np.unique(index).tolist()
-    missing = sorted(set(used) - {0} - set(table))
+    present = np.unique(index).tolist()
+    missing = sorted(set(present) - {0} - set(table))
     if missing:
         raise InputError(
             f"has the index {missing[0]}, which {table_name} has not; allowed: {', '.join(map(str, table))}", file=path
         )
-    return [k for k in used if k in table]
+    return [k for k in present if k in table]
 
 
 def ranked_level(codes: npt.NDArray[np.uint16], shares: npt.NDArray[Any]) -> Level:
@@ -144,7 +146,7 @@ def used_codes(image: MaterialImage) -> list[int]:
 
 
 def from_image(
-    image: MaterialImage, place: Tile | ModelTexture, materials: CdbMaterials, codes: list[int] | None = None
+    image: MaterialImage, location: Tile | ModelTexture, materials: CdbMaterials, codes: list[int] | None = None
 ) -> CdbRaster:
     """Our materials as layers of composite materials, indices from 1 in the order of the codes.
 
@@ -152,25 +154,25 @@ def from_image(
 
     codes : list of int, optional; the materials of the table, ascending; by default those in use.
     """
-    _check_size(image, place)
+    _check_size(image, location)
     level = image.level
-    used = used_codes(image) if codes is None else codes
-    table = {k: materials.composite(image.materials[code], k) for k, code in enumerate(used, 1)}
-    lookup = np.zeros(max(used, default=0) + 1, np.uint8 if len(used) < 256 else np.uint16)
-    lookup[used] = np.arange(1, len(used) + 1)
+    present = used_codes(image) if codes is None else codes
+    table = {k: materials.composite(image.materials[code], k) for k, code in enumerate(present, 1)}
+    lookup = np.zeros(max(present, default=0) + 1, np.uint8 if len(present) < 256 else np.uint16)
+    lookup[present] = np.arange(1, len(present) + 1)
     index = np.stack([lookup[level.mix_code[..., k]] for k in range(image.layers)])
     weight = np.moveaxis(level.mix_weight[..., : image.layers], -1, 0)
-    return CdbRaster(place, index, (weight / np.float32(WEIGHT_TOTAL)).astype(np.float32), table)
+    return CdbRaster(location, index, (weight / np.float32(WEIGHT_TOTAL)).astype(np.float32), table)
 
 
-def _check_size(image: MaterialImage, place: Tile | ModelTexture) -> None:
+def _check_size(image: MaterialImage, location: Tile | ModelTexture) -> None:
     size = f"{image.width} x {image.height}"
-    if isinstance(place, Tile) and (image.height, image.width) != (place.side, place.side):
+    if isinstance(location, Tile) and (image.height, image.width) != (location.side, location.side):
         raise InputError(
-            f"'{image.name}' is {size}; allowed for a tile of {lod_name(place.lod)}: {place.side} x {place.side};"
-            " resample the texture to the tile's texels, or name another level of detail"
+            f"'{image.name}' is {size}; allowed for a tile of {lod_name(location.lod)}: {location.side} x "
+            f"{location.side}; resample the texture to the tile's texels, or name another level of detail"
         )
-    if isinstance(place, ModelTexture) and any(n & (n - 1) for n in (image.height, image.width)):
+    if isinstance(location, ModelTexture) and any(n & (n - 1) for n in (image.height, image.width)):
         raise InputError(f"'{image.name}' is {size}; allowed for a model texture: powers of two; resample the texture")
 
 
@@ -184,25 +186,25 @@ def write_cdb(root: str | os.PathLike[str], raster: CdbRaster) -> list[Path]:
     root = Path(root)
     if not raster.table:
         raise InputError(
-            f"'{raster.place.name}' has no texel with a material; a Composite Material Table cannot be empty"
+            f"'{raster.location.name}' has no texel with a material; a Composite Material Table cannot be empty"
         )
-    _remove_layers(root, raster.place)
-    place = raster.place.georeference() if isinstance(raster.place, Tile) else None
-    written = []
+    _remove_layers(root, raster.location)
+    georeference = raster.location.georeference() if isinstance(raster.location, Tile) else None
+    paths = []
     for layer, index in enumerate(raster.index, 1):
         smallest = np.uint8 if index.max() < 256 else np.uint16
-        written.append(raster.place.raster(root, INDEX, layer))
-        write_tiff(written[-1], index.astype(smallest), place, compress="lzw")
+        paths.append(raster.location.raster(root, INDEX, layer))
+        write_tiff(paths[-1], index.astype(smallest), georeference, compress="lzw")
         if len(raster.index) > 1:
-            written.append(raster.place.raster(root, MIXTURE, layer))
-            write_tiff(written[-1], raster.share[layer - 1], place)
-    table = raster.place.table(root)
+            paths.append(raster.location.raster(root, MIXTURE, layer))
+            write_tiff(paths[-1], raster.share[layer - 1], georeference)
+    table = raster.location.table(root)
     write_table(table, list(raster.table.values()))
-    return [*written, table]
+    return [*paths, table]
 
 
-def _remove_layers(root: Path, place: Tile | ModelTexture) -> None:
+def _remove_layers(root: Path, location: Tile | ModelTexture) -> None:
     """Remove what an earlier writing left: a layer more than are written now would count as one of them."""
     for component in (INDEX, MIXTURE):
         for layer in range(1, MAX_LAYERS + 1):
-            place.raster(root, component, layer).unlink(missing_ok=True)
+            location.raster(root, component, layer).unlink(missing_ok=True)

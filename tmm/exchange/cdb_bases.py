@@ -26,7 +26,12 @@ def base_table(root: Path) -> Path:
 
 def bases_of(composites: Iterable[Composite]) -> set[str]:
     """The base materials that composite materials name."""
-    layers = (layer for each in composites for layer in (each.surface, each.primary, *each.secondary) if layer)
+    layers = (
+        layer
+        for composite in composites
+        for layer in (composite.surface, composite.primary, *composite.secondary)
+        if layer
+    )
     return {name for layer in layers for name, _ in layer.materials}
 
 
@@ -38,10 +43,10 @@ def require_bases(root: Path, composites: Iterable[Composite]) -> None:
     path = base_table(root)
     if not path.exists():
         return
-    known = read_bases(path)
-    for name in sorted(bases_of(composites) - known):
+    listed = read_bases(path)
+    for name in sorted(bases_of(composites) - listed):
         raise InputError(
-            f"lacks the base material '{name}', which would be written; {nearest(name, sorted(known))}; add it to this"
+            f"lacks the base material '{name}', which would be written; {nearest(name, sorted(listed))}; add it to this"
             " table, or name a map to others with --map",
             file=path,
         )
@@ -65,10 +70,12 @@ def read_bases(path: str | os.PathLike[str]) -> set[str]:
     Raises InputError: the file cannot be read, is not XML, or has no base material.
     """
     root = parse_xml(read_xml(path), Path(path))
-    found = {"".join((element.findtext("{*}Name") or "").split()) for element in root.iter("{*}Base_Material")}
-    if not found - {""}:
-        raise InputError("holds no Base_Material; name a Base Material Table, or remove it to have one made", file=path)
-    return found - {""}
+    bases = {"".join((element.findtext("{*}Name") or "").split()) for element in root.iter("{*}Base_Material")}
+    if not bases - {""}:
+        raise InputError(
+            "contains no Base_Material; name a Base Material Table, or remove it to have one made", file=path
+        )
+    return bases - {""}
 
 
 def write_bases(path: str | os.PathLike[str], names: Iterable[str], version: str = "1.0") -> None:

@@ -17,7 +17,7 @@ from skyshine.tmm.images.gdal import WGS84, find_system, transformed
 from skyshine.tmm.images.georeference import Affine
 
 # The place of a texel is computed at the nodes of a grid and taken as linear between them. In the whole geocell of
-# level 0 a step is 1/32 of a degree, over which a UTM grid bends by .1 m at most: a thousandth of a texel.
+# level 0 a step is 1/32 of a degree, over which a UTM grid bends by 0.1 m at most: a thousandth of a texel.
 _STEPS = 32
 _BAND = 256  # rows of texels whose places are worked out at a time
 _SLACK = 0.25  # of a level: texels of a tile may be 1.19 times those of the texture before a finer level is taken
@@ -103,8 +103,8 @@ class Ground:
         cells = []
         for south in range(max(int(np.floor(self._low[1])), -90), min(int(np.ceil(self._high[1])), 90)):
             width = geocell_width(south)
-            first = int(np.floor(self._low[0] / width)) * width
-            cells += [Geocell(south, west) for west in range(first, int(np.ceil(self._high[0])), width)]
+            west_edge = int(np.floor(self._low[0] / width)) * width
+            cells += [Geocell(south, west) for west in range(west_edge, int(np.ceil(self._high[0])), width)]
         return cells
 
     def touches(self, cell: Geocell, tile: Tile) -> bool:
@@ -146,7 +146,7 @@ class Ground:
             yield row, down @ x_nodes @ weights.T, down @ y_nodes @ weights.T
 
 
-def _linear(place: npt.NDArray[np.float64], steps: int) -> npt.NDArray[np.float64]:
+def _linear(position: npt.NDArray[np.float64], steps: int) -> npt.NDArray[np.float64]:
     """Weights (N, steps + 1) of nodes at places between 0 and `steps`."""
-    weights: npt.NDArray[np.float64] = np.maximum(1 - np.abs(place[:, np.newaxis] - np.arange(steps + 1)), 0)
+    weights: npt.NDArray[np.float64] = np.maximum(1 - np.abs(position[:, np.newaxis] - np.arange(steps + 1)), 0)
     return weights

@@ -1,6 +1,6 @@
 """Materials of the library as composite materials of a CDB, and composites of a CDB as mixtures of materials.
 
-Which base material stands for which of ours is data: ``materials/exchange/cdb.yaml``, or a file of the same layout.
+The assignment of base materials to ours is data: ``materials/exchange/cdb.yaml``, or a file of the same layout.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ def geocell_width(south: int) -> int:
     [1, 2, 1, 2, 12, 12]
     """
     nearest = south if south >= 0 else -south - 1  # the edge towards the equator
-    return next(width for least, width in _WIDTHS if nearest >= least)
+    return next(width for latitude, width in _WIDTHS if nearest >= latitude)
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ class ModelTexture:
 
 
 def parse_tile(text: str) -> Tile:
-    """The tile that a name such as N12E044_L00_U0_R0 stands for.
+    """The tile that a name such as N12E044_L00_U0_R0 represents.
 
     Raises InputError: it is no tile's name, or no such tile exists at its level of detail.
     """
@@ -144,7 +144,7 @@ def model_texture(name: str, lod: int) -> ModelTexture:
 
 
 def place_of(file_name: str) -> Tile | ModelTexture:
-    """What the name of a raster of indices stands for.
+    """What the name of a raster of indices represents.
 
     Raises InputError: it is no such name.
     """
@@ -162,13 +162,13 @@ def place_of(file_name: str) -> Tile | ModelTexture:
 
 
 def locate(path: Path) -> tuple[Tile | ModelTexture, Path]:
-    """What a path stands for, and the folder of the CDB that it is in."""
-    place = place_of(path.name)
-    inside = place.raster(Path(), INDEX, 1)
+    """What a path represents, and the folder of the CDB that it is in."""
+    location = place_of(path.name)
+    inside = location.raster(Path(), INDEX, 1)
     full = Path(os.path.abspath(path))
     if full.parts[-len(inside.parts) :] != inside.parts:
         raise InputError(f"is not in its place in a CDB; allowed: {inside} below the CDB's folder", file=path)
-    return place, Path(*full.parts[: -len(inside.parts)])
+    return location, Path(*full.parts[: -len(inside.parts)])
 
 
 def is_placed(path: Path) -> bool:

@@ -48,10 +48,10 @@ class Composite:
 
 
 def read_table(path: str | os.PathLike[str]) -> dict[int, Composite]:
-    """Read a table leniently: any namespace or none, weights left out, indices in any order.
+    """Read a table leniently: any namespace or none, weights omitted, indices in any order.
 
-    Raises InputError: the file is missing or is not XML, it holds no composite material, an index stands twice or is no
-    whole number, or a composite has no base material.
+    Raises InputError: the file is missing or is not XML, it contains no composite material, an index occurs twice or is
+    no whole number, or a composite has no base material.
 
     Returns them by index, ascending.
     """
@@ -75,7 +75,7 @@ def read_xml(path: str | os.PathLike[str]) -> bytes:
 
 
 def parse_xml(text: bytes, path: Path) -> Any:
-    """The root element of the text of an XML file; `path` stands in the messages.
+    """The root element of the text of an XML file; `path` is in the messages.
 
     Raises InputError: it is not XML.
     """
@@ -90,28 +90,28 @@ def parse_xml(text: bytes, path: Path) -> Any:
 
 
 def parse_table(text: bytes, path: Path) -> dict[int, Composite]:
-    """Read the text of a table as `read_table` does; `path` stands in its messages."""
+    """Read the text of a table as `read_table` does; `path` is in its messages."""
     root = parse_xml(text, path)
     table: dict[int, Composite] = {}
     for element in root.iter("{*}Composite_Material"):
         composite = _composite(element, path)
         if composite.index in table:
             raise InputError(
-                f"index {composite.index} stands twice; allowed: once in a table", file=path, line=element.sourceline
+                f"index {composite.index} occurs twice; allowed: once in a table", file=path, line=element.sourceline
             )
         table[composite.index] = composite
     if not table:
-        raise InputError("holds no Composite_Material; name a Composite Material Table of a CDB", file=path)
+        raise InputError("contains no Composite_Material; name a Composite Material Table of a CDB", file=path)
     return dict(sorted(table.items()))
 
 
 def _composite(element: Any, path: Path) -> Composite:
-    given = element.get("index", "")
-    if not re.fullmatch(r"\s*[0-9]{1,9}\s*", given):
+    text = element.get("index", "")
+    if not re.fullmatch(r"\s*[0-9]{1,9}\s*", text):
         raise InputError(
-            f"index: found '{given[:40]}'; allowed: a whole number, 0 or more", file=path, line=element.sourceline
+            f"index: found '{text[:40]}'; allowed: a whole number, 0 or more", file=path, line=element.sourceline
         )
-    index = int(given)
+    index = int(text)
     substrates: dict[str, list[Substrate]] = {
         kind: [] for kind in ("Surface_Substrate", "Primary_Substrate", "Secondary_Substrate")
     }
@@ -144,14 +144,12 @@ def _substrate(element: Any, path: Path) -> Substrate:
             "a substrate names no base material; add Material with a Name", file=path, line=element.sourceline
         )
     weights = [weight for weight in stated if weight is not None]
-    if len(weights) < len(
-        names
-    ):  # the schema's default of 100 for one material; equal parts where several leave it out
+    if len(weights) < len(names):  # the schema's default of 100 for one material; equal parts where several omit it
         weights = [PERCENT / len(names)] * len(names)
     if not sum(weights):
         raise InputError("the weights of a substrate are all 0; give one", file=path, line=element.sourceline)
-    whole = largest_remainders(weights)
-    ranked = sorted(zip(names, whole, strict=True), key=lambda item: -item[1])
+    percent = largest_remainders(weights)
+    ranked = sorted(zip(names, percent, strict=True), key=lambda item: -item[1])
     thickness = (element.findtext("{*}Thickness") or "").strip()
     return Substrate(tuple(item for item in ranked if item[1] > 0), thickness or None)
 
@@ -159,11 +157,11 @@ def _substrate(element: Any, path: Path) -> Substrate:
 def largest_remainders(weights: list[float]) -> list[int]:
     """Whole percents that sum to 100 in proportion to the weights (Hamilton's method)."""
     shares = [weight * PERCENT / sum(weights) for weight in weights]
-    whole = [int(share + 1e-9) for share in shares]
-    order = sorted(range(len(shares)), key=lambda k: whole[k] - shares[k])
-    for k in order[: PERCENT - sum(whole)]:
-        whole[k] += 1
-    return whole
+    integers = [int(share + 1e-9) for share in shares]
+    order = sorted(range(len(shares)), key=lambda k: integers[k] - shares[k])
+    for k in order[: PERCENT - sum(integers)]:
+        integers[k] += 1
+    return integers
 
 
 def write_table(path: str | os.PathLike[str], composites: list[Composite], version: str = "1.0") -> None:
@@ -176,7 +174,7 @@ def write_table(path: str | os.PathLike[str], composites: list[Composite], versi
 
 
 def table_text(composites: list[Composite], path: str | os.PathLike[str], version: str = "1.0") -> bytes:
-    """The text of a table that the schema accepts; `path` stands in the messages of what is raised."""
+    """The text of a table that the schema accepts; `path` is in the messages of what is raised."""
     from lxml import etree
 
     root = etree.Element(f"{{{NAMESPACE}}}Composite_Material_Table", nsmap={None: NAMESPACE})  # type: ignore[dict-item]  # lxml names the default namespace None

@@ -1,7 +1,7 @@
 """A texture with a place on the ground, cut into the tiles of a CDB at all levels of detail.
 
 At the level whose texels are about as small as the texture's, each texel has the material in its middle; a coarser tile
-has the means of the four below it, so that whatever a finer tile holds stands in all that are coarser, down to the one
+has the means of the four below it, so that whatever a finer tile holds is in all that are coarser, down to the one
 texel of level -10.
 """
 
@@ -59,7 +59,7 @@ def cut_tiles(
 
     Texels that it has no material for stay as an earlier texture wrote them, such as the next sheet of a mosaic.
     Raises InputError: the texture has no place on a map, or one that is not known; it would make more than `MOST_TILES`
-    tiles, or has no material; or a tile that is there holds what is no material of the library.
+    tiles, or has no material; or a tile that is there contains what is no material of the library.
 
     finest : int, optional
         The finest level of detail, -10 to 23; by default the one whose texels are nearest in size to the texture's.
@@ -140,8 +140,8 @@ class _Cutter:
             window = self._file.window(0, rows, columns)
             at = np.where(inside, row - rows.start, 0), np.where(inside, column - columns.start, 0)
             for k in np.flatnonzero(np.isin(codes, window.mix_code)):
-                own = shares_of(window, codes[k])[at] / np.float32(WEIGHT_TOTAL)
-                share[k, top : top + len(own)] = np.where(inside, own, 0)
+                sampled = shares_of(window, codes[k])[at] / np.float32(WEIGHT_TOTAL)
+                share[k, top : top + len(sampled)] = np.where(inside, sampled, 0)
         return _cropped(_Patch(0, 0, codes, share))
 
     def _write(self, tile: Tile, patch: _Patch) -> None:
@@ -150,28 +150,28 @@ class _Cutter:
         counts = np.rint(patch.share * (_UNIT / np.where(total > 0, total, 1))).astype(np.int64)
         part, level = ranked(patch.codes, counts), pure_level(np.zeros((tile.side, tile.side), np.uint16))
         inside = slice(patch.top, patch.top + patch.size[0]), slice(patch.left, patch.left + patch.size[1])
-        for whole, own in zip(vars(level).values(), vars(part).values(), strict=True):
-            whole[inside] = own
+        for target, source in zip(vars(level).values(), vars(part).values(), strict=True):
+            target[inside] = source
         names = self._file.materials
-        first = tile.raster(self._root, INDEX, 1)
-        if first.is_file():
-            names, level = self._over(first, level)
+        index_file = tile.raster(self._root, INDEX, 1)
+        if index_file.is_file():
+            names, level = self._over(index_file, level)
         self.written += write_cdb(self._root, from_image(MaterialImage(tile.name, names, level), tile, self._materials))
 
-    def _over(self, first: Path, level: Level) -> tuple[dict[int, str], Level]:
+    def _over(self, index_file: Path, level: Level) -> tuple[dict[int, str], Level]:
         """A level laid over what an earlier texture wrote of the tile, and the names of all materials."""
-        earlier = read_cdb(first)
+        earlier = read_cdb(index_file)
         for composite in earlier.table.values():
             if composite.name not in self._materials.library:
                 raise InputError(
-                    f"holds '{composite.name}', which is no material of the library, and would be lost; name another"
+                    f"contains '{composite.name}', which is no material of the library, and would be lost; name another"
                     " folder with --out",
-                    file=first,
+                    file=index_file,
                 )
         below = to_image(earlier, self._materials)
-        free = level.code == 0
-        for own, other in zip(vars(level).values(), vars(below.level).values(), strict=True):
-            own[free] = other[free]
+        empty = level.code == 0
+        for plane, earlier_plane in zip(vars(level).values(), vars(below.level).values(), strict=True):
+            plane[empty] = earlier_plane[empty]
         return dict(sorted({**below.materials, **self._file.materials}.items())), level
 
 
@@ -184,13 +184,13 @@ def _finer(tile: Tile, up: int, right: int) -> Tile:
 
 def _cropped(patch: _Patch) -> _Patch | None:
     """The part of a patch that has materials, and the materials that it has."""
-    known = np.asarray((patch.share > 0).any(axis=0))
-    if not known.any():
+    covered = np.asarray((patch.share > 0).any(axis=0))
+    if not covered.any():
         return None
-    rows, columns = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
-    used = patch.share.any(axis=(1, 2))
-    part = patch.share[used, rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-    return _Patch(patch.top + int(rows[0]), patch.left + int(columns[0]), patch.codes[used], part.copy())
+    rows, columns = np.flatnonzero(covered.any(axis=1)), np.flatnonzero(covered.any(axis=0))
+    present = patch.share.any(axis=(1, 2))
+    part = patch.share[present, rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    return _Patch(patch.top + int(rows[0]), patch.left + int(columns[0]), patch.codes[present], part.copy())
 
 
 def _halved(patch: _Patch, top: int, left: int) -> _Patch:

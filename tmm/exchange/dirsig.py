@@ -38,7 +38,7 @@ def write_dirsig(folder: str | os.PathLike[str], image: MaterialImage) -> list[P
     entries = legend(image)
     # binary portable grey map: a header of text, then the counts by rows
     header = f"P5\n{image.width} {image.height}\n{MAX_COUNT}\n".encode()
-    write_bytes(paths[0], header + image.index(first=1).astype(np.uint8).tobytes())
+    write_bytes(paths[0], header + image.index(start=1).astype(np.uint8).tobytes())
     write_bytes(paths[1], "".join(f"{k} {entry['name']}\n" for k, entry in entries.items()).encode())
     write_bytes(paths[2], mixture_bands(image).astype("<f4").tobytes())
     write_bytes(paths[3], _envi_header(image).encode())

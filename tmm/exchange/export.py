@@ -63,12 +63,12 @@ def export(
     out : path
         Folder; of a CDB, its root.
     library : MaterialLibrary
-        For the composite materials of a CDB.
+        Material library, for the composite materials of a CDB.
     level : int, optional
         The mip level: by default the first; for a CDB tile that is named the one of the tile's size; a model texture
         and tiles that are cut have all.
     mesh : MeshTarget, optional
-        Of glTF: the mesh that the feature IDs go into, in place of a quad.
+        Mesh of a glTF export that receives the feature IDs; without it they go into a quad.
 
     Returns
     -------
@@ -120,18 +120,18 @@ def _export_cdb(
     from skyshine.tmm.exchange.cdb_bases import add_bases, bases_of, require_bases
     from skyshine.tmm.exchange.imported import kept_raster
 
-    kept = kept_raster(path) if target == CdbTarget() and level is None else None
+    raster = kept_raster(path) if target == CdbTarget() and level is None else None
     materials = load_map(library, target.map_file)
-    if kept is not None:
-        composites = list(kept.table.values())
+    if raster is not None:
+        composites = list(raster.table.values())
     else:
         composites = [materials.composite(name, 1) for name in _used_materials(path)]
     require_bases(root, composites)
-    if kept is not None:
-        written = write_cdb(root, kept)
+    if raster is not None:
+        paths = write_cdb(root, raster)
     else:
-        written = _export_materials(path, root, materials, level, target, progress)
-    return [*written, *add_bases(root, {*materials.recipes.bases, *bases_of(composites)})]
+        paths = _export_materials(path, root, materials, level, target, progress)
+    return [*paths, *add_bases(root, {*materials.recipes.bases, *bases_of(composites)})]
 
 
 def _used_materials(path: str | os.PathLike[str]) -> list[str]:
@@ -160,7 +160,7 @@ def _export_materials(
             raise InputError("--level goes with --tile; tiles that are cut have all levels of detail; leave it out")
         return cut_tiles(Path(path), root, materials, target.lod, progress)
     if target.model is not None or target.lod is not None:
-        raise InputError("--tile stands alone: it names the level of detail, and no model; leave --model and --lod out")
+        raise InputError("--tile excludes these: it names the level of detail, and no model; remove --model and --lod")
     tile = parse_tile(target.tile)
     if level is None:
         sizes = _level_sizes(path)

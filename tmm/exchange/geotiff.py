@@ -39,17 +39,17 @@ def write_geotiff(
     a, b, c, d, e, f = (float(value) for value in attributes["geo_affine"])
     across, down = size[1] / image.width, size[0] / image.height
     affine = (a * across, b * down, c, d * across, e * down, f)
-    place = affine, str(attributes["geo_crs"])
+    georeference = affine, str(attributes["geo_crs"])
     names = {str(code): name for code, name in image.materials.items()}
     paths = [Path(folder) / f"{image.name}.code.tif", Path(folder) / f"{image.name}.code.json"]
-    write_tiff(paths[0], image.level.code, place, names, nodata=0, **LAYOUT)
+    write_tiff(paths[0], image.level.code, georeference, names, nodata=0, **LAYOUT)
     materials = {str(code): {"code": code, "name": name} for code, name in image.materials.items()}
     write_json(paths[1], {"image": paths[0].name, "no_material": 0, "materials": materials})
     if confidence is not None:
-        known = np.where(image.level.code > 0, confidence, np.nan).astype(np.float32)
+        confidence_plane = np.where(image.level.code > 0, confidence, np.nan).astype(np.float32)
         paths.append(Path(folder) / f"{image.name}.confidence.tif")
-        write_tiff(paths[-1], known, place, nodata=float("nan"), **LAYOUT)
+        write_tiff(paths[-1], confidence_plane, georeference, nodata=float("nan"), **LAYOUT)
     if shade is not None:
         paths.append(Path(folder) / f"{image.name}.shade.tif")
-        write_tiff(paths[-1], shade, place, **LAYOUT)
+        write_tiff(paths[-1], shade, georeference, **LAYOUT)
     return paths

@@ -66,7 +66,7 @@ def write_gltf(folder: str | os.PathLike[str], image: MaterialImage) -> list[Pat
 
 def feature_ids(image: MaterialImage) -> tuple[bytes, list[int]]:
     """The feature IDs as PNG, and the channels that hold them, the lowest byte first."""
-    index = image.index(first=0)
+    index = image.index(start=0)
     index[index < 0] = len(image.materials)
     rgb = np.zeros((*index.shape, 3), np.uint8)
     rgb[..., 0], rgb[..., 1] = index & 0xFF, index >> 8
@@ -143,8 +143,8 @@ def metadata(image: MaterialImage, buffer: Buffer) -> dict[str, Any]:
 
 def glb(document: dict[str, Any], buffer: Buffer) -> bytes:
     """A binary glTF of a document and its buffer."""
-    whole = {**document, "buffers": [{"byteLength": len(buffer.content)}], "bufferViews": buffer.views}
-    text = json.dumps(whole, separators=(",", ":"), ensure_ascii=False).encode()
+    complete = {**document, "buffers": [{"byteLength": len(buffer.content)}], "bufferViews": buffer.views}
+    text = json.dumps(complete, separators=(",", ":"), ensure_ascii=False).encode()
     text += b" " * (-len(text) % 4)
     content = bytes(buffer.content) + b"\0" * (-len(buffer.content) % 4)
     chunks = struct.pack("<II", len(text), JSON_CHUNK) + text + struct.pack("<II", len(content), BINARY_CHUNK) + content

@@ -43,12 +43,12 @@ def write_mesh(
             raise InputError(f"has {name}; allowed: a mesh without it; export it so", file=path)
     with references(path):
         buffer = _one_buffer(document, binary, path)
-        found = _showing(document, _image_number(document, image.name, photograph, path))
-        if not found:
+        primitives = _showing(document, _image_number(document, image.name, photograph, path))
+        if not primitives:
             raise InputError(
                 "no primitive has the photograph as its base colour; name the image with --photograph", file=path
             )
-        _add(document, buffer, image, found)
+        _add(document, buffer, image, primitives)
     out = Path(folder) / f"{path.stem}.{image.name}.glb"
     write_bytes(out, glb(document, buffer))
     return [out]
@@ -58,14 +58,14 @@ def _one_buffer(document: dict[str, Any], binary: bytes, path: Path) -> Buffer:
     """All buffers and images of a file in one buffer, by the views that the document has and those of the images."""
     buffer = Buffer()
     for view, data in zip(document.get("bufferViews", []), view_bytes(document, binary, path), strict=True):
-        kept = {key: value for key, value in view.items() if key not in ("buffer", "byteOffset", "byteLength")}
-        buffer.add(data, **kept)
-    for each in document.get("images", []):
-        if "uri" in each:
-            uri = each.pop("uri")
-            each.setdefault("name", Path(unquote(uri)).stem if not uri.startswith("data:") else "image")
-            each["mimeType"] = _mime(uri)
-            each["bufferView"] = buffer.add(resource(uri, path))
+        properties = {key: value for key, value in view.items() if key not in ("buffer", "byteOffset", "byteLength")}
+        buffer.add(data, **properties)
+    for image in document.get("images", []):
+        if "uri" in image:
+            uri = image.pop("uri")
+            image.setdefault("name", Path(unquote(uri)).stem if not uri.startswith("data:") else "image")
+            image["mimeType"] = _mime(uri)
+            image["bufferView"] = buffer.add(resource(uri, path))
     return buffer
 
 
@@ -77,38 +77,38 @@ def _mime(uri: str) -> str:
 
 def _image_number(document: dict[str, Any], texture: str, photograph: str | None, path: Path) -> int:
     """Which image of a file is the photograph."""
-    names = [str(each.get("name", number)) for number, each in enumerate(document.get("images", []))]
-    wanted = texture if photograph is None else photograph
+    names = [str(image.get("name", number)) for number, image in enumerate(document.get("images", []))]
+    requested = texture if photograph is None else photograph
     for number, name in enumerate(names):
-        if Path(name).stem == Path(wanted).stem or (photograph is not None and photograph == str(number)):
+        if Path(name).stem == Path(requested).stem or (photograph is not None and photograph == str(number)):
             return number
     if photograph is None and len(names) == 1:
         return 0
     listed = ", ".join(names) if names else "none"
     raise InputError(
-        f"has no image '{wanted}'; its images: {listed}; say which is the photograph with --photograph", file=path
+        f"has no image '{requested}'; its images: {listed}; say which is the photograph with --photograph", file=path
     )
 
 
 def _showing(document: dict[str, Any], photograph: int) -> list[tuple[dict[str, Any], dict[str, Any]]]:
     """The primitives whose base colour is an image, each with its texture reference."""
-    found = []
+    matches = []
     for mesh in document.get("meshes", []):
         for primitive in mesh["primitives"]:
             colour = base_colour(document, primitive)
             if colour is None:
                 continue
-            shown = numbered(document["textures"], colour["index"]).get("source") == photograph
-            if shown and f"TEXCOORD_{texture_set(colour)}" in primitive["attributes"]:
-                found.append((primitive, colour))
-    return found
+            is_photograph = numbered(document["textures"], colour["index"]).get("source") == photograph
+            if is_photograph and f"TEXCOORD_{texture_set(colour)}" in primitive["attributes"]:
+                matches.append((primitive, colour))
+    return matches
 
 
 def _add(
     document: dict[str, Any],
     buffer: Buffer,
     image: MaterialImage,
-    found: list[tuple[dict[str, Any], dict[str, Any]]],
+    primitives: list[tuple[dict[str, Any], dict[str, Any]]],
 ) -> None:
     """Put the feature IDs into a document; one texture for each sampler's way to repeat."""
     png, channels = feature_ids(image)
@@ -120,14 +120,16 @@ def _add(
     document.setdefault("extensions", {})["EXT_structural_metadata"] = metadata(image, buffer)
     document["extensionsUsed"] = sorted({*document.get("extensionsUsed", ()), *OWN})
     of_sampler: dict[Any, int] = {}
-    for primitive, colour in found:
-        own = document["textures"][colour["index"]].get("sampler")
-        if own not in of_sampler:
-            repeated = {} if own is None else {k: v for k, v in samplers[own].items() if k in ("wrapS", "wrapT")}
+    for primitive, colour in primitives:
+        sampler = document["textures"][colour["index"]].get("sampler")
+        if sampler not in of_sampler:
+            repeated = (
+                {} if sampler is None else {k: v for k, v in samplers[sampler].items() if k in ("wrapS", "wrapT")}
+            )
             samplers.append({"magFilter": NEAREST, "minFilter": NEAREST, **repeated})
             textures.append({"source": source, "sampler": len(samplers) - 1})
-            of_sampler[own] = len(textures) - 1
-        texture = {"index": of_sampler[own], "texCoord": colour.get("texCoord", 0), "channels": channels}
+            of_sampler[sampler] = len(textures) - 1
+        texture = {"index": of_sampler[sampler], "texCoord": colour.get("texCoord", 0), "channels": channels}
         if TRANSFORM in colour.get("extensions", {}):
             texture["extensions"] = {TRANSFORM: colour["extensions"][TRANSFORM]}
         identity = {"featureCount": count, "nullFeatureId": count, "label": "material", "propertyTable": 0}

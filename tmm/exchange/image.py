@@ -53,18 +53,18 @@ class MaterialImage:
     @property
     def layers(self) -> int:
         """How many materials the most mixed texel has, one at least."""
-        used = (self.level.mix_weight > 0).any(axis=(0, 1))
-        return max(int(used.sum()), 1)
+        present = (self.level.mix_weight > 0).any(axis=(0, 1))
+        return max(int(present.sum()), 1)
 
-    def index(self, rank: int = 0, first: int = 0) -> npt.NDArray[Any]:
+    def index(self, rank: int = 0, start: int = 0) -> npt.NDArray[Any]:
         """Materials (H, W) int64 counted in the order of their codes.
 
         rank : int; 0 for the material with the largest share, 1 and 2 for the next.
-        first : int; number of the first material; ``first - 1`` stands for no material.
+        start : int; number of the first material; ``first - 1`` represents no material.
         """
         codes = np.array(list(self.materials), np.int64)
-        wanted = self.level.code if rank == 0 else self.level.mix_code[..., rank]
-        return np.where(wanted > 0, np.searchsorted(codes, wanted) + first, first - 1)
+        code = self.level.code if rank == 0 else self.level.mix_code[..., rank]
+        return np.where(code > 0, np.searchsorted(codes, code) + start, start - 1)
 
 
 def read_levels(path: str | os.PathLike[str], levels: range | list[int] | None = None) -> list[MaterialImage]:
@@ -77,8 +77,8 @@ def read_levels(path: str | os.PathLike[str], levels: range | list[int] | None =
     levels : sequence of int, optional; by default the first alone.
     """
     with open_tmm(path) as file:
-        wanted = [0] if levels is None else list(levels)
-        for k in wanted:
+        chosen = [0] if levels is None else list(levels)
+        for k in chosen:
             if not 0 <= k < file.levels:
                 raise InputError(f"found level {k}; allowed: 0 to {file.levels - 1}", file=path)
             check_size(*file.size(k), path)
@@ -86,5 +86,5 @@ def read_levels(path: str | os.PathLike[str], levels: range | list[int] | None =
         planes = ("code", "mix_code", "mix_weight")
         return [
             MaterialImage(name, file.materials, Level(*(file.array(f"levels/{k}/{plane}") for plane in planes)))
-            for k in wanted
+            for k in chosen
         ]

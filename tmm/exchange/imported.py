@@ -47,19 +47,19 @@ def write_imported(
 
     source : path; the file it was read from, for the provenance.
     colours : dict of str to str
-        Material by colour or grey level of that file: the palette of the job that stands in the database.
+        Material by colour or grey level of that file: the palette of the job that is in the database.
     raster : CdbRaster, optional; kept, so that indices and composite materials can be written again as they came.
     """
     levels, mixtures = [image.level], Composites()
     levels += coarser_levels(image)
     for level in levels:
         mixtures.add(level)
-    known = (image.level.code > 0).astype(np.float32)
+    confidence = (image.level.code > 0).astype(np.float32)
     groups = {
         "materials": materials_layout(np.array(list(image.materials), np.uint16), tuple(image.materials.values())),
         "quality": Group(attributes={"tested_texels": 0, "seed_texels": 0}),
         "provenance": Group(attributes=_provenance(image, Path(source))),
-        "levels": Group(groups={str(k): _filled(k, level, image, known) for k, level in enumerate(levels)}),
+        "levels": Group(groups={str(k): _filled(k, level, image, confidence) for k, level in enumerate(levels)}),
         "usage": _usage(image),
         "composites": composite_layout(*mixtures.mixtures()),
     }
@@ -88,18 +88,18 @@ def coarser_levels(image: MaterialImage) -> list[Level]:
 def _usage(image: MaterialImage) -> Group:
     level = image.level
     counts = np.bincount(level.mix_code.ravel(), level.mix_weight.ravel(), minlength=1 << 16) / WEIGHT_TOTAL
-    known = int(np.count_nonzero(level.code))
-    share = counts[list(image.materials)] / max(known, 1)
-    return usage_layout(np.array(list(image.materials), np.uint16), share, level.code.size, known, known)
+    classified = int(np.count_nonzero(level.code))
+    share = counts[list(image.materials)] / max(classified, 1)
+    return usage_layout(np.array(list(image.materials), np.uint16), share, level.code.size, classified, classified)
 
 
-def _filled(k: int, level: Level, image: MaterialImage, known: npt.NDArray[Any]) -> Group:
+def _filled(k: int, level: Level, image: MaterialImage, confidence: npt.NDArray[Any]) -> Group:
     layout = level_layout(k, level.code.shape, image.height, image.width)
     data = {
         "code": level.code,
         "mix_code": level.mix_code,
         "mix_weight": level.mix_weight,
-        "confidence": known,
+        "confidence": confidence,
     }
     variables = {name: replace(variable, data=data[name]) for name, variable in layout.variables.items()}
     return Group(layout.axes, variables)
@@ -136,7 +136,7 @@ def _cdb(raster: CdbRaster, path: Path) -> Group:
             "share": Variable(dims, raster.share, "1", "share of the composite material", chunks=chunks),
             "table": Variable(("line",), np.array(lines, dtype=object), "1", "Composite Material Table, XML"),
         },
-        attributes={"raster": raster.place.raster(Path(), INDEX, 1).name},
+        attributes={"raster": raster.location.raster(Path(), INDEX, 1).name},
     )
 
 
@@ -149,8 +149,8 @@ def kept_raster(path: str | os.PathLike[str]) -> CdbRaster | None:
         if not file.has("cdb/index"):
             return None
         text = b"\n".join(file.array("cdb/table"))
-        place = place_of(file.group_attributes("cdb")["raster"])
-        return CdbRaster(place, file.array("cdb/index"), file.array("cdb/share"), parse_table(text, Path(path)))
+        location = place_of(file.group_attributes("cdb")["raster"])
+        return CdbRaster(location, file.array("cdb/index"), file.array("cdb/share"), parse_table(text, Path(path)))
 
 
 def import_texture(
@@ -167,9 +167,9 @@ def import_texture(
     Parameters
     ----------
     map_file : path, optional
-        Of a CDB; by default the packaged map.
+        Material map of a CDB; by default the packaged one.
     table : path, optional
-        Composite Material Table that an image of indices goes with, which then may stand anywhere; of a raster in a
+        Composite Material Table that an image of indices goes with, which then may be anywhere; of a raster in a
         CDB, in place of its own.
     """
     from skyshine.tmm.exchange.cdb import read_cdb, to_image
@@ -195,14 +195,14 @@ def _with_table(path: Path, table_path: Path, materials: CdbMaterials) -> tuple[
 
     table, index = read_table(table_path), read_plane(path)
     if index.dtype.kind != "u":
-        raise InputError("holds floats; allowed: unsigned integers, indices into the table", file=path)
-    used = indices_in(index, table, path, table_path.name)
+        raise InputError("contains floats; allowed: unsigned integers, indices into the table", file=path)
+    present = indices_in(index, table, path, table_path.name)
     layers, shares = index[np.newaxis], np.ones((1, *index.shape), np.float32)
     image = indexed_image(path.name.partition(".")[0], layers, shares, table, materials)
-    return image, _first_materials(used, table, materials)
+    return image, _first_materials(present, table, materials)
 
 
-def _first_materials(used: list[int], table: dict[int, Composite], materials: CdbMaterials) -> dict[str, str]:
+def _first_materials(present: list[int], table: dict[int, Composite], materials: CdbMaterials) -> dict[str, str]:
     """The material with the largest share in each composite, by index as a palette names it."""
-    first = {index: next(iter(materials.mixture(table[index]))) for index in used}
-    return {str(index): materials.library.by_code(code).name for index, code in first.items()}
+    principal = {index: next(iter(materials.mixture(table[index]))) for index in present}
+    return {str(index): materials.library.by_code(code).name for index, code in principal.items()}

@@ -15,7 +15,7 @@ from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.legend import legend
 from skyshine.tmm.exchange.rasters import png_bytes
 
-MAX_MATERIALS = 255  # a palette has 256 entries, the first stands for no material
+MAX_MATERIALS = 255  # a palette has 256 entries, the first represents no material
 
 
 def write_png(folder: str | os.PathLike[str], image: MaterialImage) -> list[Path]:
@@ -31,7 +31,7 @@ def write_png(folder: str | os.PathLike[str], image: MaterialImage) -> list[Path
     named = material_colours(tuple(image.materials.values()), load_library())
     colours = np.concatenate([np.zeros((1, 3), np.uint8), named])
     paths = [Path(folder) / f"{image.name}{ending}" for ending in (".png", ".legend.json")]
-    write_bytes(paths[0], png_bytes(image.index(first=1).astype(np.uint8), colours))
+    write_bytes(paths[0], png_bytes(image.index(start=1).astype(np.uint8), colours))
     entries = {
         str(k): {**entry, "colour": "#{:02X}{:02X}{:02X}".format(*colours[k])} for k, entry in legend(image).items()
     }

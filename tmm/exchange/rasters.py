@@ -33,7 +33,7 @@ def read_plane(path: str | os.PathLike[str]) -> npt.NDArray[Any]:
 def write_tiff(
     path: str | os.PathLike[str],
     values: npt.NDArray[Any],
-    place: tuple[Affine, str] | None = None,
+    georeference: tuple[Affine, str] | None = None,
     names: dict[str, str] | None = None,
     **layout: Any,
 ) -> None:
@@ -41,7 +41,7 @@ def write_tiff(
 
     Raises InputError: GDAL does not know the coordinate system, or the file cannot be written.
 
-    place : (Affine, str), optional; where it lies on a map, and in which coordinate system.
+    georeference : (Affine, str), optional; where it lies on a map, and in which coordinate system.
     names : dict of str to str, optional; texts of its band by their keys.
     **layout
         Options of GDAL's driver, such as ``compress``.
@@ -50,8 +50,8 @@ def write_tiff(
     from rasterio.io import MemoryFile
     from rasterio.transform import Affine as Transform
 
-    if place is not None:
-        layout |= {"transform": Transform(*place[0]), "crs": place[1] or None}
+    if georeference is not None:
+        layout |= {"transform": Transform(*georeference[0]), "crs": georeference[1] or None}
     height, width = values.shape
     with quiet(), MemoryFile() as memory:
         try:

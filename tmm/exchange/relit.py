@@ -40,6 +40,6 @@ def write_relit(folder: str | os.PathLike[str], path: str | os.PathLike[str]) ->
     tifffile.imwrite(
         content, values, photometric="rgb", compression="zlib", predictor=values.dtype.kind == "u", metadata=None
     )
-    written = Path(folder) / f"{job.name}.relit.tif"
-    write_bytes(written, content.getvalue())
-    return [written]
+    target = Path(folder) / f"{job.name}.relit.tif"
+    write_bytes(target, content.getvalue())
+    return [target]

@@ -49,10 +49,10 @@ def write_splat_maps(folder: str | os.PathLike[str], image: MaterialImage) -> li
     shares, paths = _shares(image), []
     entries: dict[str, dict[str, Any]] = {}
     layers = list(legend(image).items())
-    for first in range(0, len(layers), len(CHANNELS)):
-        paths.append(Path(folder) / f"{image.name}.splat{first // len(CHANNELS)}.png")
+    for start in range(0, len(layers), len(CHANNELS)):
+        paths.append(Path(folder) / f"{image.name}.splat{start // len(CHANNELS)}.png")
         picture = np.zeros((image.height, image.width, len(CHANNELS)), np.uint8)
-        for channel, (number, entry) in enumerate(layers[first : first + len(CHANNELS)]):
+        for channel, (number, entry) in enumerate(layers[start : start + len(CHANNELS)]):
             picture[..., channel] = _share(image, shares, entry["code"])
             entries[str(number)] = {**entry, "image": paths[-1].name, "channel": CHANNELS[channel]}
         write_bytes(paths[-1], png_bytes(picture))

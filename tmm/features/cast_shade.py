@@ -39,7 +39,7 @@ _SAME = 0.35  # likewise, of the light before a caster and beyond its shadow, wh
 _DOUBT = 0.7  # of a run with the same ground at both ends: a dark thing rather than a bridge over its own asphalt
 _BOX = 15  # texels over which runs are counted
 _LIKELY = 0.35  # least share of the runs through a texel that end as shade does
-_NEAR_RUNS = 0.22  # least number of runs a texel, over 5 x 5 of them; between two of its steps of .04
+_NEAR_RUNS = 0.22  # least number of runs a texel, over 5 x 5 of them; between two of its steps of 0.04
 _CELL, _CELLS, _DARKEST = 0.2, 33, -6.3  # of the table of sunlit light; logarithm where it begins
 _LLR_LIMIT = 3.0  # of the logarithm of the ratio of its likelihoods
 _HEADROOM = 0.25  # logarithm above the light of all but 1 % of the texels, that a texel without its shade may have
@@ -126,22 +126,24 @@ class CastShade:
                 away, towards = _edges(light, valid, parts[-1][0], fall, (1, -1))
                 aways.append(away)
                 # Runs towards the Sun, which are long, tell nothing more.
-                none = np.empty(0, np.int32)
-                edges += [away, replace(towards, texel=none, edge=none)]
+                empty = np.empty(0, np.int32)
+                edges += [away, replace(towards, texel=empty, edge=empty)]
         gain = _gain(edges)
         if gain is None:
             raise _no_shade(path, fall)
         levels = np.concatenate([fine[..., -1][valid] for fine, valid in parts])
         low, high = (float(at) for at in np.percentile(levels, (1, 99)))
-        first = cls(fall, tuple(np.exp(gain).tolist()), high + _HEADROOM, (low, high), np.zeros((1, 1, 1), np.float32))
+        initial = cls(
+            fall, tuple(np.exp(gain).tolist()), high + _HEADROOM, (low, high), np.zeros((1, 1, 1), np.float32)
+        )
         counts, marked, total = np.zeros((_CELLS,) * 3), 0, 0
         for (fine, valid), away in zip(parts, aways, strict=True):
-            inside = first._inside(away, valid, fine)[0]
+            inside = initial._inside(away, valid, fine)[0]
             marked, total = marked + int(inside.sum()), total + int(valid.sum())
             np.add.at(counts, _cells(fine[valid & ~inside]), 1.0)
         if marked < _LEAST_SHARE * total:
             raise _no_shade(path, fall)
-        return cls(fall, first.gain, first.brightest, first.span, _density(counts))
+        return cls(fall, initial.gain, initial.brightest, initial.span, _density(counts))
 
     def fraction(self, light: npt.NDArray[Any], valid: npt.NDArray[np.bool_]) -> npt.NDArray[np.float32]:
         """Share (h, w) of the Sun that is hidden from each texel, of linear light (h, w, C).
@@ -210,8 +212,10 @@ def _fine(light: npt.NDArray[Any], valid: npt.NDArray[np.bool_]) -> npt.NDArray[
 def _smooth(light: npt.NDArray[Any], valid: npt.NDArray[np.bool_], width: float) -> npt.NDArray[Any]:
     from scipy.ndimage import gaussian_filter
 
-    least = np.maximum(light, 0.0)
-    logarithms = np.log(np.concatenate([least, least[..., :3] @ np.array(LUMINANCE)[:, np.newaxis]], -1) + LEAST_LIGHT)
+    clipped = np.maximum(light, 0.0)
+    logarithms = np.log(
+        np.concatenate([clipped, clipped[..., :3] @ np.array(LUMINANCE)[:, np.newaxis]], -1) + LEAST_LIGHT
+    )
     planes = [gaussian_filter(np.where(valid, plane, 0.0), width) for plane in np.moveaxis(logarithms, -1, 0)]
     if valid.all():
         return np.stack(planes, axis=-1)
@@ -244,18 +248,18 @@ def _edges(
     bright, dark = (_between(coarse, row + side * y, column + side * x) for side in (_APART, -_APART))
     ratio, middle, along = bright - dark, (bright[:, -1] + dark[:, -1]) / 2, x * fall.x + y * fall.y
     clear = ratio[:, :3].min(axis=1, initial=np.inf) > _STEP
-    found = []
+    edges = []
     for side in sides:
-        kept = clear & (side * along > _ALONG)
+        accepted = clear & (side * along > _ALONG)
         step = -side * fall.x, -side * fall.y
-        start = row[kept], column[kept]
-        edge_of, texel, length, ended = _runs(fine[..., -1], valid, start, middle[kept], step, fall.reach)
+        start = row[accepted], column[accepted]
+        edge_of, texel, length, ended = _runs(fine[..., -1], valid, start, middle[accepted], step, fall.reach)
         beyond = _at(fine, start, step, np.maximum(length, _APART - 1) + 1 + _APART)
         before = _at(fine, start, step, np.full(len(length), -_APART))
         apart = np.linalg.norm((beyond - before)[:, :3], axis=1)
         cast = 1 - _DOUBT * np.exp(-0.5 * (apart / _SAME) ** 2)
-        found.append(_Edges(ratio[kept, :-1], along[kept], texel, edge_of, ended, cast))
-    return found
+        edges.append(_Edges(ratio[accepted, :-1], along[accepted], texel, edge_of, ended, cast))
+    return edges
 
 
 def _between(values: npt.NDArray[Any], row: npt.NDArray[Any], column: npt.NDArray[Any]) -> npt.NDArray[Any]:
@@ -277,8 +281,8 @@ def _at(
 ) -> npt.NDArray[Any]:
     """Values (N, C) so many steps from texels, or at the border of the window."""
     row, column = (np.rint(at + move * count).astype(int) for at, move in zip(start, (step[1], step[0]), strict=True))
-    found: npt.NDArray[Any] = values[np.clip(row, 0, values.shape[0] - 1), np.clip(column, 0, values.shape[1] - 1)]
-    return found
+    sampled: npt.NDArray[Any] = values[np.clip(row, 0, values.shape[0] - 1), np.clip(column, 0, values.shape[1] - 1)]
+    return sampled
 
 
 def _runs(
@@ -334,19 +338,19 @@ def _gain(edges: Sequence[_Edges]) -> npt.NDArray[Any] | None:
         np.add.at(counts, tuple((colours / _BIN).astype(int).T), np.maximum(towards * weight, 0.0))
         sides.append(gaussian_filter(counts, 1.0))
     excess = sides[0] - sides[1]
-    found = (np.array(np.unravel_index(excess.argmax(), excess.shape)) + 0.5) * _BIN
+    peak = (np.array(np.unravel_index(excess.argmax(), excess.shape)) + 0.5) * _BIN
     gain = np.zeros(ratio.shape[1])
     for _ in range(5):  # of the mean shift: it moves by a bin at most
-        near = weight * np.exp(-0.5 * ((colours - found) ** 2).sum(axis=1) / 0.15**2)
+        near = weight * np.exp(-0.5 * ((colours - peak) ** 2).sum(axis=1) / 0.15**2)
         if near.sum() <= 0:
             return None
         gain = near @ ratio / near.sum()
-        found = gain[:3]
-    near = np.abs(weight) * np.exp(-0.5 * ((colours - found) ** 2).sum(axis=1) / 0.2**2)
+        peak = gain[:3]
+    near = np.abs(weight) * np.exp(-0.5 * ((colours - peak) ** 2).sum(axis=1) / 0.2**2)
     away, towards_sun = near[weight > 0].sum(), near[weight < 0].sum()
     if away - towards_sun < _SIGNIFICANT * np.sqrt(away + towards_sun) or away < _OFTEN * towards_sun:
         return None
-    return gain if np.exp(found.min()) >= _LEAST_GAIN and found[0] >= found[2] + _BLUER else None
+    return gain if np.exp(peak.min()) >= _LEAST_GAIN and peak[0] >= peak[2] + _BLUER else None
 
 
 def _cells(logarithms: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], ...]:

@@ -15,7 +15,7 @@ TABLED = 1 << 21  # distinct colours of one table: beyond, its posteriors would 
 
 
 def to_lab(colours: npt.NDArray[Any], encoding: str) -> npt.NDArray[np.float64]:
-    """L*a*b* under D65 of colours as a file holds them.
+    """L*a*b* under D65 of colours as a file stores them.
 
     colours : (N, 3) uint8, uint16 or float; integers over their full range, floats with 1 as white.
     encoding : str; ``srgb`` (IEC 61966-2-1), ``linear`` (Rec. 709 primaries), or a colour space known to OpenImageIO.
@@ -85,7 +85,7 @@ class DistinctColours:
     """Finds the distinct colours of blocks of a texture, so that each is classified once.
 
     8 bit textures share one table of all their colours; in 16 bit ones, in those with near infrared and in those with
-    more than `TABLED` colours, a block's colours are sorted; float texels are nearly all different and stand for
+    more than `TABLED` colours, a block's colours are sorted; float texels are nearly all different and represent
     themselves. Texels without data may point at any colour.
 
     valid_texels : int; texels of the texture with data.
@@ -104,13 +104,13 @@ class DistinctColours:
         step = max(PIECE_TEXELS // texture.width, 1)
         for top in range(0, texture.height, step):
             pixels, valid = texture.window(slice(top, min(top + step, texture.height)), slice(0, texture.width))
-            whole = valid.all()
-            self.valid_texels += valid.size if whole else int(valid.sum())
+            complete = valid.all()
+            self.valid_texels += valid.size if complete else int(valid.sum())
             # In parts that stay in a processor's cache, by the index type of numpy: half the time.
             rows = max(CACHED_TEXELS // texture.width, 1)
-            for first in range(0, len(pixels) if count else 0, rows):
-                part = _packed(pixels[first : first + rows])
-                present[(part if whole else part[valid[first : first + rows]]).astype(np.intp)] = True
+            for start in range(0, len(pixels) if count else 0, rows):
+                part = _packed(pixels[start : start + rows])
+                present[(part if complete else part[valid[start : start + rows]]).astype(np.intp)] = True
         if count:
             packed = np.flatnonzero(present)
             self.number = len(packed)
@@ -144,8 +144,8 @@ class DistinctColours:
         """Colours of the shared table that a window has, (U, 3), and for each of its texels which of them, (h, w)."""
         if self.colours is None:
             raise ValueError("this texture has no shared table of colours")
-        used, number = np.unique(index, return_inverse=True)
-        return self.colours[used], number.reshape(index.shape)
+        present, number = np.unique(index, return_inverse=True)
+        return self.colours[present], number.reshape(index.shape)
 
 
 def _packed(pixels: npt.NDArray[Any]) -> npt.NDArray[Any]:

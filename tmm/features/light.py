@@ -33,9 +33,9 @@ def linear_light(colours: npt.NDArray[Any], encoding: str) -> npt.NDArray[np.flo
 def light_windows(texture: Windowed) -> Iterator[tuple[npt.NDArray[Any], npt.NDArray[np.bool_]]]:
     """Linear light and validity of windows spread over a texture; all of a small one."""
     rows, columns = (max(length // _WINDOW, 1) for length in (texture.height, texture.width))
-    places = [(row, column) for row in range(rows) for column in range(columns)]
-    for number in np.unique(np.linspace(0, len(places) - 1, min(_WINDOWS, len(places))).astype(int)):
-        row, column = places[number]
+    windows = [(row, column) for row in range(rows) for column in range(columns)]
+    for number in np.unique(np.linspace(0, len(windows) - 1, min(_WINDOWS, len(windows))).astype(int)):
+        row, column = windows[number]
         top, left = row * texture.height // rows, column * texture.width // columns
         bottom, right = (row + 1) * texture.height // rows, (column + 1) * texture.width // columns
         colours, valid = texture.window(slice(top, bottom), slice(left, right))
@@ -43,7 +43,7 @@ def light_windows(texture: Windowed) -> Iterator[tuple[npt.NDArray[Any], npt.NDA
 
 
 def stored_light(light: npt.NDArray[Any], encoding: str, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
-    """Linear light (h, w, C) as a file of this encoding and type holds it."""
+    """Linear light (h, w, C) as a file of this encoding and type stores it."""
     values = light
     if encoding == "srgb":  # IEC 61966-2-1; near infrared is stored as it is
         colours = light[..., :3]

@@ -42,12 +42,12 @@ class RelitTexture(TextureFile):
         fraction : float
             0 to 1.
         masks : callable
-            Of a window's top and left and its shape (h, w): which of its texels they cover.
+            Function of a window's top, left and shape (h, w) that returns the texels in shade.
         """
         self._drawn.append((fraction, masks))
 
     def plain(self, rows: slice, columns: slice) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-        """Colours of a window as the file holds them, and validity."""
+        """Colours of a window as the file stores them, and validity."""
         return super().window(rows, columns)
 
     def shade(self, rows: slice, columns: slice) -> npt.NDArray[np.float32]:
@@ -106,7 +106,7 @@ class RelitTexture(TextureFile):
 
 
 class _Plain:
-    """A relit texture as its file holds it."""
+    """A relit texture as its file stores it."""
 
     def __init__(self, texture: RelitTexture) -> None:
         self.height, self.width, self.channels = texture.height, texture.width, texture.channels

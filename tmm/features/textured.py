@@ -40,7 +40,7 @@ def names() -> tuple[str, ...]:
 
 
 def light_planes(colours: npt.NDArray[Any], encoding: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    """L*a*b* and linear light, both (3, N) float32, of colours (N, C) as a texture holds them."""
+    """L*a*b* and linear light, both (3, N) float32, of colours (N, C) as a texture stores them."""
     lab, linear = (np.empty((3, len(colours)), np.float32) for _ in range(2))
     for start in range(0, len(colours), BLOCK_COLOURS):
         part = slice(start, start + BLOCK_COLOURS)
@@ -94,9 +94,9 @@ def features(
 
 
 def _stack(lab: npt.NDArray[np.float32], linear: npt.NDArray[np.float32], step: int) -> npt.NDArray[Any]:
-    own = lab[:, ::step, ::step]
-    stack = np.empty((len(names()), *own.shape[1:]), np.float32)
-    stack[:3] = own
+    coarse = lab[:, ::step, ::step]
+    stack = np.empty((len(names()), *coarse.shape[1:]), np.float32)
+    stack[:3] = coarse
     at = 3
     for means in zip(*(box_means(plane, RADII, step) for plane in lab), strict=True):
         stack[at : at + 3] = means
@@ -127,14 +127,14 @@ def box_means(plane: npt.NDArray[np.float32], radii: tuple[int, ...], step: int 
     """
     from scipy.ndimage import uniform_filter1d
 
-    height, most = len(plane), max(radii)
-    sums = np.empty((height + 2 * most + 1, plane.shape[1]))  # over the rows above each, those mirrored included
+    height, margin = len(plane), max(radii)
+    sums = np.empty((height + 2 * margin + 1, plane.shape[1]))  # over the rows above each, those mirrored included
     sums[0] = 0
-    for k, row in enumerate(np.pad(np.arange(height), most, mode="symmetric")):
+    for k, row in enumerate(np.pad(np.arange(height), margin, mode="symmetric")):
         np.add(sums[k], plane[row], out=sums[k + 1])
     means = []
     for radius in radii:
-        top, size = most - radius, 2 * radius + 1
+        top, size = margin - radius, 2 * radius + 1
         rows = sums[top + size : top + size + height : step] - sums[top : top + height : step]
         rows /= size
         means.append(uniform_filter1d(rows.astype(np.float32), size, axis=1, mode="reflect")[:, ::step])

@@ -32,7 +32,7 @@ class GeoReference:
 def read_georeference(image: Path) -> GeoReference | None:
     """The georeference of an image; its own tags come before a world file. None where there is neither.
 
-    Raises InputError: a world file does not hold six numbers, or maps everything to a line; or tags do.
+    Raises InputError: a world file does not contain six numbers, or maps everything to a line; or tags do.
     """
     return (_stored(image) if is_tiff(image) else None) or _world(image)
 
@@ -48,11 +48,11 @@ def _stored(image: Path) -> GeoReference | None:
     if dataset is None:
         return None
     with quiet(), dataset:
-        place, system = dataset.transform, dataset.crs
-    affine = tuple(place)[:6]
-    if place.is_identity:
+        transform, system = dataset.transform, dataset.crs
+    affine = tuple(transform)[:6]
+    if transform.is_identity:
         return None
-    if not np.isfinite(affine).all() or place.determinant == 0:
+    if not np.isfinite(affine).all() or transform.determinant == 0:
         raise InputError("has GeoTIFF tags that cannot be read; fix or remove them", file=image)
     code = None if system is None else system.to_epsg()
     name = f"EPSG:{code}" if code else "" if system is None else system.to_wkt()
@@ -63,16 +63,16 @@ def _world(image: Path) -> GeoReference | None:
     """World files are named by the first and last letter of the image's ending with a w, or .wld."""
     ending = image.suffix[1:]
     endings = [ending[0] + ending[-1] + "w", ending + "w", "wld"] if ending else ["wld"]
-    places = [image.with_suffix("." + form) for name in endings for form in (name, name.upper())]
-    place = next((place for place in places if place.is_file()), None)
-    if place is None:
+    candidates = [image.with_suffix("." + form) for name in endings for form in (name, name.upper())]
+    world_file = next((world_file for world_file in candidates if world_file.is_file()), None)
+    if world_file is None:
         return None
     try:
-        a, d, b, e, c, f = (plain_number(word) for word in place.read_text(encoding="utf-8").split())
+        a, d, b, e, c, f = (plain_number(word) for word in world_file.read_text(encoding="utf-8").split())
     except (ValueError, OSError):
-        raise InputError("is no world file: it must hold six numbers; fix or remove it", file=place) from None
+        raise InputError("is no world file: it must contain six numbers; fix or remove it", file=world_file) from None
     if not (np.isfinite([a, b, c, d, e, f]).all() and a * e - b * d):
-        raise InputError("maps the image to a line; fix its first four numbers or remove it", file=place)
+        raise InputError("maps the image to a line; fix its first four numbers or remove it", file=world_file)
     return GeoReference(_six(_from_centre([a, b, c, d, e, f])), "")
 
 

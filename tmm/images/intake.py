@@ -33,8 +33,8 @@ class Intake:
     colours : tuple of int; channels of red, green, blue and, where there is one, near infrared.
     alpha : int or None; channel of alpha.
     opaque : float; value of alpha that is fully opaque.
-    white : float or None; stored value that is white; None where it is the largest that the type holds.
-    taken : dict of str to str; the same in words, by what it is about.
+    white : float or None; stored value of white; None: the largest value of the type.
+    interpretation : dict of str to str; the same in words, by what it is about.
     warnings : tuple of str; what may not be meant.
     """
 
@@ -42,7 +42,7 @@ class Intake:
     alpha: int | None
     opaque: float
     white: float | None
-    taken: dict[str, str]
+    interpretation: dict[str, str]
     warnings: tuple[str, ...] = field(default=())
 
 
@@ -53,44 +53,52 @@ def take_in(path: Path, image: Raster, near_infrared: str | None, alpha: str, wh
 
     near_infrared : str or None; name or number, from 1, of that channel, by the job; ``none`` where there is none.
     alpha : {"auto", "no-data", "ignore"}; ``no-data``: what the file calls alpha is alpha, whatever its values.
-    white : float, "auto" or None; ``auto``: by the data; None: the largest value that the type holds.
+    white : float, "auto" or None; ``auto``: by the data; None: the largest value of the type.
     """
     names = image.channel_names
-    given = None if near_infrared in (None, "none") else _named(path, names, str(near_infrared))
-    last = image.alpha if image.alpha is not None else 3 if image.channels == 4 and given is None else None
-    last = None if last == given else last
-    sample = _sample(image) if last is not None or (white == "auto" and image.dtype == np.uint16) else None
-    is_alpha, why = last is not None, "as the file says"
+    infrared_channel = None if near_infrared in (None, "none") else _named(path, names, str(near_infrared))
+    alpha_channel = (
+        image.alpha if image.alpha is not None else 3 if image.channels == 4 and infrared_channel is None else None
+    )
+    alpha_channel = None if alpha_channel == infrared_channel else alpha_channel
+    sample = _sample(image) if alpha_channel is not None or (white == "auto" and image.dtype == np.uint16) else None
+    is_alpha, why = alpha_channel is not None, "as the file says"
     opaque = float(np.iinfo(image.dtype).max) if image.dtype.kind == "u" else 1.0
-    if last is not None and sample is not None:
-        if image.dtype == np.uint16 and sample[:, last].max(initial=0) <= 255:
+    if alpha_channel is not None and sample is not None:
+        if image.dtype == np.uint16 and sample[:, alpha_channel].max(initial=0) <= 255:
             opaque = 255.0
         if alpha != "no-data":
-            is_alpha, why = _like_alpha(sample[:, last], opaque, image.alpha is not None)
-    colours = _colours(path, names, {last, given} - {None})
-    infrared = given
-    taken, warnings = {"colours": ", ".join(names[i] for i in colours)}, []
-    if last is not None and not is_alpha and given is None and near_infrared is None and is_tiff(path):
-        infrared = last
+            is_alpha, why = _like_alpha(sample[:, alpha_channel], opaque, image.alpha is not None)
+    colours = _colours(path, names, {alpha_channel, infrared_channel} - {None})
+    infrared = infrared_channel
+    interpretation, warnings = {"colours": ", ".join(names[i] for i in colours)}, []
+    if (
+        alpha_channel is not None
+        and not is_alpha
+        and infrared_channel is None
+        and near_infrared is None
+        and is_tiff(path)
+    ):
+        infrared = alpha_channel
     if infrared is not None:
-        taken["near infrared"] = f"{names[infrared]} ({'by the job' if given is not None else why})"
-    if last is not None and is_alpha:
-        taken["alpha"] = f"{names[last]} ({why})" + (", ignored" if alpha == "ignore" else "")
-    elif last is not None and infrared != last:
-        taken["not used"] = f"{names[last]} ({why})"
+        interpretation["near infrared"] = f"{names[infrared]} ({'by the job' if infrared_channel is not None else why})"
+    if alpha_channel is not None and is_alpha:
+        interpretation["alpha"] = f"{names[alpha_channel]} ({why})" + (", ignored" if alpha == "ignore" else "")
+    elif alpha_channel is not None and infrared != alpha_channel:
+        interpretation["not used"] = f"{names[alpha_channel]} ({why})"
     level = white if isinstance(white, float) else None
     if white == "auto" and image.dtype == np.uint16 and sample is not None:
         level = _white(sample[:, list(colours)])
     if level is not None:
-        taken["white"] = f"{level:g} of {np.iinfo(np.uint16).max}"
+        interpretation["white"] = f"{level:g} of {np.iinfo(np.uint16).max}"
         if white == "auto":
             warnings.append(
                 f"its 16 bit values fill less than a quarter of their range; {level:g} is taken to be white: say "
                 "'white' if it is another value"
             )
     picked = (*colours, *(() if infrared is None else (infrared,)))
-    used = last if is_alpha and alpha != "ignore" else None
-    return Intake(picked, used, opaque, level, taken, tuple(warnings))
+    alpha_used = alpha_channel if is_alpha and alpha != "ignore" else None
+    return Intake(picked, alpha_used, opaque, level, interpretation, tuple(warnings))
 
 
 def _sample(image: Raster) -> npt.NDArray[Any]:
@@ -138,11 +146,11 @@ def _colours(path: Path, names: list[str], others: set[Any]) -> tuple[int, ...]:
     raise InputError(f"has the channels {', '.join(names)}; allowed: grey or R, G, B, with or without A", file=path)
 
 
-def _named(path: Path, names: list[str], wanted: str) -> int:
-    if wanted in names:
-        return names.index(wanted)
-    if wanted.isdecimal() and 1 <= int(wanted) <= len(names):
-        return int(wanted) - 1
+def _named(path: Path, names: list[str], channel: str) -> int:
+    if channel in names:
+        return names.index(channel)
+    if channel.isdecimal() and 1 <= int(channel) <= len(names):
+        return int(channel) - 1
     raise InputError(
-        f"has no channel '{wanted}'; {nearest(wanted, names)}, or a number from 1 to {len(names)}", file=path
+        f"has no channel '{channel}'; {nearest(channel, names)}, or a number from 1 to {len(names)}", file=path
     )

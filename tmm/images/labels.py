@@ -25,7 +25,7 @@ class Labels:
     def __init__(self, labels: LabelImage, base_folder: Path, names: tuple[str, ...]) -> None:
         """Open the image; `names` are the materials that its palette's are counted among.
 
-        Raises InputError: the image cannot be read, or cannot hold a colour of the palette.
+        Raises InputError: the image cannot be read, or cannot store a colour of the palette.
         """
         self.path = base_folder / labels.image
         self._raster = Raster(self.path, indices=all(key.isdecimal() for key in labels.palette))
@@ -33,7 +33,8 @@ class Labels:
         grey, dtype = self._raster.channels < 3, self._raster.dtype
         if dtype.kind != "u" or (not grey and dtype != np.uint8):
             raise InputError(
-                "the label image holds floats or 16 bit colours; allowed: 8 bit colours or a grey level", file=self.path
+                "the label image contains floats or 16 bit colours; allowed: 8 bit colours or a grey level",
+                file=self.path,
             )
         self._channels = 1 if grey else 3
         self._colours = [(self._colour(key, grey), names.index(name)) for key, name in labels.palette.items()]
@@ -41,12 +42,12 @@ class Labels:
     def _colour(self, key: str, grey: bool) -> list[int]:
         if not key.startswith("#"):
             return [int(key)] * self._channels
-        wanted = [int(key[i : i + 2], 16) for i in (1, 3, 5)]
-        if grey and len(set(wanted)) > 1:
+        components = [int(key[i : i + 2], 16) for i in (1, 3, 5)]
+        if grey and len(set(components)) > 1:
             raise InputError(
-                f"the label image is grey and cannot hold {key}; give grey levels in the palette", file=self.path
+                f"the label image is grey and cannot store {key}; give grey levels in the palette", file=self.path
             )
-        return wanted[: self._channels]
+        return components[: self._channels]
 
     def fits(self, height: int, width: int) -> Labels:
         """Itself, where the label image has the texture's size; else an InputError."""
@@ -62,8 +63,8 @@ class Labels:
         values = self._raster.rows(start, stop)
         material = np.full(values.shape[:2], NONE, np.int16)
         for colour, number in self._colours:
-            same = values[..., 0] == colour[0]
+            matches = values[..., 0] == colour[0]
             for i in range(1, self._channels):
-                same &= values[..., i] == colour[i]
-            material[same] = number
+                matches &= values[..., i] == colour[i]
+            material[matches] = number
         return material

@@ -94,21 +94,21 @@ class NoData:
         left, right = np.full(height, width), np.full(height, -1)
         for rows, colours in windows:
             inside = ~self._near(colours)
-            seen = inside.any(axis=0)
-            first, last = inside.argmax(axis=0), len(inside) - 1 - inside[::-1].argmax(axis=0)
-            top[seen] = np.minimum(top[seen], rows.start + first[seen])
-            bottom[seen] = rows.start + last[seen]
-            some = inside.any(axis=1)
-            left[rows] = np.where(some, inside.argmax(axis=1), width)
-            right[rows] = np.where(some, width - 1 - inside[:, ::-1].argmax(axis=1), -1)
+            nonempty = inside.any(axis=0)
+            low, high = inside.argmax(axis=0), len(inside) - 1 - inside[::-1].argmax(axis=0)
+            top[nonempty] = np.minimum(top[nonempty], rows.start + low[nonempty])
+            bottom[nonempty] = rows.start + high[nonempty]
+            row_nonempty = inside.any(axis=1)
+            left[rows] = np.where(row_nonempty, inside.argmax(axis=1), width)
+            right[rows] = np.where(row_nonempty, width - 1 - inside[:, ::-1].argmax(axis=1), -1)
         self._edges = top, bottom, left, right
 
     def _same(self, colours: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-        same: npt.NDArray[np.bool_] = colours == self.value
+        equal: npt.NDArray[np.bool_] = colours == self.value
         if colours.dtype.kind == "f":
-            same = np.isclose(colours.astype(np.float64), float(self.value or 0), rtol=1e-6, atol=0)
-        whole: npt.NDArray[np.bool_] = np.logical_and.reduce(same, axis=-1)
-        return whole
+            equal = np.isclose(colours.astype(np.float64), float(self.value or 0), rtol=1e-6, atol=0)
+        all_bands: npt.NDArray[np.bool_] = np.logical_and.reduce(equal, axis=-1)
+        return all_bands
 
     def _near(self, colours: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
         apart = np.abs(colours.astype(np.float64) - float(self.value or 0))

@@ -48,7 +48,7 @@ class Raster:
     def __init__(self, path: Path, indices: bool = False) -> None:
         """Open the first image of the file; with `indices`, those of its palette in place of colours.
 
-        Raises InputError: the file is missing, is no image, or holds more than one plane.
+        Raises InputError: the file is missing, is no image, or contains more than one plane.
         """
         self.path, self._source = path, _open(path, indices)
         source = self._source
@@ -68,24 +68,24 @@ class Raster:
             if self._whole:
                 self._first, self._end, self._kept = 0, self.height, self._read(0, self.height)
             else:
-                first, last = self._aligned(start, stop)
+                low, high = self._aligned(start, stop)
                 # What is kept already serves from the row asked for: tiles are wanted whole only where they are
                 # decoded.
-                self._keep(start if self._first <= start < self._end else first, last)
+                self._keep(start if self._first <= start < self._end else low, high)
         return self._kept[start - self._first : stop - self._first]
 
-    def _keep(self, first: int, last: int) -> None:
-        """Read rows `first` to `last`, but for those that are kept already: they move to the front of the buffer."""
-        overlap = self._end - first if self._first <= first < self._end else 0
-        kept = self._kept[first - self._first : self._end - self._first] if overlap else self._kept[:0]
-        if last - first > len(self._kept):
-            self._kept = np.empty((last - first, self.width, self.channels), self.dtype)
-        self._kept[:overlap] = kept
-        self._first, self._end = first, first + overlap
-        while self._end < last:
+    def _keep(self, low: int, high: int) -> None:
+        """Read rows `low` to `high`, but for those that are kept already: they move to the front of the buffer."""
+        overlap = self._end - low if self._first <= low < self._end else 0
+        buffered = self._kept[low - self._first : self._end - self._first] if overlap else self._kept[:0]
+        if high - low > len(self._kept):
+            self._kept = np.empty((high - low, self.width, self.channels), self.dtype)
+        self._kept[:overlap] = buffered
+        self._first, self._end = low, low + overlap
+        while self._end < high:
             # In pieces, because what is read is an array of its own until it is copied.
-            stop = min(self._aligned(self._end, self._end + PIECE_ROWS)[1], last)
-            target = self._kept[self._end - first : stop - first]
+            stop = min(self._aligned(self._end, self._end + PIECE_ROWS)[1], high)
+            target = self._kept[self._end - low : stop - low]
             step = self.width
             if side := self._tile[1]:
                 step = max(PIECE_TEXELS // (stop - self._end) // side, 1) * side
@@ -263,7 +263,7 @@ def _decodes(dataset: Any) -> bool:
 
 @contextmanager
 def _decoders_silent() -> Iterator[None]:
-    """Keep what libpng and libtiff write to standard error by themselves: their reason stands in the error raised."""
+    """Keep what libpng and libtiff write to standard error by themselves: their reason is in the error raised."""
     try:
         saved = os.dup(2)
     except OSError:  # no standard error, as in a service
@@ -279,5 +279,5 @@ def _decoders_silent() -> Iterator[None]:
 
 
 def _reason(message: str, detail: str) -> str:
-    first = detail.strip().splitlines()[0] if detail.strip() else "no reason given"
-    return f"{message} ({first.rstrip('.')}); allowed: PNG, JPEG, TIFF and what else OpenImageIO reads; save it again"
+    summary = detail.strip().splitlines()[0] if detail.strip() else "no reason given"
+    return f"{message} ({summary.rstrip('.')}); allowed: PNG, JPEG, TIFF and what else OpenImageIO reads; save it again"

@@ -1,4 +1,4 @@
-"""Textures: colours as their file holds them, their encoding, and where there is no data."""
+"""Textures: colours as their file stores them, their encoding, and where there is no data."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Texture:
     """A texture in memory.
 
     pixels : (H, W, C) uint8, uint16 or float32
-        Red, green, blue as the file holds them: integers over their full range, floats as they are. Grey is repeated.
+        Red, green, blue as the file stores them: integers over their full range, floats as they are. Grey is repeated.
         A fourth channel is near infrared.
     valid : (H, W) bool
         False where the texel is transparent, the file says that it has no data, or a channel is not finite.
@@ -170,15 +170,15 @@ class TextureFile:
         return ((rows, colours) for rows, colours, _ in self._pieces())
 
     @property
-    def taken(self) -> dict[str, str]:
+    def interpretation(self) -> dict[str, str]:
         """What the image's parts were taken to be, in words, by what it is about."""
-        taken = {**self.intake.taken, "encoding": self.encoding}
+        interpretation = {**self.intake.interpretation, "encoding": self.encoding}
         if self._no_data is not None and self._no_data.value is not None:
             near = " and near it on the collar" if self._no_data.lossy else ""
-            taken["no data"] = f"{self._no_data.value:g}{near}"
+            interpretation["no data"] = f"{self._no_data.value:g}{near}"
         if self._no_data is not None and self._no_data.masked:
-            taken["mask"] = "where it is 0"
-        return taken
+            interpretation["mask"] = "where it is 0"
+        return interpretation
 
 
 def _encoding(path: Path, image: Raster, dtype: np.dtype[Any]) -> str:

@@ -14,7 +14,7 @@ from skyshine.schemas.documents import StrictModel, parse_model, read_yaml
 from skyshine.tmm.job.materials import UNKNOWN
 
 SKIP = "skip"  # the answer that a place cannot be told: it is not asked about again
-CORNERS = 32  # of the polygon that stands for a disk
+CORNERS = 32  # of the polygon that represents a disk
 
 
 class Sized(Protocol):
@@ -73,15 +73,15 @@ def read_answers(path: Path, texture: Sized | None = None, materials: tuple[str,
     document = read_yaml(path)
     answers = parse_model(document, AnswerList, {"materials": materials}).answers
     limits = {} if texture is None else {"x": texture.width, "y": texture.height}
-    first: dict[int, int] = {}
+    positions: dict[int, int] = {}
     for i, answer in enumerate(answers):
-        if answer.number in first:
-            line = document.where(("answers", first[answer.number], "number"))[0]
+        if answer.number in positions:
+            line = document.where(("answers", positions[answer.number], "number"))[0]
             raise document.error(
                 ("answers", i, "number"),
                 f"found the number {answer.number} twice; allowed: each once; see line {line}",
             )
-        first[answer.number] = i
+        positions[answer.number] = i
         for key, limit in limits.items():
             if getattr(answer, key) >= limit:
                 raise document.error(

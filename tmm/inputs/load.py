@@ -84,19 +84,19 @@ def refuse_without_materials(job: TextureJob, names: Collection[str]) -> None:
 def narrowed(
     job: TextureJob, model: TrainedModel, library: MaterialLibrary, names: tuple[str, ...]
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    """The classes (C,) of a model that stand for what the scene holds, and which (C,) of `names` each stands for.
+    """The classes (C,) of a model that represent what the scene holds, and which (C,) of `names` each represents.
 
     Raises InputError: none does.
     """
     groups = {name: library.group(name) for name in (*model.names, *names) if name in library}
     shares = library_classes(model.names, names, groups)
-    kept = np.flatnonzero(shares.any(axis=1))
-    if not len(kept):
+    classes = np.flatnonzero(shares.any(axis=1))
+    if not len(classes):
         raise InputError(
             f"'{job.name}' has scene_materials {', '.join(names)}, of which its model knows none; allowed: its classes "
             f"({', '.join(model.names)}) and materials of their groups"
         )
-    return kept, shares[kept].argmax(axis=1)
+    return classes, shares[classes].argmax(axis=1)
 
 
 def job_files(job: TextureJob, base_folder: Path) -> dict[str, Path]:
@@ -129,10 +129,10 @@ def load_texture(
             "image, or say 'alpha: ignore'",
             file=texture.path,
         )
-    for given in (job.seeds, job.overrides):
-        if given is not None and given.suggested is not None:
+    for source in (job.seeds, job.overrides):
+        if source is not None and source.suggested is not None:
             # Names are compared here, where the library is known, so that a wrong one is shown at its line.
-            path = base_folder / given.suggested
+            path = base_folder / source.suggested
             if not path.exists():
                 raise InputError("is not there yet; let 'tmm suggest' write it, then fill in its names", file=path)
             read_answers(path, texture, library.names)
@@ -152,26 +152,26 @@ def load_texture(
 
 def _require_colours(palette: Palette, texture: TextureFile, colours: DistinctColours) -> None:
     """Refuse an image that has no colour of a palette, and say which it has."""
-    wanted = {palette_colour(key, texture.dtype, texture.path) for key in palette.colours}
+    required = {palette_colour(key, texture.dtype, texture.path) for key in palette.colours}
     counts: Counter[tuple[int, ...]] = Counter()
     for top in range(0, texture.height, BAND_ROWS):
         rows = slice(top, min(top + BAND_ROWS, texture.height))
         pixels, valid = texture.window(rows, slice(0, texture.width))
         values, number = np.unique(pixels[valid][:, :3], axis=0, return_counts=True)
         counts.update(dict(zip(map(tuple, values.tolist()), number.tolist(), strict=True)))
-        if not wanted.isdisjoint(counts) or len(counts) > MOST_COLOURS:
+        if not required.isdisjoint(counts) or len(counts) > MOST_COLOURS:
             break
-    if not wanted.isdisjoint(counts) or len(counts) > MOST_COLOURS:
+    if not required.isdisjoint(counts) or len(counts) > MOST_COLOURS:
         return
     limit = np.iinfo(texture.dtype).max // 255
-    shown = [
+    frequent = [
         str(colour[0]) if len(set(colour)) == 1 else "#" + "".join(f"{part // limit:02X}" for part in colour)
         for colour, _ in counts.most_common(SHOWN_COLOURS)
     ]
     more = f" and {len(counts) - SHOWN_COLOURS} more" if len(counts) > SHOWN_COLOURS else ""
     raise InputError(
-        f"has no colour of the palette ({', '.join(sorted(palette.colours))}); it has {', '.join(shown)}{more}; give "
-        "these as keys, or the numbers of a palette image's entries",
+        f"has no colour of the palette ({', '.join(sorted(palette.colours))}); it has {', '.join(frequent)}{more}; "
+        "give these as keys, or the numbers of a palette image's entries",
         file=texture.path,
     )
 

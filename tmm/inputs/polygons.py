@@ -1,4 +1,4 @@
-"""Polygons of a job and of GeoJSON files, and the texels that they hold."""
+"""Polygons of a job and of GeoJSON files, and the texels inside them."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class SeedPolygon(NamedTuple):
 
     material: str
     rings: tuple[Ring, ...]
-    asked: bool = False
+    answered: bool = False
 
 
 class _Point(_Open):
@@ -97,20 +97,20 @@ def seed_polygons(seeds: Seeds, base_folder: Path, texture: Windowed, image: Pat
     Returns
     -------
     list of SeedPolygon
-        Polygons in map coordinates that lie beyond the image are left out; others may reach beyond it.
+        Polygons in map coordinates that lie beyond the image are omitted; others may reach beyond it.
     """
     polygons = [SeedPolygon(name, (ring,)) for name, rings in seeds.polygons.items() for ring in rings]
     mapped: list[SeedPolygon] = []
     for answer in read_answers(base_folder / seeds.suggested, texture) if seeds.suggested else ():
         if answer.seed is not None:
-            polygons.append(SeedPolygon(answer.seed, (disk(answer, texture.width, texture.height),), asked=True))
+            polygons.append(SeedPolygon(answer.seed, (disk(answer, texture.width, texture.height),), answered=True))
     if seeds.file is not None:
         collection = _read_features(base_folder, seeds.file)
         read = _shapes(collection)
         if seeds.coordinates == "map":
             file = base_folder / seeds.file
-            place = _place(image, file)
-            mapped = _on_image(_on_map(read, collection, place, image, file), place, texture)
+            georeference = _place(image, file)
+            mapped = _on_image(_on_map(read, collection, georeference, image, file), georeference, texture)
         else:
             polygons += read
     for polygon in polygons:
@@ -132,18 +132,18 @@ def _shapes(collection: _FeatureCollection) -> list[SeedPolygon]:
 
 def _place(image: Path, file: Path) -> GeoReference:
     """The georeference of an image, on whose map features lie."""
-    place = read_georeference(image)
-    if place is None:
+    georeference = read_georeference(image)
+    if georeference is None:
         raise InputError(
             f"has no place on a map, in whose coordinates {file.name} is; give it GeoTIFF tags or a world file, or draw"
             " in pixel coordinates",
             file=image,
         )
-    return place
+    return georeference
 
 
 def _on_map(
-    polygons: list[SeedPolygon], collection: _FeatureCollection, place: GeoReference, image: Path, file: Path
+    polygons: list[SeedPolygon], collection: _FeatureCollection, georeference: GeoReference, image: Path, file: Path
 ) -> list[SeedPolygon]:
     """Polygons in the image's system, of those of a file in its own.
 
@@ -154,12 +154,12 @@ def _on_map(
         degrees = all(
             abs(x) <= 180 and abs(y) <= 90 for polygon in polygons for ring in polygon.rings for x, y, *_ in ring
         )
-        if not degrees or not place.crs:  # a world file names none: both are then in one system
+        if not degrees or not georeference.crs:  # a world file names none: both are then in one system
             return polygons
         stated = WGS84
-    if stated == place.crs:
+    if stated == georeference.crs:
         return polygons
-    source, target = find_system(stated, file), find_system(place.crs, image)
+    source, target = find_system(stated, file), find_system(georeference.crs, image)
     moved = []
     for polygon in polygons:
         rings = []
@@ -174,15 +174,15 @@ def _system_name(name: str) -> str:
     """A coordinate system as PROJ knows it, by a name such as EPSG:32633 or urn:ogc:def:crs:EPSG::32633."""
     if name.upper().endswith("CRS84"):
         return WGS84  # the same system; in both files longitude comes first
-    found = re.search(r"EPSG:(?:[0-9.]*:)?([0-9]+)$", name, re.IGNORECASE)
-    return f"EPSG:{found[1]}" if found else name
+    match = re.search(r"EPSG:(?:[0-9.]*:)?([0-9]+)$", name, re.IGNORECASE)
+    return f"EPSG:{match[1]}" if match else name
 
 
-def _on_image(polygons: list[SeedPolygon], place: GeoReference, texture: Windowed) -> list[SeedPolygon]:
+def _on_image(polygons: list[SeedPolygon], georeference: GeoReference, texture: Windowed) -> list[SeedPolygon]:
     """Polygons in pixel coordinates, of those in map coordinates whose bounds meet the image."""
-    a, b, c, d, e, f = place.affine
+    a, b, c, d, e, f = georeference.affine
     size = (texture.width, texture.height)
-    kept: list[SeedPolygon] = []
+    mapped: list[SeedPolygon] = []
     for polygon in polygons:
         pixels: list[Ring] = []
         for ring in polygon.rings:
@@ -192,8 +192,8 @@ def _on_image(polygons: list[SeedPolygon], place: GeoReference, texture: Windowe
             pixels.append(tuple((float(x), float(y)) for x, y in texels))
         outer = np.array(pixels[0])
         if (outer.max(axis=0) >= 0).all() and (outer.min(axis=0) <= size).all():
-            kept.append(polygon._replace(rings=tuple(pixels)))
-    return kept
+            mapped.append(polygon._replace(rings=tuple(pixels)))
+    return mapped
 
 
 def _read_features(folder: Path, name: str) -> _FeatureCollection:
@@ -229,7 +229,7 @@ def polygon_mask(
 
     top, left : int; first row and column of the window.
     shape : (h, w)
-    step : int; distance of the rows and columns looked at; others are left out of the answer.
+    step : int; distance of the rows and columns looked at; others are omitted from the answer.
     """
     from skimage.draw import polygon
 
@@ -237,13 +237,13 @@ def polygon_mask(
     mask = np.zeros([-(-n // step) for n in shape], bool)
     for number, outline in enumerate(outlines):
         if len(outline) > 2:
-            # Texel centres stand at half integers, those of skimage at integers.
+            # Texel centres are at half integers, those of skimage at integers.
             columns, rows = (outline - (left + 0.5, top + 0.5)).T / step
             mask[polygon(rows, columns, mask.shape)] = number == 0  # type: ignore[no-untyped-call]
     vertices = outlines[0][((outlines[0] >= 0) & (outlines[0] <= (texture.width, texture.height))).all(axis=1)]
-    # A vertex on the far edge of the image stands in its last texel.
-    last = (texture.width - 1, texture.height - 1)
-    columns, rows = (np.minimum(vertices.astype(int), last) - (left, top)).T
+    # A vertex on the far edge of the image is in its last texel.
+    corner = (texture.width - 1, texture.height - 1)
+    columns, rows = (np.minimum(vertices.astype(int), corner) - (left, top)).T
     there = (columns >= 0) & (columns < shape[1]) & (rows >= 0) & (rows < shape[0])
     there &= (columns % step == 0) & (rows % step == 0)
     mask[rows[there] // step, columns[there] // step] = True

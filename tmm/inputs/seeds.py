@@ -33,10 +33,11 @@ class SeedTexels:
     rows, columns : (N,) int
     material : (N,) int; index into `names`.
     region : (N,) int; number of the separate place, see `places`: its texels are alike and are held out together.
-    colours : (N, C); as the texture holds them.
-    conflicting : int; texels that more than one material claimed; they are left out.
-    asked : (N,) bool
-        Whether `tmm suggest` asked for the texel: where the map was in doubt, so that it says little of other places.
+    colours : (N, C); as the texture stores them.
+    conflicting : int; texels that more than one material claimed; they are omitted.
+    answered : (N,) bool
+        Whether the texel comes from an answer to `tmm suggest`, so from an uncertain part of the map; it says little of
+        other places.
     """
 
     names: tuple[str, ...]
@@ -46,7 +47,7 @@ class SeedTexels:
     region: npt.NDArray[Any]
     colours: npt.NDArray[Any]
     conflicting: int
-    asked: npt.NDArray[np.bool_]
+    answered: npt.NDArray[np.bool_]
 
     @property
     def separate_places(self) -> npt.NDArray[Any]:
@@ -70,7 +71,7 @@ class SeedTexels:
         """
         keep = np.ones(len(self.rows), bool) if chosen is None else chosen
         number = np.array([names.index(name) if name in names else -1 for name in self.names])
-        return self.rows[keep], self.columns[keep], number[self.material[keep]], self.asked[keep]
+        return self.rows[keep], self.columns[keep], number[self.material[keep]], self.answered[keep]
 
 
 def seed_files(seeds: Seeds | None) -> tuple[str, ...]:
@@ -108,9 +109,9 @@ def seed_texels(
         )
     if not polygons and seeds.labels is None:
         raise InputError(f"no polygon of {seeds.file} lies on this image; compare their coordinates", file=path)
-    for shape, (name, rings, asked) in enumerate(polygons):
+    for shape, (name, rings, answered) in enumerate(polygons):
         texels = _inside(rings, texture)
-        claims.add(texels, np.full_like(texels, names.index(name)), np.full_like(texels, shape), asked)
+        claims.add(texels, np.full_like(texels, names.index(name)), np.full_like(texels, shape), answered)
     if seeds.labels is not None:
         labels = Labels(seeds.labels, base_folder, names).fits(texture.height, texture.width)
         for texels, material, areas in _label_claims(labels, len(names), job.held_out.random_seed):
@@ -135,10 +136,10 @@ class Claims:
         texel: npt.NDArray[np.int64],
         material: npt.NDArray[np.int64],
         shape: npt.NDArray[np.int64],
-        asked: bool = False,
+        answered: bool = False,
     ) -> None:
         """Claim texels (N,), by number, for a material (N,), as parts of one shape (N,); -1 where it is of none."""
-        self._parts.append(np.stack([texel, material, material, shape, np.full_like(texel, asked)]))
+        self._parts.append(np.stack([texel, material, material, shape, np.full_like(texel, answered)]))
         self._waiting += len(texel)
         if self._waiting > self._limit:
             self._merge()
@@ -153,10 +154,10 @@ class Claims:
     def _merge(self) -> None:
         claims = np.concatenate(self._parts, axis=1)
         claims = claims[:, np.argsort(claims[0], kind="stable")]
-        texel, lowest, highest, shape, asked = claims
-        texel, first = np.unique(texel, return_index=True)
-        lowest, highest = np.minimum.reduceat(lowest, first), np.maximum.reduceat(highest, first)
-        self._parts = [np.stack([texel, lowest, highest, shape[first], np.minimum.reduceat(asked, first)])]
+        texel, lowest, highest, shape, answered = claims
+        texel, index = np.unique(texel, return_index=True)
+        lowest, highest = np.minimum.reduceat(lowest, index), np.maximum.reduceat(highest, index)
+        self._parts = [np.stack([texel, lowest, highest, shape[index], np.minimum.reduceat(answered, index)])]
         self._waiting, self._limit = 0, max(len(texel), MERGED_CLAIMS)
 
 
@@ -170,9 +171,9 @@ def _settle(
 ) -> SeedTexels:
     """Keep the texels that one material alone claims and that have data; the claims are those of `Claims.merged`.
 
-    Materials `drawn` by polygons for this texture alone must keep some; others are left out where they have none.
+    Materials `drawn` by polygons for this texture alone must keep some; others are omitted where they have none.
     """
-    texel, lowest, highest, shape, asked = claims
+    texel, lowest, highest, shape, answered = claims
     agreed = lowest == highest
     rows, columns = np.divmod(texel, texture.width)
     colours, valid = gather(texture, rows, columns)
@@ -190,15 +191,15 @@ def _settle(
     names, material = tuple(np.array(names, object)[here]), (np.cumsum(here) - 1)[material]
     rows, columns = rows[keep], columns[keep]
     region = places(rows, columns, material, shape[keep])
-    return SeedTexels(names, rows, columns, material, region, colours[keep], int(np.sum(~agreed)), asked[keep] > 0)
+    return SeedTexels(names, rows, columns, material, region, colours[keep], int(np.sum(~agreed)), answered[keep] > 0)
 
 
 def _require_data(
     names: tuple[str, ...], drawn: set[str], material: npt.NDArray[Any], valid: npt.NDArray[np.bool_], path: Path
 ) -> None:
     """Refuse polygons of a material of which much lies where the image has no data."""
-    all_, lost = (np.bincount(texels, minlength=len(names)) for texels in (material, material[~valid]))
-    for name, count, without in zip(names, all_, lost, strict=True):
+    labelled, lost = (np.bincount(texels, minlength=len(names)) for texels in (material, material[~valid]))
+    for name, count, without in zip(names, labelled, lost, strict=True):
         if name in drawn and without > MOST_LOST * count:
             raise InputError(
                 f"has no data at {100 * without / count:.0f} % of the seeds of '{name}'; draw them where it has, or "
@@ -217,9 +218,9 @@ def gather(
         part = slice(*np.searchsorted(rows, (start, start + step)))
         if part.start < part.stop:
             band = slice(start, min(start + step, texture.height))
-            pixels, known = texture.window(band, slice(0, texture.width))
+            pixels, has_data = texture.window(band, slice(0, texture.width))
             at = rows[part] - start, columns[part]
-            colours[part], valid[part] = pixels[at], known[at]
+            colours[part], valid[part] = pixels[at], has_data[at]
     return colours, valid
 
 
@@ -240,9 +241,15 @@ def places(
     # Runs of texels that follow one another in a row are the nodes of a graph.
     starts = np.append(True, (np.diff(rows) != 0) | (np.diff(columns) != 1) | (np.diff(material) != 0))
     starts[1:] |= np.diff(shape) != 0
-    first = np.flatnonzero(starts)
-    last = np.append(first[1:], len(rows)) - 1
-    row, left, right, kind, of = rows[first], columns[first], columns[last], material[first], shape[first]
+    starts_at = np.flatnonzero(starts)
+    ends_at = np.append(starts_at[1:], len(rows)) - 1
+    row, left, right, kind, of = (
+        rows[starts_at],
+        columns[starts_at],
+        columns[ends_at],
+        material[starts_at],
+        shape[starts_at],
+    )
     # In order of their left ends, and of their right ends, runs of a row above that meet a run are a range.
     width = int(columns.max()) + 3
     begins, ends = row * width + left, row * width + right
@@ -251,22 +258,24 @@ def places(
         at = (row - above) * width
         start, stop = np.searchsorted(ends, at + low), np.searchsorted(begins, at + high, side="right")
         count = np.maximum(stop - start, 0)
-        run = np.repeat(np.arange(len(first)), count)
-        other = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + np.repeat(start, count)
-        edges.append(np.stack([run, other])[:, kind[run] == kind[other]])
+        run = np.repeat(np.arange(len(starts_at)), count)
+        neighbour = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + np.repeat(start, count)
+        edges.append(np.stack([run, neighbour])[:, kind[run] == kind[neighbour]])
     shaped = np.flatnonzero(of >= 0)
-    _, one, number = np.unique(np.stack([kind, of])[:, shaped], axis=1, return_index=True, return_inverse=True)
-    edges.append(np.stack([shaped, shaped[one][number.ravel()]]))
+    _, representative, number = np.unique(
+        np.stack([kind, of])[:, shaped], axis=1, return_index=True, return_inverse=True
+    )
+    edges.append(np.stack([shaped, shaped[representative][number.ravel()]]))
     both = np.concatenate(edges, axis=1)
-    graph = coo_array((np.ones(both.shape[1], bool), (both[0], both[1])), (len(first), len(first)))
+    graph = coo_array((np.ones(both.shape[1], bool), (both[0], both[1])), (len(starts_at), len(starts_at)))
     label = connected_components(graph, directed=False)[1]
-    return np.repeat(label, last - first + 1)
+    return np.repeat(label, ends_at - starts_at + 1)
 
 
 def _inside(rings: tuple[Ring, ...], texture: Windowed) -> npt.NDArray[Any]:
     """Numbers of the texels in a polygon; of a very large one, those of a regular grid."""
     outline = np.array([position[:2] for position in rings[0]])
-    # A vertex on the far edge of the image stands in its last texel.
+    # A vertex on the far edge of the image is in its last texel.
     low, high = (
         np.clip(edge, 0, (texture.width - 1, texture.height - 1)).astype(int)
         for edge in (outline.min(0), outline.max(0))
@@ -290,9 +299,9 @@ def _label_claims(labels: Labels, count: int, random_seed: int) -> Iterator[npt.
     bands = [slice(top, min(top + BLOCK, labels.height)) for top in range(0, labels.height, BLOCK)]
     present = np.zeros((count, len(bands), across), bool)
     for number, band in enumerate(bands):
-        known = labels.rows(band.start, band.stop)
+        labelled = labels.rows(band.start, band.stop)
         for k in range(count):
-            texels = np.add.reduceat((known == k).any(axis=0), np.arange(0, labels.width, BLOCK))
+            texels = np.add.reduceat((labelled == k).any(axis=0), np.arange(0, labels.width, BLOCK))
             present[k, number] = texels > 0
     area, numbered = np.full(present.shape, -1), 0
     for mine, numbers in zip(present, area, strict=True):
@@ -304,8 +313,8 @@ def _label_claims(labels: Labels, count: int, random_seed: int) -> Iterator[npt.
             mine.flat[np.setdiff1d(blocks, random.choice(blocks, BLOCKS, replace=False))] = False
     for number, band in enumerate(bands):
         if present[:, number].any():
-            rows, columns = np.nonzero((known := labels.rows(band.start, band.stop)) != NONE)
-            material = known[rows, columns].astype(np.int64)
+            rows, columns = np.nonzero((labelled := labels.rows(band.start, band.stop)) != NONE)
+            material = labelled[rows, columns].astype(np.int64)
             keep = present[material, number, columns // BLOCK]
             rows, columns, material = rows[keep], columns[keep], material[keep]
             texels = (rows + band.start) * labels.width + columns

@@ -7,7 +7,7 @@ from pathlib import Path, PurePath
 
 from skyshine.schemas.paths import job_path
 
-UDIM = "<UDIM>"  # stands for the four digits of a tile, 1001 and up, as in MaterialX and USD
+UDIM = "<UDIM>"  # represents the four digits of a tile, 1001 and up, as in MaterialX and USD
 _TILE = "[1-9][0-9][0-9][0-9]"
 _ENDINGS = [".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".tga", ".bmp", ".dds", ".hdr", ".jp2", ".webp", ".pgm"]
 _ENDINGS += [".ppm", ".gif"]
@@ -33,12 +33,12 @@ def find_images(folder: Path, image: str) -> dict[str, str] | None:
         folders), or a name with ``<UDIM>``. A file of exactly this name comes first.
     """
     try:
-        found = _matches(folder, image)
+        matches = _matches(folder, image)
     except OSError as error:
         raise ValueError(f"found '{image[:60]}', which cannot be looked at: {error.strerror}; check the path") from None
-    if found is None:
+    if matches is None:
         return None
-    images = sorted(_as_written(path, folder, image) for path in found)
+    images = sorted(_as_written(path, folder, image) for path in matches)
     if not images:
         raise ValueError(f"found no image for '{image}'; name a file, a folder of images, or a pattern that some match")
     for name in images:
@@ -55,17 +55,17 @@ def find_images(folder: Path, image: str) -> dict[str, str] | None:
 
 def _matches(folder: Path, image: str) -> list[Path] | None:
     """The files that are meant, none of them hidden; None where `image` is a file's name."""
-    place = job_path(folder, image)
-    if place.is_dir():
-        found = [path for path in place.iterdir() if path.suffix.lower() in _ENDINGS]
-    elif not place.exists() and re.search(r"[*?\[]|" + UDIM, image):
+    target = job_path(folder, image)
+    if target.is_dir():
+        matches = [path for path in target.iterdir() if path.suffix.lower() in _ENDINGS]
+    elif not target.exists() and re.search(r"[*?\[]|" + UDIM, image):
         pattern, start = PurePath(image.replace(UDIM, _TILE)), folder
         if pattern.anchor:
             start, pattern = Path(pattern.anchor), pattern.relative_to(pattern.anchor)
-        found = list(start.glob(str(pattern)))
+        matches = list(start.glob(str(pattern)))
     else:
         return None
-    return [path for path in found if path.is_file() and not path.name.startswith(".")]
+    return [path for path in matches if path.is_file() and not path.name.startswith(".")]
 
 
 def _as_written(path: Path, folder: Path, image: str) -> str:

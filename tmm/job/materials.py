@@ -14,13 +14,13 @@ from pydantic.json_schema import WithJsonSchema
 from skyshine.materials.library import unknown_material
 
 UNKNOWN = "unknown"  # the class of seeds of what is none of the materials
-MOST_PARTS = 3  # of a mixture, as `mix_code` holds them
+MOST_PARTS = 3  # of a mixture, as `mix_code` stores them
 MOST_WEIGHT = 65535
 _BETWEEN = " + "
 
 
 def is_mixture(name: str) -> bool:
-    """Whether a name stands for several materials.
+    """Whether a name represents several materials.
 
     >>> is_mixture("60 asphalt_road + 40 grass_dry"), is_mixture("asphalt_road")
     (True, False)
@@ -54,7 +54,8 @@ def _known_seed(name: str, info: pydantic.ValidationInfo) -> str:
 def _single(value: Any) -> Any:
     if isinstance(value, dict):
         raise ValueError(
-            f"found the mapping {value!r}; allowed here: one material; mixtures stand in material, palette, rules,"
+            f"found the mapping {value!r}; allowed here: one material; mixtures are allowed in material, palette, "
+            "rules,"
             " clusters and overrides.labels"
         )
     return value

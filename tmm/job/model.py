@@ -61,7 +61,7 @@ class LabelImage(StrictModel):
     """An image of the texture's size whose colours name materials; colours outside the palette label nothing."""
 
     image: JobPath = Field(
-        description="Label image, of the same width and height as the texture; {name} stands for the texture's name."
+        description="Label image, of the same width and height as the texture; {name} represents the texture's name."
     )
     palette: dict[PaletteKey, SeedName] = Field(
         min_length=1,
@@ -89,18 +89,18 @@ class Seeds(StrictModel):
     )
     file: JobPath | None = Field(
         default=None,
-        description="GeoJSON; `properties.material` names the material. {name} stands for the texture's name.",
+        description="GeoJSON; `properties.material` names the material. {name} represents the texture's name.",
     )
     coordinates: Literal["pixel", "map"] = Field(
         default="pixel",
         description="Coordinates of the GeoJSON file: those of pixels, or those of the map that the image lies on (its "
-        "GeoTIFF tags or world file); what lies beyond the image is left out then.",
+        "GeoTIFF tags or world file); what lies beyond the image is omitted then.",
     )
     labels: LabelImage | None = Field(None, description="Image of the texture's size whose colours name materials.")
     suggested: JobPath | None = Field(
         default=None,
         description="List of numbered places with their materials, which 'tmm suggest' writes to be filled in. {name} "
-        "stands for the texture's name.",
+        "represents the texture's name.",
     )
 
     @pydantic.model_validator(mode="after")
@@ -127,7 +127,8 @@ class Classifier(StrictModel):
 
     speed: Literal["best", "fast"] = Field(
         default="best",
-        description="With seeds. best: colour and texture, spread over a graph of superpixels, with the job's model "
+        description="Classifier for seeds. best: colour and texture, spread over a graph of superpixels, "
+        "with the job's model "
         "where it names one; fast: colours averaged over a box, many times faster and less accurate.",
     )
     radius: int = Field(
@@ -204,14 +205,14 @@ class Range(StrictModel):
 class Rule(StrictModel):
     """A material for the texels whose quantities all lie in the ranges; without ranges, for all texels."""
 
-    material: MaterialOrMixture = Field(description="Material or mixture of the texels for which the rule holds.")
+    material: MaterialOrMixture = Field(description="Material or mixture of the texels that match the rule.")
     when: dict[str, Range] = Field(default={}, description=f"Ranges of: {', '.join(QUANTITIES)}, or names of layers.")
 
 
 class Rules(StrictModel):
-    """Rules, of which the first that holds gives the material; where none holds it is unknown."""
+    """Rules, of which the first that matches gives the material; where none matches it is unknown."""
 
-    rules: tuple[Rule, ...] = Field(min_length=1, description="In the order in which they are tried.")
+    rules: tuple[Rule, ...] = Field(min_length=1, description="Rules in the order of trial.")
     layers: dict[str, JobPath] = Field(
         default={}, description="Further images of the texture's size, such as height, whose first channel rules name."
     )
@@ -258,7 +259,7 @@ class TextureJob(StrictModel):
 
     image: JobPath = Field(
         description="Image file, relative to the job file; or a folder of images, a pattern such as photos/*.png, or a "
-        "name with <UDIM>, which stand for one texture an image."
+        "name with <UDIM>, which give one texture per image."
     )
     name: str = Field(
         default="",
@@ -293,9 +294,9 @@ class TextureJob(StrictModel):
         "found, and store it as a layer; polygons correct it.",
     )
     classifier: Classifier = Field(
-        Classifier(), description="How texels are classified from seeds, clusters or a model."
+        Classifier(), description="Classification of texels from seeds, clusters or a model."
     )
-    held_out: HeldOut = Field(HeldOut(), description="How the quality is measured.")
+    held_out: HeldOut = Field(HeldOut(), description="Measurement of the quality.")
     material: MaterialOrMixture | None = Field(
         default=None, description="One material, or one mixture, for the whole texture."
     )
@@ -310,8 +311,8 @@ class TextureJob(StrictModel):
     )
     scene_materials: tuple[MaterialName, ...] = Field(
         default=(),
-        description="Materials that the scene holds, for a model without seeds: each class of the model stands for the "
-        "material of its name, else for one of its group, and classes that stand for none are left out. By default "
+        description="Materials of the scene, for a model without seeds: each class of the model represents the "
+        "material of its name, else for one of its group, and classes that represent none are omitted. By default "
         "the classes themselves.",
     )
     clusters: Clusters | None = Field(
@@ -330,26 +331,26 @@ class TextureJob(StrictModel):
 
     @pydantic.model_validator(mode="after")
     def _one_way(self) -> TextureJob:
-        given = [way for way in WAYS if getattr(self, way) is not None]
-        if len(given) != 1 and given != ["seeds", "model"]:
-            ways = " and ".join(given) if given else "none"
+        sources = [way for way in WAYS if getattr(self, way) is not None]
+        if len(sources) != 1 and sources != ["seeds", "model"]:
+            ways = " and ".join(sources) if sources else "none"
             raise ValueError(
                 f"found {ways} of the ways to assign materials; allowed: one of {', '.join(WAYS)}, or seeds and model"
             )
-        if self.classifier.speed == "fast" and given != ["seeds"]:
+        if self.classifier.speed == "fast" and sources != ["seeds"]:
             raise ValueError(
-                f"found classifier.speed fast beside {' and '.join(given)}; allowed: with seeds alone; leave it out"
+                f"found classifier.speed fast beside {' and '.join(sources)}; allowed: with seeds alone; remove it"
             )
-        if self.scene_materials and given != ["model"]:
+        if self.scene_materials and sources != ["model"]:
             raise ValueError(
-                f"found scene_materials beside {' and '.join(given)}; allowed: beside a model alone; leave it out, for"
-                " seeds and the other ways name the materials themselves"
+                f"found scene_materials beside {' and '.join(sources)}; allowed: beside a model alone; remove it, "
+                "because seeds and the other ways name the materials themselves"
             )
         return self
 
     @property
     def way(self) -> str:
-        """Which of `WAYS` assigns the materials; ``seeds`` where a model stands beside them."""
+        """Which of `WAYS` assigns the materials; ``seeds`` where a model is beside them."""
         return next(way for way in WAYS if getattr(self, way) is not None)
 
     @property
@@ -378,7 +379,7 @@ class TextureJob(StrictModel):
 
 
 def _single_images(texture: TextureJob, folder: Path) -> list[TextureJob]:
-    """The textures that an entry of a job stands for."""
+    """The textures that an entry of a job represents."""
     images = find_images(folder, texture.image) or {texture.name: texture.image}
     if texture.name != texture_name(texture.image):
         if len(images) > 1:

@@ -31,7 +31,7 @@ class Shade(StrictModel):
         default=None,
         ge=0,
         le=360,
-        description="Where the Sun stood, clockwise from north, which is up in an image without a place on a map: "
+        description="Azimuth of the Sun, clockwise from north, which is up in an image without a place on a map: "
         "shade is what ends, away from the Sun, in its own ground.",
     )
     sun_elevation_deg: float | None = Field(

@@ -32,7 +32,7 @@ def check(job: TextureJob, folder: Path, library: MaterialLibrary) -> dict[str, 
     Raises InputError: an image or its seeds are wrong.
     """
     texture, colours, _, seeds = load_texture(job, folder, library)
-    place = read_georeference(texture.path)
+    georeference = read_georeference(texture.path)
     counts = {name: int((seeds.material == k).sum()) for k, name in enumerate(seeds.names)} if seeds else {}
     counts |= dict.fromkeys(unlabelled(job, seeds), 0)
     return {
@@ -43,7 +43,8 @@ def check(job: TextureJob, folder: Path, library: MaterialLibrary) -> dict[str, 
         "height": texture.height,
         "pixel_type": texture.dtype.name,
         "encoding": texture.encoding,
-        "taken_as": texture.taken | ({} if place is None else {"place": place.crs or "a map without a name"}),
+        "taken_as": texture.interpretation
+        | ({} if georeference is None else {"place": georeference.crs or "a map without a name"}),
         "texels_with_data": colours.valid_texels,
         "without_data": {reason: quantity(share, "1") for reason, share in texture.without_data().items()},
         "warnings": list(texture.intake.warnings),
@@ -80,14 +81,14 @@ class Outcome:
     job : TextureJob
     path : Path; of its database.
     mapped : TextureMap or None
-    written : Written or None; both None where the database was there already, or could not be made.
+    summary : Written or None; both None where the database was there already, or could not be made.
     problem : InputError or None; why it could not be made.
     """
 
     job: TextureJob
     path: Path
     mapped: TextureMap | None = None
-    written: Written | None = None
+    summary: Written | None = None
     problem: InputError | None = None
 
 
@@ -134,6 +135,6 @@ def output_folder(job: TmmJob, folder: Path, out: str | os.PathLike[str] | None)
     if out is not None:
         return Path(out)
     try:
-        return job_path(folder, job.output.folder, written=True)
+        return job_path(folder, job.output.folder, for_output=True)
     except ValueError as error:
         raise InputError(f"output: {error}") from None

@@ -61,7 +61,7 @@ class Suggestion:
     step: int
     path: Path
     named: bool
-    kept: tuple[Answer, ...]
+    answers: tuple[Answer, ...]
     questions: tuple[Question, ...]
     doubt: float | None
     measures: bool = False
@@ -96,7 +96,7 @@ class Known:
 
 
 def suggest(job: TextureJob, folder: Path, library: MaterialLibrary, count: int) -> Suggestion:
-    """Find the places of a texture where an answer is worth most.
+    """Find the patches of a texture whose labels improve the map most.
 
     Raises InputError: an image, its seeds or a list of answers is wrong; the job's materials do not come from seeds; or
     there is a list of answers that the job does not name, which would be lost.
@@ -115,22 +115,29 @@ def suggest(job: TextureJob, folder: Path, library: MaterialLibrary, count: int)
             file=path,
         )
     listed = read_answers(path, materials=library.names) if path.exists() else []
-    kept = tuple(answer for answer in listed if answer.material is not None)
-    texture, colours, _, seeds = load_texture(_with_seeds(job, kept), folder, library)
+    answers = tuple(answer for answer in listed if answer.material is not None)
+    texture, colours, _, seeds = load_texture(_with_seeds(job, answers), folder, library)
     model = None if job.model is None else read_model(model_path(job.model, folder))
     surveyed = survey(texture, colours, model)
-    known = _known(job, texture, surveyed, model, seeds, library)
-    answered = [(answer.y, answer.x) for answer in kept]
-    barren = [(answer.y, answer.x) for answer in kept if answer.seed is None or seeds is None]
-    asked, wrong = ask(surveyed, known, answered, barren, count)
-    first = max((answer.number for answer in kept), default=0) + 1
+    knowledge = _known(job, texture, surveyed, model, seeds, library)
+    answered = [(answer.y, answer.x) for answer in answers]
+    barren = [(answer.y, answer.x) for answer in answers if answer.seed is None or seeds is None]
+    chosen, wrong = ask(surveyed, knowledge, answered, barren, count)
+    number = max((answer.number for answer in answers), default=0) + 1
     questions = []
-    for i, (superpixel, row, column, radius, gain) in enumerate(asked):
-        place = Answer(number=first + i, x=column, y=row, radius=radius)
-        now = known.names[int(known.shares[superpixel].argmax())] if known.names else ""
-        questions.append(Question(place, gain, now))
+    for i, (superpixel, row, column, radius, gain) in enumerate(chosen):
+        new_answer = Answer(number=number + i, x=column, y=row, radius=radius)
+        now = knowledge.names[int(knowledge.shares[superpixel].argmax())] if knowledge.names else ""
+        questions.append(Question(new_answer, gain, now))
     return Suggestion(
-        job, texture, surveyed.step, path, suggested is not None, kept, tuple(questions), wrong if known.names else None
+        job,
+        texture,
+        surveyed.step,
+        path,
+        suggested is not None,
+        answers,
+        tuple(questions),
+        wrong if knowledge.names else None,
     )
 
 
@@ -144,29 +151,33 @@ def draw_at_random(job: TextureJob, folder: Path, library: MaterialLibrary, coun
     texture = open_texture(job, folder)
     path = folder / f"{job.name}.check.yaml"
     listed = read_answers(path, texture, library.names) if path.exists() else []
-    asked = [answer for answer in listed if answer.material is None][:count]
-    first = max((answer.number for answer in listed), default=0) + 1
-    random = np.random.default_rng([job.held_out.random_seed, first])
+    drawn = [answer for answer in listed if answer.material is None][:count]
+    number = max((answer.number for answer in listed), default=0) + 1
+    random = np.random.default_rng([job.held_out.random_seed, number])
     for _ in range(TRIES * count):
-        if len(asked) >= count:
+        if len(drawn) >= count:
             break
         row, column = int(random.integers(texture.height)), int(random.integers(texture.width))
         if texture.window(slice(row, row + 1), slice(column, column + 1))[1].all():
-            asked.append(Answer(number=first, x=column, y=row))
-            first += 1
-    if not asked:
+            drawn.append(Answer(number=number, x=column, y=row))
+            number += 1
+    if not drawn:
         raise InputError(
             "has hardly any texel with data; name another image, or say 'alpha: ignore'", file=texture.path
         )
-    kept = tuple(answer for answer in listed if answer.material is not None)
+    answers = tuple(answer for answer in listed if answer.material is not None)
     step = grid_step(texture)
-    questions = tuple(Question(answer, None, "") for answer in asked)
-    return Suggestion(job, texture, step, path, True, kept, questions, None, measures=True)
+    questions = tuple(Question(answer, None, "") for answer in drawn)
+    return Suggestion(job, texture, step, path, True, answers, questions, None, measures=True)
 
 
-def _with_seeds(job: TextureJob, kept: tuple[Answer, ...]) -> TextureJob:
+def _with_seeds(job: TextureJob, answers: tuple[Answer, ...]) -> TextureJob:
     """The job without a list that has no seed yet, and without seeds where there are no others."""
-    if job.seeds is None or job.seeds.suggested is None or any(answer.seed not in (None, UNKNOWN) for answer in kept):
+    if (
+        job.seeds is None
+        or job.seeds.suggested is None
+        or any(answer.seed not in (None, UNKNOWN) for answer in answers)
+    ):
         return job
     others = job.seeds.model_copy(update={"suggested": None})
     drawn = others.polygons or others.file is not None or others.labels is not None
@@ -189,26 +200,26 @@ def _known(
         if model is None:
             return Known((), np.ones((number, 1)), np.zeros(number), nowhere, False)
         return Known(model.names, surveyed.library, covered, nowhere, True)
-    own = fit_seeds(seeds, texture.encoding, job.classifier.prior)
-    groups = class_groups(model, own.names, library)
-    classes = library_classes(() if model is None else model.names, own.names, groups)
+    fitted = fit_seeds(seeds, texture.encoding, job.classifier.prior)
+    groups = class_groups(model, fitted.names, library)
+    classes = library_classes(() if model is None else model.names, fitted.names, groups)
     # What the library knows and no answer names is to be asked about: it is no class of its own here.
-    classes = and_unknown(classes, own.names)[:, : len(own.names)]
-    drawn = seeds.drawn(own.names)
-    shares = seed_shares(surveyed, own, classes, drawn)
+    classes = and_unknown(classes, fitted.names)[:, : len(fitted.names)]
+    drawn = seeds.drawn(fitted.names)
+    shares = seed_shares(surveyed, fitted, classes, drawn)
     if len(classes) and (classes > 0).any(axis=0).all():
         covered = (surveyed.library @ classes).sum(axis=1)
     at = superpixels.label[drawn[0] // surveyed.step, drawn[1] // surveyed.step]
     seeded = np.bincount(at, minlength=number) * surveyed.step**-2.0 > SEEDED * superpixels.size
-    return Known(own.names, shares, covered, seeded, bool(classes.any()))
+    return Known(fitted.names, shares, covered, seeded, bool(classes.any()))
 
 
 def ask(
-    surveyed: Survey, known: Known, asked: list[tuple[int, int]], barren: list[tuple[int, int]], count: int
+    surveyed: Survey, knowledge: Known, excluded: list[tuple[int, int]], barren: list[tuple[int, int]], count: int
 ) -> tuple[list[tuple[int, int, int, int, float]], float]:
-    """Places where an answer is worth most.
+    """Patches whose labels improve the map most.
 
-    asked : list of (int, int); rows and columns of the texture that are not asked about again.
+    excluded : list of (int, int); rows and columns of the texture that are not asked about again.
     barren : list of (int, int); those where, and where it looks alike, nothing can be gained.
 
     Returns
@@ -219,26 +230,26 @@ def ask(
         Share of the texels that are expected to have a wrong material now.
     """
     superpixels, step = surveyed.superpixels, surveyed.step
-    told = reach(superpixels.mean(surveyed.stack))
+    similarity = reach(superpixels.mean(surveyed.stack))
     texels = superpixels.mean(surveyed.valid[np.newaxis].astype(np.float64))[:, 0] * superpixels.size
-    strange = strangeness(told, known.seeded)
-    wrong = doubt(known.shares, known.covered, known.seeded, strange)
+    strange = strangeness(similarity, knowledge.seeded)
+    wrong = doubt(knowledge.shares, knowledge.covered, knowledge.seeded, strange)
     now = float(wrong @ texels / max(texels.sum(), 1))
     rows, columns, depth = middles(superpixels, surveyed.valid)
-    allowed = (depth >= 0) & ~known.seeded
-    allowed[[superpixels.label[row // step, column // step] for row, column in asked]] = False
+    allowed = (depth >= 0) & ~knowledge.seeded
+    allowed[[superpixels.label[row // step, column // step] for row, column in excluded]] = False
     for row, column in barren:
-        wrong *= 1 - told[superpixels.label[row // step, column // step]]
-    places = []
-    unheard = np.zeros_like(strange) if known.vouched else strange
+        wrong *= 1 - similarity[superpixels.label[row // step, column // step]]
+    chosen = []
+    unheard = np.zeros_like(strange) if knowledge.vouched else strange
     clear = clearness(superpixels, surveyed.stack[:3], allowed)
     contested = None
-    if known.vouched and known.seeded.any() and len(known.names) > 1:
-        contested = contest(told, texels, known.shares, known.covered, known.seeded)
+    if knowledge.vouched and knowledge.seeded.any() and len(knowledge.names) > 1:
+        contested = contest(similarity, texels, knowledge.shares, knowledge.covered, knowledge.seeded)
         for row, column in barren:
-            contested *= 1 - told[superpixels.label[row // step, column // step]]
-    for place in choose(told, texels, wrong, known.shares, clear, unheard, count, contested):
-        i = place.superpixel
+            contested *= 1 - similarity[superpixels.label[row // step, column // step]]
+    for candidate in choose(similarity, texels, wrong, knowledge.shares, clear, unheard, count, contested):
+        i = candidate.superpixel
         radius = min(int(depth[i]), RADIUS) * step
-        places.append((i, int(rows[i]) * step, int(columns[i]) * step, radius, place.gain))
-    return places, now
+        chosen.append((i, int(rows[i]) * step, int(columns[i]) * step, radius, candidate.gain))
+    return chosen, now

@@ -64,7 +64,7 @@ class TextureMap:
         Ascending.
     seeds : SeedTexels or None
     quality : HeldOut
-    place : GeoReference or None
+    georeference : GeoReference or None
     files : dict of str to str
         SHA-256 of the files besides the image that the map depends on, by their path in the job.
     thresholds : (float, float)
@@ -80,7 +80,7 @@ class TextureMap:
     codes: npt.NDArray[np.uint16]
     seeds: SeedTexels | None
     quality: HeldOut
-    place: GeoReference | None
+    georeference: GeoReference | None
     files: dict[str, str]
     thresholds: tuple[float, float]
     mapper: Mapper
@@ -149,7 +149,7 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
         codes=np.array([library.code(name) for name in names], np.uint16),
         seeds=seeds,
         quality=quality,
-        place=read_georeference(texture.path),
+        georeference=read_georeference(texture.path),
         files={name: file_sha256(path) for name, path in job_files(job, base_folder).items()},
         thresholds=(confidence, typicality),
         mapper=mapper,
@@ -166,7 +166,7 @@ def thresholds(job: TextureJob, seeds: SeedTexels | None) -> tuple[float, float]
     confidence, typicality = job.classifier.confidence_threshold, job.classifier.typicality_threshold
     if typicality is not None:
         return confidence, typicality
-    if seeds is None or UNKNOWN in seeds.names or seeds.asked.any():
+    if seeds is None or UNKNOWN in seeds.names or seeds.answered.any():
         return confidence, 0.0
     enough = np.median(seeds.separate_places) >= TYPICAL_PLACES
     box = job.classifier.radius if job.classifier.speed == "fast" else TYPICAL_RADIUS
@@ -243,6 +243,6 @@ def _untrained(
     quality = replace(quality, calibration=trained.calibration)
     if not job.scene_materials:
         return ModelMapper(texture, colours, trained, job.classifier.radius), quality
-    kept, material = narrowed(job, trained, library, names)
-    among = ModelMapper(texture, colours, trained.only(kept.tolist()), job.classifier.radius)
+    considered, material = narrowed(job, trained, library, names)
+    among = ModelMapper(texture, colours, trained.only(considered.tolist()), job.classifier.radius)
     return Renamed(among, names, material), quality

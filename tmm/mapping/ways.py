@@ -93,9 +93,9 @@ class RuleMapper:
                     f"{texture.height}",
                     file=layer.path,
                 )
-        wanted = {name for rule in rules.rules for name in rule.when} & {"ndvi", "near_infrared"}
-        if wanted and texture.channels < 4:
-            raise InputError(f"rules ask for {min(wanted)}; say which channel it is with 'near_infrared'", file=path)
+        required = {name for rule in rules.rules for name in rule.when} & {"ndvi", "near_infrared"}
+        if required and texture.channels < 4:
+            raise InputError(f"rules ask for {min(required)}; say which channel it is with 'near_infrared'", file=path)
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify a window; see `Mapper`."""
@@ -157,10 +157,10 @@ def find_clusters(texture: Windowed, clusters: Clusters) -> GaussianModel:
     distinct = np.unique(coordinates, axis=0)
     count = min(clusters.count, len(distinct))
     nearest = kmeans2(coordinates, count, iter=CLUSTER_ROUNDS, minit="++", rng=random)[1]
-    used, label = np.unique(nearest, return_inverse=True)
-    order = np.argsort([coordinates[label == k, 0].mean() for k in range(len(used))])
+    present, label = np.unique(nearest, return_inverse=True)
+    order = np.argsort([coordinates[label == k, 0].mean() for k in range(len(present))])
     rank = np.argsort(order)
-    return fit(coordinates, rank[label], tuple(str(k + 1) for k in range(len(used))), "seeds")
+    return fit(coordinates, rank[label], tuple(str(k + 1) for k in range(len(present))), "seeds")
 
 
 class Overrides:
@@ -184,27 +184,27 @@ class Overrides:
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify a window; see `Mapper`."""
         classified = self._mapper.window(top, bottom, left, right)
-        given, known = self._given(top, bottom, left, right)
+        override, overridden = self._given(top, bottom, left, right)
         for array, value in (
-            (classified.material, given[known]),
+            (classified.material, override[overridden]),
             (classified.confidence, 1),
             (classified.typicality, 1),
         ):
-            array[known] = value
+            array[overridden] = value
         return classified
 
     def _given(
         self, top: int, bottom: int, left: int, right: int
     ) -> tuple[npt.NDArray[np.int16], npt.NDArray[np.bool_]]:
         """The material (h, w) that is given in a window, and the texels with data where one is."""
-        given: npt.NDArray[np.int16] = np.full((bottom - top, right - left), NONE, np.int16)
+        override: npt.NDArray[np.int16] = np.full((bottom - top, right - left), NONE, np.int16)
         if self._labels is not None:
-            given = self._labels.rows(top, bottom)[:, left:right].copy()
+            override = self._labels.rows(top, bottom)[:, left:right].copy()
         for material, rings, low, high in self._polygons:
             if low[0] <= right and high[0] >= left and low[1] <= bottom and high[1] >= top:
                 mask = polygon_mask(rings, self._texture, top, left, (bottom - top, right - left))
-                given[mask] = material
-        known = given != NONE
-        if known.any():
-            known &= self._texture.window(slice(top, bottom), slice(left, right))[1]
-        return given, known
+                override[mask] = material
+        overridden = override != NONE
+        if overridden.any():
+            overridden &= self._texture.window(slice(top, bottom), slice(left, right))[1]
+        return override, overridden

@@ -78,18 +78,18 @@ def write_texture(mapped: TextureMap, path: str | os.PathLike[str]) -> Written:
     height, width = mapped.texture.height, mapped.texture.width
 
     def fill(file: h5py.File) -> Filled:
-        written, mixtures, digests = _fill_levels(mapped, file)
-        counted.append(written)
-        rest = Group(
+        summary, mixtures, digests = _fill_levels(mapped, file)
+        counted.append(summary)
+        metadata = Group(
             groups={
                 "usage": usage_layout(
-                    mapped.codes, written.usage, height * width, written.with_data, written.with_material
+                    mapped.codes, summary.usage, height * width, summary.with_data, summary.with_material
                 ),
-                "quality": _quality(mapped, written),
+                "quality": _quality(mapped, summary),
                 "composites": composite_layout(*mixtures),
             }
         )
-        return Filled(rest, digests)
+        return Filled(metadata, digests)
 
     shaded = isinstance(mapped.texture, RelitTexture)
     levels = {
@@ -118,7 +118,7 @@ def _fill_levels(
     arrays = [chunk_writers(file[f"levels/{k}"]) for k in range(len(file["levels"]))]
     writers = [_RowWriter(level, file[f"levels/{k}/code"].shape, mapped.codes) for k, level in enumerate(arrays) if k]
     level0 = arrays[0]
-    texels, known, total, unsure, shaded = np.zeros(1 << 16), 0, 0.0, 0.0, 0.0
+    texels, classified_count, total, unsure, shaded = np.zeros(1 << 16), 0, 0.0, 0.0, 0.0
     for band, windows in itertools.groupby(mapped.windows(), key=lambda window: window[0]):
         rows = _Rows(band.stop - band.start, mapped.texture.width, mapped.mixed)
         for _, columns, level, classified in windows:
@@ -129,7 +129,7 @@ def _fill_levels(
             else:
                 texels[mapped.codes] += [np.count_nonzero(level.code == code) for code in mapped.codes]
             unknown = level.code == 0
-            known += unknown.size - int(np.count_nonzero(unknown))
+            classified_count += unknown.size - int(np.count_nonzero(unknown))
             total += float(classified.confidence.sum(dtype=np.float64))
             unsure += float(classified.confidence[unknown].sum(dtype=np.float64))
             further = {"confidence": in_steps(classified.confidence)}
@@ -157,9 +157,9 @@ def _fill_levels(
         for name, writer in level.items()
         if (digest := writer.digest()) is not None
     }
-    sure = (total - unsure) / max(known, 1)
-    written = Written(texels[mapped.codes], with_data, known, total / with_data, sure, in_shade)
-    return written, mixtures.mixtures(), digests
+    sure = (total - unsure) / max(classified_count, 1)
+    summary = Written(texels[mapped.codes], with_data, classified_count, total / with_data, sure, in_shade)
+    return summary, mixtures.mixtures(), digests
 
 
 class _Rows:
@@ -172,8 +172,8 @@ class _Rows:
     def put(self, columns: slice, level: Level) -> None:
         """Take a window of these rows."""
         self._code[:, columns] = level.code
-        for whole, part in zip(self._mixture, (level.mix_code, level.mix_weight), strict=False):
-            whole[:, columns] = part
+        for plane, part in zip(self._mixture, (level.mix_code, level.mix_weight), strict=False):
+            plane[:, columns] = part
 
     def coarser(self, stream: LevelStream) -> Iterator[tuple[int, int, Level]]:
         """What these rows complete of the coarser levels; see `LevelStream.add`."""
@@ -256,11 +256,11 @@ def is_current(
     """
 
     def same_sources(file: h5py.File) -> bool:
-        made = file["provenance"].attrs
-        digests = {name.partition(":")[2]: made[name] for name in made if name.startswith("sha256:")}
-        digests[job.image] = made["texture_sha256"]
-        place = read_georeference(Path(base_folder) / job.image)
-        if tuple(made.get("geo_affine", ())) != (() if place is None else place.affine):
+        provenance = file["provenance"].attrs
+        digests = {name.partition(":")[2]: provenance[name] for name in provenance if name.startswith("sha256:")}
+        digests[job.image] = provenance["texture_sha256"]
+        georeference = read_georeference(Path(base_folder) / job.image)
+        if tuple(provenance.get("geo_affine", ())) != (() if georeference is None else georeference.affine):
             return False
         files = job_files(job, Path(base_folder)) | {job.image: Path(base_folder, job.image)}
         return digests == {name: file_sha256(path) for name, path in files.items()}
@@ -277,7 +277,7 @@ def in_words(entries: dict[str, str]) -> str:
     return "; ".join(f"{key}: {value}" for key, value in entries.items())
 
 
-def _quality(mapped: TextureMap, written: Written) -> Group:
+def _quality(mapped: TextureMap, summary: Written) -> Group:
     """Held-out quality of the materials that have seeds; empty where nothing is trained on this texture."""
     if mapped.seeds is None:
         return Group(attributes={"tested_texels": 0, "seed_texels": 0})
@@ -286,9 +286,9 @@ def _quality(mapped: TextureMap, written: Written) -> Group:
     codes = mapped.codes[[mapped.names.index(name) for name in seeds.names if name != UNKNOWN]]
     assigned = Axis(np.concatenate([[0], codes]).astype(np.uint16), "1", "material code found, 0 for unknown")
     attributes: dict[str, float] = {
-        "expected_accuracy": written.confidence_of_known,
+        "expected_accuracy": summary.confidence_of_known,
         "separate_places": len(np.unique(seeds.region)),
-        "tested_places": measured.places,
+        "tested_places": measured.areas,
         "typicality_threshold": mapped.thresholds[1],
         "overall_accuracy": quality.overall_accuracy,
         "mean_iou": quality.mean_iou,
@@ -330,14 +330,14 @@ def _provenance(mapped: TextureMap) -> Group:
         "pixel_type": texture.dtype.name,
         "encoding": texture.encoding,
         "distinct_colours": mapped.colours.number,
-        "taken_as": in_words(texture.taken),
+        "taken_as": in_words(texture.interpretation),
     }
     if mapped.colours.valid_texels < texture.height * texture.width:
         lost = {reason: f"{100 * share:.4g} %" for reason, share in texture.without_data().items()}
         attributes["without_data"] = in_words(lost)
-    if mapped.place is not None:
+    if mapped.georeference is not None:
         # X = a x + b y + c, Y = d x + e y + f, with x and y in texels of level 0 from the top left corner.
-        attributes |= {"geo_affine": np.array(mapped.place.affine), "geo_crs": mapped.place.crs}
+        attributes |= {"geo_affine": np.array(mapped.georeference.affine), "geo_crs": mapped.georeference.crs}
     for name, digest in mapped.files.items():
         attributes[f"sha256:{name}"] = digest
     return Group(attributes=attributes)

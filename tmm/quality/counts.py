@@ -70,10 +70,10 @@ class Tally:
         shape = self._confusion.shape
         cell = true.astype(np.int64) * shape[1] + assigned + 1
         self._confusion += np.bincount(cell, minlength=self._confusion.size).reshape(shape)
-        known = assigned >= 0
-        values = confidence[known].astype(np.float64)
+        classified = assigned >= 0
+        values = confidence[classified].astype(np.float64)
         number = np.minimum((values * BINS).astype(int), BINS - 1)
-        for row, weight in zip(self._bins, (np.ones_like(values), values, (assigned == true)[known]), strict=True):
+        for row, weight in zip(self._bins, (np.ones_like(values), values, (assigned == true)[classified]), strict=True):
             row += np.bincount(number, weight, BINS)
 
     def quality(self) -> Quality:

@@ -26,12 +26,12 @@ class HeldOut:
 
     quality : Quality
     calibration : Calibration; turns a classifier's own confidence into one that is as often right as it says.
-    places : int; separate places that were left out in turn.
+    areas : int; separate places that were omitted in turn.
     """
 
     quality: Quality
     calibration: Calibration
-    places: int = 0
+    areas: int = 0
 
 
 def untested(count: int) -> HeldOut:
@@ -48,7 +48,7 @@ def measure(
     """Classify each separate place of seeds by a model of the other parts' seeds.
 
     The places of a material are dealt out over the parts in a random order of recorded seed. Not tested are materials
-    with one place, which cannot be left out; answers to what `tmm suggest` asked, which lie where the map was in doubt
+    with one place, which cannot be omitted; answers to what `tmm suggest` asked, which lie where the map was in doubt
     and say little of all the rest; and seeds of the class `unknown`.
 
     mapper_of : callable; gives the classifier that is trained on the seeds where a mask (N,) bool is true.
@@ -60,7 +60,7 @@ def measure(
     tested = fold >= 0
     columns = HeldOutTexels(seeds.material, assigned, confidence, seeds.region, fold, typicality)
     measured = held_out(len(seeds.names) - (UNKNOWN in seeds.names), columns.only(tested), thresholds)
-    return replace(measured, places=len(np.unique(seeds.region[tested])))
+    return replace(measured, areas=len(np.unique(seeds.region[tested])))
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def folds(job: TextureJob, seeds: SeedTexels) -> npt.NDArray[Any]:
     random = np.random.default_rng(job.held_out.random_seed)
     fold = np.full(len(seeds.rows), -1)
     for k in range(len(seeds.names)):
-        mine = (seeds.material == k) & ~seeds.asked
+        mine = (seeds.material == k) & ~seeds.answered
         if seeds.names[k] == UNKNOWN:
             continue
         regions, region = np.unique(seeds.region[mine], return_inverse=True)

@@ -44,21 +44,21 @@ def draw(
     with open_tmm(path) as file:
         step = -(-max(file.height, file.width) // MAX_SIDE)
         job = file.job
-        place = find_image(file, Path(path), image)
-        texture = TextureFile(place, job.colour_space, "ignore", job.near_infrared)
+        image_file = find_image(file, Path(path), image)
+        texture = TextureFile(image_file, job.colour_space, "ignore", job.near_infrared)
         pixels, valid = thinned(texture, step)
         figure, axes, bars = _panels(file.height / file.width)
         axes[0].imshow(on_screen(pixels, valid))
         axes[0].set_title(f"{file.attributes['texture']}, {file.width} x {file.height}")
         code = file.thinned("code", step)
         legend = _draw_codes(file, axes[1], code)
-        shown = axes[2].imshow(file.thinned("confidence", step), vmin=0, vmax=1, cmap="viridis")
+        artist = axes[2].imshow(file.thinned("confidence", step), vmin=0, vmax=1, cmap="viridis")
         axes[2].set_title("confidence")
-        figure.colorbar(shown, cax=bars[0])
+        figure.colorbar(artist, cax=bars[0])
         if file.has_shade:
-            shown = axes[3].imshow(file.thinned("shade", step) / SHADE_TOTAL, vmin=0, vmax=1, cmap="gray_r")
+            artist = axes[3].imshow(file.thinned("shade", step) / SHADE_TOTAL, vmin=0, vmax=1, cmap="gray_r")
             axes[3].set_title("share in cast shade")
-            figure.colorbar(shown, cax=bars[1])
+            figure.colorbar(artist, cax=bars[1])
         else:
             bars[1].remove()
         for axis in axes:
@@ -99,8 +99,8 @@ def on_screen(pixels: npt.NDArray[Any], valid: npt.NDArray[Any]) -> npt.NDArray[
         return pixels / np.float32(np.iinfo(pixels.dtype).max)
     finite = np.where(valid[..., np.newaxis], pixels, 0)
     white = np.percentile(finite[valid], 99) if valid.any() else 1.0
-    shown: npt.NDArray[Any] = np.clip(finite / max(white, np.finfo(np.float32).tiny), 0, 1) ** np.float32(1 / 2.2)
-    return shown
+    display: npt.NDArray[Any] = np.clip(finite / max(white, np.finfo(np.float32).tiny), 0, 1) ** np.float32(1 / 2.2)
+    return display
 
 
 def _draw_codes(file: TmmFile, axis: Axes, code: npt.NDArray[np.uint16]) -> list[Patch]:

@@ -42,20 +42,20 @@ def write_questions(suggestion: Suggestion, folder: Path, materials: tuple[str, 
     except OSError as error:
         raise InputError(f"cannot be made: {error.strerror}; check the path", file=folder) from None
     texture = suggestion.texture
-    whole = on_screen(*thinned(texture, -(-max(texture.height, texture.width) // MAX_SIDE)))
-    write_whole(picture, _sheet(suggestion, whole))
-    write_whole(page, _page(suggestion, whole, materials))
+    overview = on_screen(*thinned(texture, -(-max(texture.height, texture.width) // MAX_SIDE)))
+    write_whole(picture, _sheet(suggestion, overview))
+    write_whole(page, _page(suggestion, overview, materials))
     write_whole(suggestion.path, _text(suggestion))
     return picture, page
 
 
 def _text(suggestion: Suggestion) -> str:
-    asked = [question.answer for question in suggestion.questions]
+    questions = [question.answer for question in suggestion.questions]
     gains = {question.answer.number: question.gain for question in suggestion.questions if question.gain is not None}
-    return to_text([*suggestion.kept, *asked], gains, suggestion.job.name)
+    return to_text([*suggestion.answers, *questions], gains, suggestion.job.name)
 
 
-def _sheet(suggestion: Suggestion, whole: npt.NDArray[Any]) -> bytes:
+def _sheet(suggestion: Suggestion, overview: npt.NDArray[Any]) -> bytes:
     """The whole texture, thinned to colours (h, w, 3), with the numbers of the places, and a patch around each."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -64,18 +64,18 @@ def _sheet(suggestion: Suggestion, whole: npt.NDArray[Any]) -> bytes:
     rows = -(-max(len(questions), 1) // ACROSS)
     width = 13.0
     tall = float(np.clip((width - 0.5) * texture.height / texture.width, 1.5, 13.0))
-    each = width / ACROSS + 0.45
-    figure = Figure(figsize=(width, tall + rows * each + 0.8), layout="constrained")
-    parts: Any = figure.subfigures(2, 1, height_ratios=(tall + 0.8, rows * each))
-    _draw_whole(suggestion, whole, parts[0].subplots())
+    side = width / ACROSS + 0.45
+    figure = Figure(figsize=(width, tall + rows * side + 0.8), layout="constrained")
+    parts: Any = figure.subfigures(2, 1, height_ratios=(tall + 0.8, rows * side))
+    _draw_whole(suggestion, overview, parts[0].subplots())
     axes = np.atleast_1d(parts[1].subplots(rows, ACROSS, squeeze=False)).ravel()
     for axis in axes:
         axis.set_axis_off()
     for axis, question in zip(axes, questions, strict=False):
-        shown, corner = _patch(suggestion, question.answer)
-        high, wide = shown.shape[:2]
+        patch, corner = _patch(suggestion, question.answer)
+        high, wide = patch.shape[:2]
         left, top = corner
-        axis.imshow(shown, extent=(left, left + wide, top + high, top), interpolation="nearest")
+        axis.imshow(patch, extent=(left, left + wide, top + high, top), interpolation="nearest")
         _circle(axis, question.answer, 1.5)
         now = f"\nnow {question.now}" if question.now else ""
         gain = "" if question.gain is None else f":  gain {100 * question.gain:.1f} %"
@@ -85,9 +85,9 @@ def _sheet(suggestion: Suggestion, whole: npt.NDArray[Any]) -> bytes:
     return buffer.getvalue()
 
 
-def _draw_whole(suggestion: Suggestion, whole: npt.NDArray[Any], axis: Axes) -> None:
+def _draw_whole(suggestion: Suggestion, overview: npt.NDArray[Any], axis: Axes) -> None:
     texture = suggestion.texture
-    axis.imshow(whole, extent=(0, texture.width, texture.height, 0))
+    axis.imshow(overview, extent=(0, texture.width, texture.height, 0))
     small = max(texture.height, texture.width) / 60
     for question in suggestion.questions:
         answer = question.answer
@@ -104,7 +104,7 @@ def _draw_whole(suggestion: Suggestion, whole: npt.NDArray[Any], axis: Axes) -> 
             bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": _MARK, "lw": 0.8},
         )
     axis.set_axis_off()
-    answered = f"; {len(suggestion.kept)} answered" if suggestion.kept else ""
+    answered = f"; {len(suggestion.answers)} answered" if suggestion.answers else ""
     title = f"{suggestion.job.name}, {texture.width} x {texture.height}: what is inside each circle?{answered}"
     axis.set_title(title, fontsize=11, pad=8)
 
@@ -129,7 +129,7 @@ def _patch(suggestion: Suggestion, answer: Answer) -> tuple[npt.NDArray[Any], tu
     return on_screen(*texture.window(rows, columns)), (left, top)
 
 
-def _page(suggestion: Suggestion, whole: npt.NDArray[Any], materials: tuple[str, ...]) -> str:
+def _page(suggestion: Suggestion, overview: npt.NDArray[Any], materials: tuple[str, ...]) -> str:
     import jinja2
 
     environment = jinja2.Environment(
@@ -139,9 +139,9 @@ def _page(suggestion: Suggestion, whole: npt.NDArray[Any], materials: tuple[str,
     return environment.from_string(text).render(
         suggestion=suggestion,
         materials=materials,
-        whole=_inline(whole),
+        whole=_inline(overview),
         questions=[_shown(suggestion, question) for question in suggestion.questions],
-        kept=to_text(list(suggestion.kept), {}, suggestion.job.name),
+        kept=to_text(list(suggestion.answers), {}, suggestion.job.name),
         file=suggestion.path.name,
     )
 

@@ -50,17 +50,17 @@ def score(path: str | os.PathLike[str], labels: str | os.PathLike[str], library:
     library : MaterialLibrary
     """
     labels = Path(labels)
-    wanted = load_model(labels, LabelImage, context={"materials": library.names})
+    reference = load_model(labels, LabelImage, context={"materials": library.names})
     with open_tmm(path) as file:
-        materials = {*wanted.palette.values(), *file.materials.values()}
+        materials = {*reference.palette.values(), *file.materials.values()}
         names = tuple(sorted(materials, key=lambda name: library.code(name) if name in library else -1))
-        truth = Labels(wanted, labels.parent, names).fits(file.height, file.width)
+        truth = Labels(reference, labels.parent, names).fits(file.height, file.width)
         tally = Tally(len(names))
         for rows in _bands(file.height, file.width):
-            known = truth.rows(rows.start, rows.stop)
-            texels = np.nonzero(known != -1)
+            labelled = truth.rows(rows.start, rows.stop)
+            texels = np.nonzero(labelled != -1)
             assigned, confidence = _assigned(file, rows, names)
-            tally.add(known[texels], assigned[texels], confidence[texels])
+            tally.add(labelled[texels], assigned[texels], confidence[texels])
     if not tally.texels:
         raise InputError("labels no texel: none of the palette's colours occurs in it", file=truth.path)
     return Score(names, tally.quality())
@@ -104,19 +104,19 @@ def check_answers(path: str | os.PathLike[str], answers: str | os.PathLike[str],
     answers = Path(answers)
     with open_tmm(path) as file:
         listed = read_answers(answers, file, library.names)
-        given = [answer for answer in listed if answer.material not in (None, SKIP)]
-        if not given:
+        answered = [answer for answer in listed if answer.material not in (None, SKIP)]
+        if not answered:
             raise InputError("has no answer yet; fill in what is there, or 'skip'", file=answers)
         pairs, stated = [], []
-        for answer in given:
+        for answer in answered:
             row = slice(answer.y, answer.y + 1)
             code = int(file.rows("code", row)[0, answer.x])
             stated.append(float(file.rows("confidence", row)[0, answer.x]))
             pairs.append((str(answer.material), file.materials.get(code, UNKNOWN)))
-    right = sum(seen == found for seen, found in pairs)
+    right = sum(true == assigned for true, assigned in pairs)
     interval = binomtest(right, len(pairs)).proportion_ci(method="wilson")
     wrong = Counter(pair for pair in pairs if pair[0] != pair[1])
-    skipped = len(listed) - len(given)
+    skipped = len(listed) - len(answered)
     accuracy, mean = right / len(pairs), float(np.mean(stated))
     return Checked(len(pairs), right, skipped, accuracy, interval.low, interval.high, mean, dict(wrong.most_common()))
 

@@ -39,32 +39,34 @@ def train_library(job: TmmJob, folder: Path, library: MaterialLibrary) -> tuple[
 
     Raises InputError: a texture has no seeds, or a file cannot be read.
     """
-    first = job.textures[0]
-    prior, random_seed = first.classifier.prior, first.held_out.random_seed
+    settings = job.textures[0]
+    prior, random_seed = settings.classifier.prior, settings.held_out.random_seed
     _require_seeds(job)
     count = len(job.textures)
     # Images are read one by one: those of a large library together would not fit memory.
     seeds_of: list[SeedTexels] = []
-    known: list[Examples] = []
+    examples: list[Examples] = []
     for texture_job in job.textures:
         texture, _, _, seeds = load_texture(texture_job, folder, library)
         if seeds is None:
             raise _without_seeds(texture_job)
         seeds = seeds.of_materials()
         seeds_of.append(seeds)
-        known.append(library_examples(texture, seeds, count, random_seed))
+        examples.append(library_examples(texture, seeds, count, random_seed))
     order = np.random.default_rng(random_seed).permutation(count)
     part = np.empty(count, int)
-    part[order] = np.arange(count) % first.held_out.folds
+    part[order] = np.arange(count) % settings.held_out.folds
 
     def train(chosen: npt.NDArray[np.bool_]) -> TrainedModel:
-        used = np.flatnonzero(chosen)
-        return train_textured([known[i] for i in used], [seeds_of[i].names for i in used], prior, random_seed)
+        training = np.flatnonzero(chosen)
+        return train_textured(
+            [examples[i] for i in training], [seeds_of[i].names for i in training], prior, random_seed
+        )
 
     model = train(np.ones(count, bool))
     if count == 1:
         return model, untested(len(model.names))
-    quality = _held_out_textures(known, seeds_of, part, train, model.names)
+    quality = _held_out_textures(examples, seeds_of, part, train, model.names)
     return replace(model, calibration=quality.calibration), quality
 
 
@@ -79,7 +81,7 @@ def _without_seeds(job: TextureJob) -> InputError:
 
 
 def _held_out_textures(
-    known: list[Examples],
+    examples: list[Examples],
     seeds_of: list[SeedTexels],
     part: npt.NDArray[Any],
     train: Callable[[npt.NDArray[np.bool_]], TrainedModel],
@@ -93,17 +95,17 @@ def _held_out_textures(
         model = train(part != number)
         index = np.array([names.index(name) for name in model.names])
         for i in np.flatnonzero(part == number):
-            seeds, mine = seeds_of[i], known[i]
-            place = np.unique(seeds.region[mine.texel], return_inverse=True)[1]
+            seeds, mine = seeds_of[i], examples[i]
+            area = np.unique(seeds.region[mine.texel], return_inverse=True)[1]
             planes = model.network.posterior(np.ascontiguousarray(mine.plain.T))
-            mean = np.stack([np.bincount(place, plane) for plane in planes]) / np.bincount(place)
+            mean = np.stack([np.bincount(area, plane) for plane in planes]) / np.bincount(area)
             texels = HeldOutTexels(
                 np.array([names.index(name) for name in seeds.names])[mine.material],
-                index[mean.argmax(axis=0)][place],
-                mean.max(axis=0).astype(np.float32)[place],
-                region=np.full(len(place), i),  # a texture counts once in the calibration, as a place does within one
-                fold=np.full(len(place), number),
-                typicality=np.ones(len(place), np.float32),
+                index[mean.argmax(axis=0)][area],
+                mean.max(axis=0).astype(np.float32)[area],
+                region=np.full(len(area), i),  # a texture counts once in the calibration, as a place does within one
+                fold=np.full(len(area), number),
+                typicality=np.ones(len(area), np.float32),
             )
             tested.append(texels)
     return held_out(len(names), HeldOutTexels.joined(tested))

@@ -1,4 +1,4 @@
-"""The boxes that seeds stand in, from which is known how typical a place is of their materials."""
+"""The boxes that contain seeds, from which the typicality of a place is estimated."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ GROUP_CELLS = 64  # rows and columns of cells whose boxes are computed at a time
 
 @dataclass(frozen=True)
 class SeedBoxes:
-    """The boxes that seeds stand in.
+    """The boxes that contain seeds.
 
     boxes : Boxes
     features : (M, F) float64
-    seed : (M,) int; a seed texel of each; the others of its region in its cell stand in the same box.
+    seed : (M,) int; a seed texel of each; the others of its region in its cell are in the same box.
     material, region : (M,) int
     """
 
@@ -45,15 +45,15 @@ class SeedBoxes:
         """Typicality (P,) of separate places by the boxes of all others: of the median box of each that is not the only
         one of its material, at most `MOST_PLACES` a material. It tells how alike the places of one are on this texture.
         """
-        found = []
+        typicality = []
         for material in np.unique(self.material):
             regions = np.unique(self.region[self.material == material])
             for region in regions[:: -(-len(regions) // MOST_PLACES)] if len(regions) > 1 else ():
                 mine = (self.region == region) & (self.material == material)
                 model = fit_boxes(self.features[~mine], self.material[~mine], self.region[~mine])
                 distance = model.squared_distance(self.features[mine]).min(axis=0)
-                found.append(chdtrc(self.boxes.dimensions, np.median(distance)))
-        return np.array(found)
+                typicality.append(chdtrc(self.boxes.dimensions, np.median(distance)))
+        return np.array(typicality)
 
     def threshold(self) -> float:
         """Typicality that one place in `ONE_IN` of what is known lies below, by the places of the seeds.
@@ -62,23 +62,23 @@ class SeedBoxes:
         Shafer 2005, "Algorithmic learning in a random world", Springer): with fewer than `ONE_IN` - 1 places there is
         no such typicality, and the threshold is 0.
         """
-        places = np.sort(self.of_places())
-        rank = (len(places) + 1) // ONE_IN
-        return float(places[rank - 1]) if rank else 0.0
+        typicality = np.sort(self.of_places())
+        rank = (len(typicality) + 1) // ONE_IN
+        return float(typicality[rank - 1]) if rank else 0.0
 
 
 def seed_boxes(boxes: Boxes, seeds: SeedTexels) -> SeedBoxes:
-    """Read the boxes that the seeds of a texture stand in, from the top to the bottom."""
+    """Read the boxes that contain the seeds of a texture, from the top to the bottom."""
     row, column = seeds.rows // boxes.cell, seeds.columns // boxes.cell
     groups = np.lexsort((seeds.material, seeds.region, column, row, column // GROUP_CELLS, row // GROUP_CELLS))
     keys = np.stack([row, column, seeds.region, seeds.material])[:, groups]
-    first = groups[np.append(True, (keys[:, 1:] != keys[:, :-1]).any(axis=0))]
-    row, column = row[first], column[first]
-    features = np.empty((len(first), boxes.dimensions))
+    distinct = groups[np.append(True, (keys[:, 1:] != keys[:, :-1]).any(axis=0))]
+    row, column = row[distinct], column[distinct]
+    features = np.empty((len(distinct), boxes.dimensions))
     group = np.stack([row // GROUP_CELLS, column // GROUP_CELLS])
     starts = np.flatnonzero(np.append(True, (group[:, 1:] != group[:, :-1]).any(axis=0)))
-    for mine in np.split(np.arange(len(first)), starts[1:]):
+    for mine in np.split(np.arange(len(distinct)), starts[1:]):
         top, left = row[mine].min(), column[mine].min()
-        found, _ = boxes.features(slice(top, row[mine].max() + 1), slice(left, column[mine].max() + 1))
-        features[mine] = found[:, row[mine] - top, column[mine] - left].T
-    return SeedBoxes(boxes, features, first, seeds.material[first], seeds.region[first])
+        means, _ = boxes.features(slice(top, row[mine].max() + 1), slice(left, column[mine].max() + 1))
+        features[mine] = means[:, row[mine] - top, column[mine] - left].T
+    return SeedBoxes(boxes, features, distinct, seeds.material[distinct], seeds.region[distinct])

@@ -19,7 +19,7 @@ VISITS = 1_000_000  # of examples, in all rounds: with many examples a few round
 
 
 def train_textured(
-    known: list[Examples], names_of: list[tuple[str, ...]], prior: str | dict[str, float], random_seed: int
+    examples: list[Examples], names_of: list[tuple[str, ...]], prior: str | dict[str, float], random_seed: int
 ) -> TrainedModel:
     """Train a network on the examples of textures, whose materials have these names.
 
@@ -28,11 +28,11 @@ def train_textured(
     everything = tuple(dict.fromkeys(name for names_ in names_of for name in names_))
     material = [
         np.array([everything.index(name) for name in texture_names])[part.material]
-        for part, texture_names in zip(known, names_of, strict=True)
+        for part, texture_names in zip(examples, names_of, strict=True)
     ]
-    used, target = np.unique(np.concatenate(material), return_inverse=True)
-    materials = tuple(everything[k] for k in used)
-    both = np.concatenate([part.plain for part in known] + [part.shaded for part in known])
+    present, target = np.unique(np.concatenate(material), return_inverse=True)
+    materials = tuple(everything[k] for k in present)
+    both = np.concatenate([part.plain for part in examples] + [part.shaded for part in examples])
     target = np.concatenate([target, target])
     network = _network(both, target, materials, prior, random_seed)
     colour = fit(both[:, TYPICAL].astype(np.float64), target, materials)

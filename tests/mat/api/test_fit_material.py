@@ -76,7 +76,15 @@ def test_the_command_says_what_was_found(record):
         "--record", record, "--material", "concrete", "--free", "albedo, conductivity", "--held-out", "alternate"
     )
     assert result.exit_code == 0, result.output
-    for text in ("worth", "99 % from", "correlation", "W m^-1 K^-1", "held out", "material as it was", "day before"):
+    for text in (
+        "equivalent to",
+        "99 % from",
+        "correlation",
+        "W m^-1 K^-1",
+        "held out",
+        "material as it was",
+        "day before",
+    ):
         assert text in result.output
     result = run("--record", record, "--material", "concrete", "--free", "albedo", "--json")
     shown = json.loads(result.output)

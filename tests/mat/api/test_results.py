@@ -169,7 +169,7 @@ def test_a_wrong_key_of_a_mapping_is_named_by_its_path():
     wrong = {**JOB, "site": {**JOB["site"], "latitude_deg": 135}}
     with pytest.raises(InputError, match=r"<mapping>: site\.latitude_deg: found 135"):
         skyshine.mat.check(wrong)
-    with pytest.raises(InputError, match="holds what YAML does not"):
+    with pytest.raises(InputError, match="contains what YAML does not"):
         skyshine.mat.check({**JOB, "name": object()})
 
 

@@ -135,7 +135,7 @@ def test_needs_outside_of_the_jobs_tables_are_refused_with_their_place(tmp_path)
         ("range_km: [2000, 3000]", r"job.yaml:\d+:\d+: needs.range_km: found \[2000, 3000\]; .* 0.001 to 1000; change"),
         (
             "surface_altitude_km: [5, 6]",
-            r"needs.surface_altitude_km: found \[5, 6\]; .* surface_grid.altitude_km holds",
+            r"needs.surface_altitude_km: found \[5, 6\]; .* part of the range of surface_grid.altitude_km",
         ),
         ("materials: [concrete]", r"needs.materials.0: found 'concrete'; .*asphalt_road"),
         ("sources: [moon]", r"needs.sources.0: found 'moon'; .*sun"),

@@ -77,7 +77,7 @@ def test_what_is_missing_or_of_another_season_is_warned_of(tmp_path):
         ({"sounding": {"file": "plain.csv", "time": "06:00"}}, "does not say when it was measured"),
         ({"sounding": 7}, "sounding"),
         ({"series": {"soundings": "nowhere"}}, "nowhere: is no folder"),
-        ({"series": {"soundings": "empty"}}, "empty: holds 0 soundings; allowed: 1 to"),
+        ({"series": {"soundings": "empty"}}, "empty: contains 0 soundings; allowed: 1 to"),
         ({"series": {"soundings": "../.."}}, "leads out of the job's folder"),
         ({"series": {"soundings": "bad"}}, "notes.txt:1:1: the column 'altitude' is missing"),
     ],

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.plan import make_plan
 from skyshine.mat.products import shared_nodes as module
@@ -35,7 +35,7 @@ def folder(tmp_path_factory):
 @pytest.fixture
 def job_of(tmp_path, folder, monkeypatch):
     monkeypatch.setenv(CACHE_VARIABLE, str(folder))
-    monkeypatch.setattr(module, "_shared", {})
+    monkeypatch.setattr(module, "_by_key", {})
 
     def of(*states, tolerance=TOLERANCE):
         job = {
@@ -62,7 +62,7 @@ def job_of(tmp_path, folder, monkeypatch):
 
 def nodes_of(loaded, number):
     response, state = response_of(loaded.trimmed.bands[0]), loaded.trimmed.states[number]
-    points = band_points(absorption_table("mt_ckd_4.3").points(*response.wavenumber_range), response)
+    points = points_of_band(absorption_table("mt_ckd_4.3"), response)
     return shared_nodes(loaded, state, response, "sun", points)
 
 
@@ -83,7 +83,7 @@ def test_nodes_are_the_same_from_any_state_and_from_the_kept_file(job_of, monkey
     first = nodes_of(job_of(COOL, WARM), 0)
     monkeypatch.setattr(module, "_placed", lambda *_: pytest.fail("placed again"))
     assert nodes_of(job_of(COLD, WARM, COOL), 2) is first
-    monkeypatch.setattr(module, "_shared", {})
+    monkeypatch.setattr(module, "_by_key", {})
     kept = nodes_of(job_of(WARM, COOL), 1)
     assert kept is not first and same(kept, first)
 
@@ -95,7 +95,7 @@ def test_a_damaged_file_is_placed_again(job_of, monkeypatch, folder):
     content = bytearray(path.read_bytes())
     content[-200] ^= 1
     path.write_bytes(bytes(content))
-    monkeypatch.setattr(module, "_shared", {})
+    monkeypatch.setattr(module, "_by_key", {})
     placed = []
     monkeypatch.setattr(module, "_placed", lambda *_: placed.append(1) or first)
     again = nodes_of(loaded, 0)
@@ -133,6 +133,6 @@ def test_where_shared_nodes_do_not_hold_a_state_has_its_own(job_of, monkeypatch)
     )
     monkeypatch.setattr("skyshine.mat.products.atmosphere.shared_nodes", lambda *_: SharedNodes(coarse, few.sources))
     group, report = built(loaded, 1)
-    assert "sun: nodes of similar airs do not hold" in report.notes
+    assert "sun: nodes of similar airs exceed the tolerance" in report.notes
     assert group.axes["share"].values.size > 2
     assert np.max(group.groups["accuracy"].variables["p99_kelvin"].data) <= FINE

@@ -127,7 +127,7 @@ def test_separate_places_are_held_out(job, two_halves, build):
         GREY: [[[25, 3], [38, 3], [38, 8]], [[25, 12], [30, 18], [38, 12]]],
     }
     quality = build(job(two_halves, polygons)).map.quality
-    assert quality.quality.overall_accuracy == 1 and quality.places == 4
+    assert quality.quality.overall_accuracy == 1 and quality.areas == 4
 
 
 def test_sixteen_bits(job, write_image, build, library):

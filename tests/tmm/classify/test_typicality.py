@@ -289,4 +289,4 @@ def test_answers_to_what_was_asked_have_no_threshold_and_are_not_held_out(contra
     (tmp_path / "answers.yaml").write_text("\n".join(["answers:", *answers]) + "\n")
     result = build(TextureJob.model_validate({"image": contrasts, "seeds": {"suggested": "answers.yaml"}}))
     assert result.map.seeds.separate_places.tolist() == [9, 9] and result.map.thresholds == (0.0, 0.0)
-    assert (result.code > 0).all() and result.map.quality.places == 0
+    assert (result.code > 0).all() and result.map.quality.areas == 0

@@ -153,7 +153,8 @@ def test_real_tiles_keep_names_and_codes(tile, shared_data, materials, tmp_path)
     names = [composite.name for composite in raster.table.values()]
     assert names[:3] == ["OCEAN", "DRYGROUND", "CALCAREOUS"] and len(names) == len(raster.table)
     _validate(
-        write_cdb(tmp_path / "ours", from_image(to_image(raster, materials), raster.place, materials))[-1], shared_data
+        write_cdb(tmp_path / "ours", from_image(to_image(raster, materials), raster.location, materials))[-1],
+        shared_data,
     )
 
 
@@ -205,14 +206,14 @@ ROW = (
     [
         ("<T>", r"t.xml:1:4: is not XML"),
         ("", "is not XML"),
-        ("<T/>", "holds no Composite_Material"),
-        (f"<T>\n{ROW}\n{ROW}\n</T>", "t.xml:3: index 1 stands twice"),
+        ("<T/>", "contains no Composite_Material"),
+        (f"<T>\n{ROW}\n{ROW}\n</T>", "t.xml:3: index 1 occurs twice"),
         (f"<T>{ROW.replace(chr(39) + '1', chr(39) + '-1')}</T>", "index: found '-1'; allowed: a whole number"),
         ("<T><Composite_Material index='1'/></T>", "has no Primary_Substrate"),
         (f"<T>{ROW.replace('<Name>BM_SAND</Name>', '')}</T>", "names no base material"),
         (f"<T>{ROW.replace('</Name>', '</Name><Weight>much</Weight>')}</T>", "Weight: found 'much'"),
         (f"<T>{ROW.replace('</Name>', '</Name><Weight>0</Weight>')}</T>", "all 0"),
-        ('<!DOCTYPE T [<!ENTITY a "BM_X"><!ENTITY b "&a;&a;">]><T>&b;</T>', "holds no Composite_Material"),
+        ('<!DOCTYPE T [<!ENTITY a "BM_X"><!ENTITY b "&a;&a;">]><T>&b;</T>', "contains no Composite_Material"),
     ],
 )
 def test_broken_tables(text, message, tmp_path):
@@ -240,7 +241,7 @@ def test_broken_rasters(image, materials, tmp_path):
     raster = from_image(image, TILE, materials)
     path = write_cdb(tmp_path, raster)[0]
     with pytest.raises(InputError, match="the index 3, which .* has not; allowed: 1, 2"):
-        write_table(raster.place.table(tmp_path), [raster.table[1], raster.table[2]])
+        write_table(raster.location.table(tmp_path), [raster.table[1], raster.table[2]])
         read_cdb(path)
     with pytest.raises(InputError, match="is not in its place in a CDB"):
         read_cdb(path.rename(tmp_path / path.name))
@@ -283,7 +284,7 @@ def test_command(tmp_path, demo):
     for options, message in (
         ([], "has no place on a map, which the tiles of a CDB are cut by"),
         (["--level", "2"], "--level goes with --tile"),
-        (["--tile", "N44W111_L00_U0_R0", "--lod", "3"], "--tile stands alone"),
+        (["--tile", "N44W111_L00_U0_R0", "--lod", "3"], "--tile excludes these"),
         (["--tile", "N44W111_L00_U0_R0"], "is 960 x 540; allowed for a tile of L00: 1024 x 1024"),
         (["--model", "road"], "--model needs --lod"),
         (["--model", "road", "--lod", "3"], "powers of two"),
@@ -358,8 +359,8 @@ def test_a_base_material_table_must_have_what_is_written(painted, tmp_path):
 @pytest.mark.parametrize(
     "text, line",
     [
-        ("<Base_Material_Table/>", "holds no Base_Material"),
-        ("<Base_Material_Table><Base_Material/></Base_Material_Table>", "holds no Base_Material"),
+        ("<Base_Material_Table/>", "contains no Base_Material"),
+        ("<Base_Material_Table><Base_Material/></Base_Material_Table>", "contains no Base_Material"),
         ("<Base_Material_Table>", "Materials.xml:1:22: is not XML"),
     ],
 )

@@ -208,6 +208,6 @@ def test_wrong_images_and_tables(indexed, library):
     Image.fromarray(np.full((2, 2), 5, np.uint8)).save(indexed / "five.png")
     fails("five.png", "verge.xml", "has the index 5, which verge.xml has not; allowed: 4, 9")
     Image.fromarray(np.full((2, 2), np.nan, np.float32)).save(indexed / "floats.tif")
-    fails("floats.tif", "verge.xml", "holds floats; allowed: unsigned integers")
+    fails("floats.tif", "verge.xml", "contains floats; allowed: unsigned integers")
     (indexed / "unknown.xml").write_text(TABLE.replace("BM_ASPHALT", "BM_ASPHALD"))
     fails("index.png", "unknown.xml", "has no material for the base material 'BM_ASPHALD' of the composite 'Verge'")

@@ -46,7 +46,7 @@ def test_answers_are_seeds_and_the_others_are_none(two_halves, listed, tmp_path,
     )
     job = _job(two_halves)
     seeds = load_texture(job, tmp_path, library)[3]
-    assert {*seeds.names[:-1]} == {GREEN, GREY} and seeds.names[-1] == "unknown" and seeds.asked.all()
+    assert {*seeds.names[:-1]} == {GREEN, GREY} and seeds.names[-1] == "unknown" and seeds.answered.all()
     assert job_files(job, tmp_path) == {"answers.yaml": tmp_path / "answers.yaml"}
     found = {name: (seeds.material == k) for k, name in enumerate(seeds.names)}
     # Of i^2 + j^2 <= 9 the circle problem of Gauss gives 29; corners stand in some of the texels beside them.

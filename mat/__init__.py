@@ -4,7 +4,8 @@
 `AtmosphereTable` or `BandTable`, and with ``grid=True`` the tables on a job's five axes as a `GridTable`;
 `open_catalog` finds one by date, band or source; `spectrum`, `temperature` and `band` compute one thing without a job's
 tables; `report` measures how wrong built tables are; `fit_material` finds a material's parameters from a measured
-record; `Scene` draws pictures from built tables, and `contrast` compares two materials through the day; `example` names
+record; `Scene` draws pictures from built tables, `Frame` does so from
+the buffers of another renderer, and `contrast` compares two materials through the day; `example` names
 a packaged job; `query` interpolates one table, with its stated error; `export` writes other formats, `lut` a look-up
 table for ISOFIT; `needs` limits a job to what a scene reads. Results are small objects; those of numbers have
 `to_xarray`.
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from skyshine.mat.api.examples import example
     from skyshine.mat.api.export import export
     from skyshine.mat.api.fit_material import fit_material
+    from skyshine.mat.api.frame import Frame
     from skyshine.mat.api.needs import needs
     from skyshine.mat.api.query import query
     from skyshine.mat.api.report import report
@@ -50,6 +52,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "AtmosphereTable": ("tables.atmosphere_table", "AtmosphereTable"),
     "BandTable": ("tables.band", "BandTable"),
+    "Frame": ("api.frame", "Frame"),
     "GridTable": ("tables.atmq", "GridTable"),
     "Lut": ("exchange.isofit", "Lut"),
     "Scene": ("api.scene", "Scene"),
@@ -74,6 +77,7 @@ _HOMES = {
 __all__ = [
     "AtmosphereTable",
     "BandTable",
+    "Frame",
     "GridTable",
     "Lut",
     "Scene",

@@ -12,6 +12,7 @@ from skyshine.schemas.errors import InputError
 
 # The schema of a YAML file by a key of its root; the first that it has counts, for a job of mat may hold textures too.
 SCHEMA_OF_KEY = {
+    "skyshine_frame": "mat-frame.schema.json",
     "skyshine_scene": "mat-scene.schema.json",
     "states": "mat-job.schema.json",
     "bands": "mat-job.schema.json",

@@ -19,6 +19,7 @@ from skyshine.mat.plan.twins import twins_left_out
 from skyshine.mat.products.reach import tolerance_notes
 from skyshine.mat.scene.agreement import air_warnings, twilight_warnings
 from skyshine.mat.scene.check import check_scene
+from skyshine.mat.scene.continuum_spread import spread_warnings
 from skyshine.mat.scene.ground_notes import ground_notes
 from skyshine.mat.scene.sources import source_hours
 from skyshine.mat.scene.summary import state_summaries
@@ -150,6 +151,7 @@ def checked(loaded: LoadedJob) -> JobCheck:
             *loaded.warnings,
             *air_warnings(loaded.trimmed),
             *twilight_warnings(loaded.trimmed),
+            *spread_warnings(loaded),
             *tolerance_notes(loaded, plan.materials),
         ],
         [*surface_notes(loaded.trimmed, plan.materials), *ground_notes(loaded.trimmed, plan.materials)],

@@ -7,15 +7,13 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from skyshine.mat.render.day_picture import animate, draw_day, shown_step
-from skyshine.mat.render.files import frame_files
-from skyshine.mat.render.frames import Frame, Renderer
+from skyshine.mat.job.fields import clock_text
+from skyshine.mat.render.day_picture import animate, draw_frames, photograph, shown_step
+from skyshine.mat.render.files import frame_files, picture_folder
+from skyshine.mat.render.frames import Picture, Renderer
 from skyshine.mat.render.scene_file import LoadedScene, load_scene
 from skyshine.schemas.arrays import Floats
-from skyshine.schemas.errors import InputError
 from skyshine.schemas.progress import Progress, silent
-
-RENDERED = "rendered"
 
 
 class Scene:
@@ -55,7 +53,7 @@ class Scene:
         """Local clock hours of the frames."""
         return self._scene.hours
 
-    def frames(self, *, progress: Progress = silent) -> Iterator[Frame]:
+    def frames(self, *, progress: Progress = silent) -> Iterator[Picture]:
         """Frames for each hour and band: radiance, apparent and surface temperature, range.
 
         Raises
@@ -81,11 +79,7 @@ class Scene:
         list of Path
             The picture of the day and the animations, then the files of each frame.
         """
-        folder = self._scene.folder / RENDERED if out is None else Path(out)
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"cannot be made: {error.strerror}; name another with --out", file=folder) from None
+        folder = picture_folder(self._scene.folder, out)
         days: dict[str, list[Floats]] = {}
         titles: dict[str, str] = {}
         step = shown_step(*self._scene.model.camera.size)
@@ -95,8 +89,11 @@ class Scene:
             titles[frame.band] = f"{frame.wavelength[0]:g} to {frame.wavelength[1]:g} um"
             files += frame_files(folder, self.name, frame, (self._scene.model.sensors or {}).get(frame.band))
         pictures = [
-            draw_day(
-                self._scene, {titles[band]: frames for band, frames in days.items()}, folder / f"{self.name}_day.png"
+            draw_frames(
+                {titles[band]: frames for band, frames in days.items()},
+                [clock_text(hour) for hour in self.hours],
+                folder / f"{self.name}_day.png",
+                photograph(self._scene),
             )
         ]
         if len(self.hours) > 1:

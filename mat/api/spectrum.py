@@ -138,7 +138,7 @@ def spectrum(
     co2_ppm: float | None = None,
     altitude: float | None = None,
     elevation: float = 0.0,
-    range: float = math.inf,
+    range: float | Literal["space"] = math.inf,
     resolution: float | None = None,
     aerosol: str | None = None,
     visibility: float | None = None,
@@ -180,9 +180,10 @@ def spectrum(
     elevation : float
         Elevation of the line of sight above the horizontal [degree].
     range : float
-        [km]; infinite for space.
+        [km]; infinite or ``'space'`` for space.
     resolution : float, optional
-        Bins [cm^-1], a multiple of the band model's intervals; by default these. With `line_by_line` 0.01 or more, by
+        Bins [cm^-1], a multiple of the band model's intervals: 1 between 700 and 3400 cm^-1, else 5 and more, which is
+        the default. With `line_by_line` 0.01 or more, by
         default 1, a whole number of them between the limits.
     aerosol : str, optional
         Near the ground, by default rural; ``'none'`` for clear air.
@@ -253,9 +254,18 @@ def spectrum(
     if job is None and state != 1:
         raise InputError(f"found state {state} without a job; allowed: a state of a job; give the job")
     low, high = _limits(wavenumber, wavelength)
+    elevation, range, source_elevation, source_azimuth = (
+        _number(name, value)
+        for name, value in (
+            ("elevation", elevation),
+            ("range", math.inf if isinstance(range, str) and range == "space" else range),
+            ("source_elevation", source_elevation),
+            ("source_azimuth", source_azimuth),
+        )
+    )
     loaded = None if job is None else _on_the_day(job, state, described)
     air = _described_air(**described) if loaded is None else _air_of(loaded, state, low, high)
-    altitude = air.surface_altitude / 1e3 if altitude is None else altitude
+    altitude = air.surface_altitude / 1e3 if altitude is None else _number("altitude", altitude)
     _finite(
         altitude=altitude,
         elevation=elevation,
@@ -267,7 +277,7 @@ def spectrum(
     if water_continuum is None:
         water_continuum = default_water_continuum() if loaded is None else loaded.trimmed.water_continuum
     table = AbsorptionTable.open(water_continuum=water_continuum)
-    points = table.points(low, high)
+    points = _narrow(table, low, high, resolution) if line_by_line is None else table.points(low, high)
     stated = {"data_version": f"absorption {table.version}", "absorption": f"band model, {table.name}".rstrip(", ")}
     if line_by_line is not None:
         points = _summed(points, line_by_line, continua, low, high, 1.0 if resolution is None else resolution)
@@ -289,11 +299,20 @@ def spectrum(
     arguments |= {"job": job if isinstance(job, str | None) else "in memory", "state": None if job is None else state}
     recorded = {
         key: value if isinstance(value, str | int | float | list) else str(value)
-        for key, value in arguments.items()
+        for key, value in ((key, _plain(value)) for key, value in arguments.items())
         if value is not None
     }
     stated["job"] = yaml.safe_dump(recorded, sort_keys=False)
     return Spectrum(**{item.name: getattr(line, item.name) for item in fields(line)}, attributes=stated)
+
+
+def _narrow(table: AbsorptionTable, low: float, high: float, resolution: float | None) -> SpectralPoints:
+    """Points of the table, or of its narrow intervals where the bins [cm^-1] are no multiple of the others."""
+    points = table.points(low, high)
+    if resolution is None or table.fine is None or np.all(resolution % np.diff(points.interval_edges, axis=1) == 0):
+        return points
+    covered = any(first <= low and high <= last for first, last in table.fine.coverage)
+    return table.fine.points(low, high) if covered else points
 
 
 def _summed(
@@ -412,6 +431,24 @@ def _profile(name: str | os.PathLike[str], above: str) -> tuple[Any, float]:
         sounding = continued(read_levels(Path(text)), load_profile(above))
         return sounding, float(sounding.altitude[1])  # the first level of the file
     return load_profile(text), 0.0
+
+
+def _plain(value: Any) -> Any:
+    """A number of numpy as one of Python, which YAML knows."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _number(name: str, value: float) -> float:
+    """A Python float of whatever is a single number, such as numpy's.
+
+    Raises
+    ------
+    InputError
+    """
+    try:
+        return float(np.asarray(value, dtype=float)[()])
+    except (TypeError, ValueError):
+        raise InputError(f"found {name} {value!r}; allowed: a number") from None
 
 
 def _finite(**values: float) -> None:

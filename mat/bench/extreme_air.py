@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, STRATOSPHERES, Aerosol
 from skyshine.mat.atmosphere.particles.aerosol_layer import HIGHEST, SCALE_HEIGHTS, AerosolLayer
 from skyshine.mat.atmosphere.particles.aerosol_layer import THINNEST as THINNEST_LAYER
@@ -51,7 +51,7 @@ def atmosphere_case(generator: np.random.Generator) -> dict[str, tuple[float, fl
     start, end = table.coverage[generator.integers(len(table.coverage))]
     low = float(np.exp(generator.uniform(np.log(start), np.log(end * 0.99))))
     response = SpectralResponse.rectangular(1e4 / min(low * 1.005 + 5.0, end), 1e4 / low)
-    band = band_points(table.points(*response.wavenumber_range), response)
+    band = points_of_band(table, response)
     air = BandAtmosphere.of(state, band)
     sun = solar_irradiance(band.wavenumber) if generator.random() < 0.7 else np.zeros(band.weight.size)
     ground = state.surface_altitude * 1e-3
@@ -97,9 +97,9 @@ def sky_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
     moments = np.datetime64("2000-01-01") + (generator.uniform(-_FARTHEST_DAYS, _FARTHEST_DAYS, 3) * 86_400).astype(
         "timedelta64[s]"
     )
-    place = latitude, float(generator.uniform(-180, 180)), float(generator.choice([0.0, -430.0, 8848.0]))
-    sun, moon = (position(source, moments, *place) for source in SOURCES)
-    seen = np.concatenate([np.concatenate(list(vars(source).values())) for source in (sun, moon)])
+    site = latitude, float(generator.uniform(-180, 180)), float(generator.choice([0.0, -430.0, 8848.0]))
+    sun, moon = (position(source, moments, *site) for source in SOURCES)
+    positions = np.concatenate([np.concatenate(list(vars(source).values())) for source in (sun, moon)])
     state = random_state(generator)
     low, high = state.altitude[[0, -1]]
     heights = np.unique([low, generator.uniform(low, high)])
@@ -111,7 +111,7 @@ def sky_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
     black = Stefan_Boltzmann * max(float(state.temperature.max()), float(state.surface_temperature)) ** 4
     limit = _SOLAR / 0.98**2
     return {
-        "not finite": (float(np.count_nonzero(~np.isfinite(np.concatenate([seen, values])))), 0.0),
+        "not finite": (float(np.count_nonzero(~np.isfinite(np.concatenate([positions, values])))), 0.0),
         "elevation beyond the zenith, degree": (max(float(np.abs(s.elevation).max()) for s in (sun, moon)) - 90, 0.0),
         "irradiance below 0": (max(0.0, -float(values.min())), 0.0),
         "direct light over that in space": (float(fluxes.direct_normal.max()) / limit, 1.0),

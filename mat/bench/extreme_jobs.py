@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from skyshine.mat.atmosphere.band.compile import compile_band
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.profiles import PROFILES
@@ -38,7 +38,7 @@ MATERIALS = ("asphalt_road", "grass_green", "concrete", "water_sea", "conifer", 
 _TOLERANCE = 1e-3  # relative rms of a compiled band, the default of a job
 # Rms along few new lines of sight over that which the compiled band states of others, or its tolerance.
 _COMPILED_BOUND = 5.0
-_LINES_OF_SIGHT = 40
+_LINES_OF_SIGHT = 40  # random lines of each case
 
 
 def job_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
@@ -226,18 +226,18 @@ def _surround(generator: np.random.Generator, state: dict[str, Any]) -> None:
     if generator.random() < 0.8:
         return
     horizon: list[Any] = [0.0, 30.0, 90.0, [[0.0, 0.0], [90.0, 80.0], [180.0, 90.0]]]
-    around: dict[str, Any] = {
+    surroundings: dict[str, Any] = {
         "horizon_deg": horizon[generator.integers(4)],
         "sky_view": _some(generator, 1.0, (0.0, 0.5)),
     }
-    if around["horizon_deg"] != 0.0 or around["sky_view"] < 1:
+    if surroundings["horizon_deg"] != 0.0 or surroundings["sky_view"] < 1:
         kinds: tuple[dict[str, Any], ...] = (
             {"material": str(generator.choice(MATERIALS))},
             {"temperature_c": float(generator.choice([-200.0, 20.0, 1500.0]))},
             {"emissivity": float(generator.choice([0.01, 1.0])), "albedo": float(generator.choice([0.0, 0.99]))},
         )
-        around["wall"] = kinds[generator.integers(3)]
-    state["surroundings"] = around
+        surroundings["wall"] = kinds[generator.integers(3)]
+    state["surroundings"] = surroundings
 
 
 def _some(generator: np.random.Generator, usual: float, extremes: tuple[float, ...]) -> float:
@@ -250,7 +250,7 @@ def compiled_case(generator: np.random.Generator) -> dict[str, tuple[float, floa
     low, high = table.coverage[generator.integers(len(table.coverage))]
     start = float(np.exp(generator.uniform(np.log(low), np.log(high * 0.97))))
     response = SpectralResponse.rectangular(1e4 / min(start * 1.02 + 5.0, high), 1e4 / start)
-    band = band_points(table.points(*response.wavenumber_range), response)
+    band = points_of_band(table, response)
     sun = solar_irradiance(band.wavenumber, band.width)
     ground = state.surface_altitude * 1e-3
     grid = PathGrid(
@@ -268,17 +268,17 @@ def compiled_case(generator: np.random.Generator) -> dict[str, tuple[float, floa
         _between(generator, grid.source_elevation_deg),
         _between(generator, grid.source_azimuth_deg),
     )
-    few = BandAtmosphere.of(state, compiled.band).at_points(lines, sun[compiled.index])
-    every = BandAtmosphere.of(state, band).at_points(lines, sun)
-    seen = every.valid
+    chosen = BandAtmosphere.of(state, compiled.band).at_points(lines, sun[compiled.index])
+    exact = BandAtmosphere.of(state, band).at_points(lines, sun)
+    valid = exact.valid
     stated = max(compiled.errors["transmittance"]["rms"], _TOLERANCE)
-    differences = few.transmittance[seen] - every.transmittance[seen]
-    values = np.concatenate([few.transmittance, few.path_radiance_ratio, few.ambient, few.direct])
+    differences = chosen.transmittance[valid] - exact.transmittance[valid]
+    values = np.concatenate([chosen.transmittance, chosen.path_radiance_ratio, chosen.ambient, chosen.direct])
     return {
         "not finite": (float(np.count_nonzero(~np.isfinite(values))), 0.0),
         "below 0": (max(0.0, -float(values.min())), 0.0),
         "transmittance beside all points, rms over that stated": (
-            float(np.sqrt(np.mean(differences**2))) / stated if seen.any() else 0.0,
+            float(np.sqrt(np.mean(differences**2))) / stated if valid.any() else 0.0,
             _COMPILED_BOUND,
         ),
     }

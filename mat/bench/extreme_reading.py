@@ -24,14 +24,17 @@ def band_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
     )
     kelvin = np.sort(np.exp(generator.uniform(0.0, np.log(1e4), 12)))
     radiance = band_radiance(response, kelvin)
-    seen = radiance > 1e-290  # below, radiance has fewer digits than a number holds
-    back = brightness_temperature(response, radiance[seen])
+    positive = radiance > 1e-290  # below, radiance has fewer digits than double precision
+    back = brightness_temperature(response, radiance[positive])
     cold = radiance[:-1] - radiance[1:]
     return {
         "not finite": (float(np.count_nonzero(~np.isfinite(radiance)) + np.count_nonzero(~np.isfinite(back))), 0.0),
         "radiance below 0": (max(0.0, -float(radiance.min())), 0.0),
         "radiance that falls with temperature": (max(0.0, float(np.max(cold))), 0.0),
-        "temperature of the radiance, relative": (float(np.max(np.abs(back / kelvin[seen] - 1), initial=0.0)), 1e-9),
+        "temperature of the radiance, relative": (
+            float(np.max(np.abs(back / kelvin[positive] - 1), initial=0.0)),
+            1e-9,
+        ),
     }
 
 
@@ -70,13 +73,13 @@ def table_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]
         inside = low + (high - low) * generator.random(60)
         where[rule.name] = np.clip(_some_of(generator, inside, rule.nodes), low, high)
     read = interpolate(values, rules, where)
-    first = rules[0]
+    axis_rule = rules[0]
     scale = np.abs(values).max()
     corner = interpolate(values, rules, {rule.name: rule.nodes[-1:] for rule in rules})
-    refused = first.interpolation != LINEAR
+    refused = axis_rule.interpolation != LINEAR
     if not refused:
         try:
-            interpolate(values, rules, {**where, first.name: np.array([np.nextafter(first.nodes[-1], np.inf)])})
+            interpolate(values, rules, {**where, axis_rule.name: np.array([np.nextafter(axis_rule.nodes[-1], np.inf)])})
         except InputError:
             refused = True
     return {

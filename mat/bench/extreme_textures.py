@@ -1,4 +1,4 @@
-"""Random extreme classifiers and textures: one seed a material, one texel, one colour, grey, not a number."""
+"""Random extreme classifiers and textures: one seed per material, one texel, one colour, grey, NaN."""
 
 from __future__ import annotations
 

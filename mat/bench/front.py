@@ -65,7 +65,7 @@ class Front:
     Attributes
     ----------
     loaded : LoadedJob
-        As it is written, with all its states.
+        Job as written, with all its states.
     options : Options
     rungs : list of Rung
         Built and measured.
@@ -107,7 +107,8 @@ def measured(
     ----------
     loaded : LoadedJob
     folder : Path
-        Whose folder ``rungs`` keeps the databases; rungs that it holds of the same job are not built again.
+        Folder whose subfolder ``rungs`` stores the databases; rungs of the same job that it already contains are not
+        built again.
     options : Options
     say : callable
         Told what is done next, in a line of text.
@@ -124,9 +125,9 @@ def measured(
             rungs.append(Rung.of(setting, loaded, folder / "rungs", options.states))
         except InputError as error:
             front.failed[setting.name] = _one_line(error)
-    written, jobs = rungs[0].loaded, [rung.loaded.trimmed for rung in rungs]
-    truths = Truths(written, jobs, library, options.scenes, options.seed, folder / "truth", say)
-    built, states = len(written.trimmed.states), len(loaded.trimmed.states)
+    as_written, jobs = rungs[0].loaded, [rung.loaded.trimmed for rung in rungs]
+    truths = Truths(as_written, jobs, library, options.scenes, options.seed, folder / "truth", say)
+    built, states = len(as_written.trimmed.states), len(loaded.trimmed.states)
     say(f"{loaded.trimmed.name}: {len(rungs)} settings of {built} of its {states} states, into {folder}")
     refused: str | None = None
     for number, rung in enumerate(rungs, 1):
@@ -159,17 +160,17 @@ def _build(rung: Rung, library: MaterialLibrary, repeats: int, name: str, say: C
             rung.build(library)
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror}; name another --out", file=rung.folder) from None
-    say(f"{name}: {np.median([each.processor for each in rung.builds]):.0f} s; measuring the pixel")
+    say(f"{name}: {np.median([timed.processor for timed in rung.builds]):.0f} s; measuring the pixel")
 
 
 def _more(rung: Rung, repeats: int) -> bool:
     """Whether a rung is to be built once more."""
-    spent = sum(each.processor for each in rung.builds)
+    spent = sum(timed.processor for timed in rung.builds)
     return not rung.builds or (len(rung.builds) < repeats and spent < ENOUGH)
 
 
 def _one_line(error: InputError | CheckFailed) -> str:
-    """Why a setting cannot run; its job stands in no file that could be named."""
+    """Reason why a setting cannot run; no file contains its job, so that none can be named."""
     if isinstance(error, InputError) and error.file is not None and Path(error.file).name == MAPPING:
         return error.message
     return " ".join(str(error).split())
@@ -179,8 +180,8 @@ def describe(front: Front) -> dict[str, Any]:
     """A front as plain values: what ``mat bench JOB --json`` prints and the page shows."""
     units = front.units
     rungs = [_described(rung, units) for rung in front.rungs]
-    stands = unbeaten([(rung["time"]["value"], rung["error"]["value"]) for rung in rungs])
-    for rung, on_front in zip(rungs, stands, strict=True):
+    on_the_front = unbeaten([(rung["time"]["value"], rung["error"]["value"]) for rung in rungs])
+    for rung, on_front in zip(rungs, on_the_front, strict=True):
         rung["on_the_front"] = on_front
     rungs.sort(key=lambda rung: rung["time"]["value"])
     built = len(front.rungs[0].loaded.trimmed.states) if front.rungs else 0
@@ -202,7 +203,7 @@ def _in_units(errors: dict[str, Any], units: str) -> dict[str, Any]:
     """Rms, 99th percentile and maximum in the units of a front; none where a band has no error in them."""
     if units == KELVIN:
         return dict(errors["temperature"] or {})
-    return {name: quantity(100 * each["value"], units) for name, each in errors["share_of_radiance"].items()}
+    return {name: quantity(100 * entry["value"], units) for name, entry in errors["share_of_radiance"].items()}
 
 
 def _method(front: Front) -> str:
@@ -222,7 +223,7 @@ def _method(front: Front) -> str:
     if (
         front.units == KELVIN
         and front.rungs
-        and any(one["temperature"] is None for one in front.rungs[0].errors["bands"])
+        and any(band["temperature"] is None for band in front.rungs[0].errors["bands"])
     ):
         text += " Bands that end before 2.5 um have no error in kelvin; the JSON gives theirs in shares of radiance."
     return text
@@ -230,9 +231,9 @@ def _method(front: Front) -> str:
 
 def _described(rung: Rung, units: str) -> dict[str, Any]:
     """A rung as plain values; its time and its stages are those of the build of median processor time."""
-    builds = sorted(rung.builds, key=lambda each: each.processor)
+    builds = sorted(rung.builds, key=lambda item: item.processor)
     middle = builds[(len(builds) - 1) // 2]
-    errors, floor = (_in_units(each, units) for each in (rung.errors["all"], rung.errors["all"]["exact_tables"]))
+    errors, floor = (_in_units(item, units) for item in (rung.errors["all"], rung.errors["all"]["exact_tables"]))
     return {
         "name": rung.setting.name,
         "asked": quantity(np.nan if rung.setting.kelvin is None else rung.setting.kelvin, "K"),
@@ -252,8 +253,8 @@ def _described(rung: Rung, units: str) -> dict[str, Any]:
             if (values := _in_units(band, units))
         ],
         "time": quantity(middle.processor, "s"),
-        "times": quantity([each.processor for each in rung.builds], "s"),
-        "wall_times": quantity([each.wall for each in rung.builds], "s"),
+        "times": quantity([item.processor for item in rung.builds], "s"),
+        "wall_times": quantity([item.wall for item in rung.builds], "s"),
         "stages": {name: quantity(middle.stages[name], "s") for name in STAGES},
         "size": quantity(rung.size, "byte"),
         "sets": rung.errors["sets"],

@@ -11,7 +11,7 @@ from skyshine.mat.budget.page import template
 MOST_BANDS = 3  # with a column of their own; the JSON has all
 _TEMPLATE = "front.html.j2"
 KEYS = {
-    "circle": "kelvins asked of the pixel",
+    "circle": "tolerance of the pixel in kelvin",
     "diamond": "the job as written, ringed",
 }
 PEER_KEYS = {"triangle": "a peer", "circle": "this job as written"}
@@ -23,7 +23,7 @@ def render(front: dict[str, Any]) -> str:
     Parameters
     ----------
     front : dict
-        From `front.describe`.
+        Description from `front.describe`.
 
     Returns
     -------
@@ -32,12 +32,12 @@ def render(front: dict[str, Any]) -> str:
     """
     charts = {"front": "", "stages": "", "peers": ""}
     if front["rungs"]:
-        first = front["rungs"][0]
-        charts["front"] = front_chart(_marks(front["rungs"]), first["error"]["units"], first["floor"]["value"])
+        reference = front["rungs"][0]
+        charts["front"] = front_chart(_marks(front["rungs"]), reference["error"]["units"], reference["floor"]["value"])
         charts["stages"] = stage_chart(_bars(front["rungs"]), STAGES)
     if front["peers"]:
         charts["peers"] = peer_chart([_row(peer) for peer in front["peers"]])
-    keys, peer_keys = ([(symbol(shape), words) for shape, words in each.items()] for each in (KEYS, PEER_KEYS))
+    keys, peer_keys = ([(symbol(shape), words) for shape, words in shapes.items()] for shapes in (KEYS, PEER_KEYS))
     page = template(__package__, _TEMPLATE, {"short": _short, "spread": _spread, "seconds": seconds_text})
     bands = front["rungs"][0]["by_band"][:MOST_BANDS] if front["rungs"] else []
     return page.render(front=front, charts=charts, keys=keys, peer_keys=peer_keys, stages=STAGES, bands=bands)
@@ -58,7 +58,7 @@ def _megabytes(rung: dict[str, Any]) -> str:
 
 
 def _marks(rungs: list[dict[str, Any]]) -> list[Mark]:
-    most = max(rung["size"]["value"] for rung in rungs)
+    largest = max(rung["size"]["value"] for rung in rungs)
     return [
         Mark(
             f"{rung['name']}, {_megabytes(rung)}",
@@ -67,7 +67,7 @@ def _marks(rungs: list[dict[str, Any]]) -> list[Mark]:
             min(rung["times"]["values"]),
             max(rung["times"]["values"]),
             max(rung["error"]["value"], 1e-6),
-            rung["size"]["value"] / most,
+            rung["size"]["value"] / largest,
             rung["on_the_front"],
         )
         for rung in rungs

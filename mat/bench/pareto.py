@@ -1,4 +1,4 @@
-"""Settings that no other beats in both error and time."""
+"""Pareto front: settings that no other setting beats in both error and time."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 
 def unbeaten(points: Sequence[tuple[float, float]]) -> list[bool]:
-    """Which of points (seconds, error) no other beats; equal points both stand."""
-    return [not any(_beats(other, point) for other in points) for point in points]
+    """Whether each point (seconds, error) is on the Pareto front; of equal points both are."""
+    return [not any(_beats(rival, point) for rival in points) for point in points]
 
 
-def _beats(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    return one[0] <= other[0] and one[1] <= other[1] and one != other
+def _beats(rival: tuple[float, float], point: tuple[float, float]) -> bool:
+    return rival[0] <= point[0] and rival[1] <= point[1] and rival != point

@@ -1,4 +1,4 @@
-"""Peers beside a job: they have no pixel, so that they are compared by seconds of a line of sight or of a column."""
+"""Peers of a job: they compute no pixel, so they are compared by seconds per line of sight or per column."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
 
 LOWTRAN, ENERGYPLUS = "LOWTRAN7", "EnergyPlus"
-_PEER_CELLS = 24
+_PEER_CELLS = 24  # random cells of the grid for each peer
 # m; with levels above, or with as many levels as it takes otherwise, its multiple scattering gives no numbers.
 _PEER_TOP = 60e3
 _PEER_LEVELS = lowtran.MAX_LEVELS - 1
@@ -84,7 +84,7 @@ def comparisons(
         The job as it is written, built.
     library : MaterialLibrary
     lowtran_path : str, optional
-        As `lowtran.find_source`.
+        Path as in `lowtran.find_source`.
     quick : bool
         Without EnergyPlus, whose run takes most of a minute.
     say : callable
@@ -110,12 +110,12 @@ def comparisons(
                 seconds = _peer_seconds(program, state, _for_peer(grid), limits)
                 note = "single lines of sight with multiple scattering, in steps of 5 cm^-1"
             except InputError as error:
-                note = f"left out: {error}"
+                note = f"skipped: {error}"
         work = f"a node of the job's axes, {limits[0]:g}-{limits[1]:g} um"
         results.append(Comparison(LOWTRAN, work, seconds, _of_band(rung, number) / lines, lines, note))
     columns = _columns(rung, library)
     if quick:
-        one_day, note = None, "left out: --quick"
+        one_day, note = None, "skipped: --quick"
     else:
         say(f"measuring {ENERGYPLUS}")
         run = energyplus.measure()
@@ -132,8 +132,8 @@ def _for_peer(grid: PathGrid) -> PathGrid:
     """
     up = (grid.elevation_deg > 0) & (grid.elevation_deg < 90)
     far = (grid.range_km >= 1) & (grid.range_km <= 40)
-    known = up.any() and far.any() and (grid.altitude_km < 20).any() and (grid.source_elevation_deg > 0).any()
-    return grid if known else GRID
+    covered = up.any() and far.any() and (grid.altitude_km < 20).any() and (grid.source_elevation_deg > 0).any()
+    return grid if covered else GRID
 
 
 def _peer_seconds(program: Path, state: AtmosphericState, grid: PathGrid, limits: tuple[float, float]) -> float:
@@ -179,12 +179,12 @@ def _median(rung: Rung, chosen: Callable[[Kind, int], bool], without: tuple[str,
     sums = [
         sum(
             spent
-            for task in each.tasks
+            for task in timed.tasks
             if chosen(Kind(task.kind), task.band)
             for stage, spent in task.stages.items()
             if stage not in without
         )
-        for each in rung.builds
+        for timed in rung.builds
     ]
     return float(np.median(sums))
 

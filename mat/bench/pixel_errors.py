@@ -39,9 +39,9 @@ class Truths:
     Attributes
     ----------
     loaded : LoadedJob
-        As it is written, with the states that are built.
+        Job as written, with the states that are built.
     jobs : sequence of Job
-        At all settings: scenes lie inside the axes of each.
+        Jobs at all settings: scenes lie inside the axes of each.
     library : MaterialLibrary
     scenes, seed : int
         Views of each state, band and source, and what they are drawn with.
@@ -50,7 +50,7 @@ class Truths:
     say : callable
         Told what is computed.
     prepared : dict of (int, int) to Prepared
-        By state and band, as far as they were needed.
+        Prepared atmospheres by state and band, as far as they were needed.
     """
 
     loaded: LoadedJob
@@ -61,25 +61,25 @@ class Truths:
     folder: Path
     say: Callable[[str], object]
     prepared: dict[tuple[int, int], Prepared] = field(default_factory=dict)
-    _known: dict[tuple[int, int, str], PixelTruth | None] = field(default_factory=dict)
+    _cache: dict[tuple[int, int, str], PixelTruth | None] = field(default_factory=dict)
 
     @cached_property
     def grid(self) -> PathGrid:
         """Nodes of the job as it is written, between the ends that all settings have."""
         grids = [path_grid(job) for job in [self.loaded.trimmed, *self.jobs]]
-        return PathGrid(*(_common([getattr(grid, each.name) for grid in grids]) for each in fields(PathGrid)))
+        return PathGrid(*(_common([getattr(grid, axis.name) for grid in grids]) for axis in fields(PathGrid)))
 
     @cached_property
     def surface_axes(self) -> dict[str, Floats]:
         """The same of the temperature table; times are the hours that scenes ask for, where the job limits them."""
         axes = [_surface_axes(job) for job in [self.loaded.trimmed, *self.jobs]]
-        ends = {name: _common([each[name] for each in axes]) for name in ("altitude", "slope")}
+        ends = {name: _common([job_axes[name] for job_axes in axes]) for name in ("altitude", "slope")}
         return axes[0] | ends
 
     @cached_property
     def key(self) -> str:
         """Of the job and the scenes: errors on equal keys may be compared."""
-        nodes = [getattr(self.grid, each.name).tolist() for each in fields(PathGrid)]
+        nodes = [getattr(self.grid, axis.name).tolist() for axis in fields(PathGrid)]
         nodes += [self.surface_axes[name].tolist() for name in (*_SURFACE, "time")]
         return job_digest(self.loaded, "exact tables", [self.scenes, self.seed, nodes])
 
@@ -89,10 +89,10 @@ class Truths:
         Parameters
         ----------
         tables : Tables
-            Of any setting: materials, and their lobes.
+            Tables of any setting: materials, and their lobes.
         """
         key = state, band, source
-        if key not in self._known:
+        if key not in self._cache:
             if key[:2] not in self.prepared:
                 self.prepared[key[:2]] = Prepared.of(self.loaded, state, band)
             scenes = Scenes.drawn(
@@ -106,24 +106,24 @@ class Truths:
                 scenes=self.scenes,
                 seed=self.seed,
             )
-            self._known[key] = None if scenes is None else self._computed(scenes, tables, f"s{state}b{band}{source}")
-        return self._known[key]
+            self._cache[key] = None if scenes is None else self._computed(scenes, tables, f"s{state}b{band}{source}")
+        return self._cache[key]
 
     def _computed(self, scenes: Scenes, tables: Tables, name: str) -> PixelTruth:
         """The truth of scenes: that of an earlier run where it was of the same job and scenes."""
         file, materials = self.folder / f"{name}.json", list(tables.materials)
         try:
-            kept = json.loads(file.read_text(encoding="utf-8"))
-            if kept["key"] == self.key and kept["materials"] == materials:
-                return PixelTruth(scenes, np.array(kept["radiance"], float), np.array(kept["averages"], float))
+            stored = json.loads(file.read_text(encoding="utf-8"))
+            if stored["key"] == self.key and stored["materials"] == materials:
+                return PixelTruth(scenes, np.array(stored["radiance"], float), np.array(stored["averages"], float))
         except (OSError, ValueError, KeyError, TypeError):
             pass  # none, or damaged: computed again
         self.say(f"computing the truth of {name}")
         truth = PixelTruth.of(scenes, tables)
         self.folder.mkdir(parents=True, exist_ok=True)
         values = {"radiance": truth.radiance.tolist(), "averages": truth.averages.tolist()}
-        kept = {"key": self.key, "materials": materials, **values}
-        write_whole(file, json.dumps(kept) + "\n")
+        stored = {"key": self.key, "materials": materials, **values}
+        write_whole(file, json.dumps(stored) + "\n")
         return truth
 
 
@@ -131,8 +131,8 @@ def _surface_axes(job: Job) -> dict[str, Floats]:
     limits, grid = job.query_limits, job.surface_grid
     times = grid.times
     if limits is not None and limits.hours is not None:
-        first, last = limits.hours
-        times = [first, last + (24.0 if last < first else 0.0)] if len(times) > 1 else times
+        start, stop = limits.hours
+        times = [start, stop + (24.0 if stop < start else 0.0)] if len(times) > 1 else times
     nodes = job.surface_altitudes_km, grid.azimuth_deg, grid.slope_deg, times
     return {name: np.asarray(values, float) for name, values in zip((*_SURFACE, "time"), nodes, strict=True)}
 
@@ -148,8 +148,8 @@ def _common(axes: Sequence[Floats]) -> Floats:
     low, high = max(axis[0] for axis in axes), min(axis[-1] for axis in axes)
     if low > high:
         raise CheckFailed(f"axes that end at {high:g} and begin at {low:g} have no scene in common")
-    first = axes[0]
-    return np.unique([low, high, *first[(first > low) & (first < high)]])
+    nodes = axes[0]
+    return np.unique([low, high, *nodes[(nodes > low) & (nodes < high)]])
 
 
 def measure(rung: Rung, truths: Truths) -> None:
@@ -173,7 +173,7 @@ def measure(rung: Rung, truths: Truths) -> None:
         of_set = _SetErrors(band, truths.prepared[state, band].response, truth, truth.error(tables))
         errors.append(of_set)
         sets.append({"state": state, "source": source, "views": len(truth.scenes.views), **_described([of_set])})
-    bands = [[each for each in errors if each.band == band] for band in job.needed_bands]
+    bands = [[scene_error for scene_error in errors if scene_error.band == band] for band in job.needed_bands]
     rung.errors = {
         "key": truths.key,
         "all": _described(errors),
@@ -204,17 +204,19 @@ class _SetErrors:
 
 def _described(errors: Sequence[_SetErrors]) -> dict[str, Any]:
     """Errors of some sets together: of their pixels, and with exact tables, in kelvin and in shares of radiance."""
-    thermal = [each for each in errors if np.isfinite(each.kelvin(each.error)).all()]
-    bands = {each.band: each.response for each in errors}
+    thermal = [scene_error for scene_error in errors if np.isfinite(scene_error.kelvin(scene_error.error)).all()]
+    bands = {scene_error.band: scene_error.response for scene_error in errors}
     return {
         "bands": list(bands),
         "wavelengths": [quantity([response.lower, response.upper], "um") for response in bands.values()],
-        "pixels": sum(each.error.size for each in errors),
-        "temperature": _measures([each.kelvin(each.error) for each in thermal], "K"),
-        "share_of_radiance": _measures([each.share(each.error) for each in errors], "1"),
+        "pixels": sum(scene_error.error.size for scene_error in errors),
+        "temperature": _measures([scene_error.kelvin(scene_error.error) for scene_error in thermal], "K"),
+        "share_of_radiance": _measures([scene_error.share(scene_error.error) for scene_error in errors], "1"),
         "exact_tables": {
-            "temperature": _measures([each.kelvin(each.truth.averages) for each in thermal], "K"),
-            "share_of_radiance": _measures([each.share(each.truth.averages) for each in errors], "1"),
+            "temperature": _measures([scene_error.kelvin(scene_error.truth.averages) for scene_error in thermal], "K"),
+            "share_of_radiance": _measures(
+                [scene_error.share(scene_error.truth.averages) for scene_error in errors], "1"
+            ),
         },
     }
 
@@ -223,5 +225,5 @@ def _measures(values: Sequence[Floats], units: str) -> dict[str, Any] | None:
     """Rms, 99th percentile and maximum of errors; None where there are none."""
     if not values:
         return None
-    by_name = measures(np.concatenate([each.ravel() for each in values]))
+    by_name = measures(np.concatenate([array.ravel() for array in values]))
     return {name: quantity(by_name[name], units) for name in MEASURES}

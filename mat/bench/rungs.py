@@ -95,7 +95,7 @@ class Rung:
     size : int
         Bytes of the databases.
     errors : dict
-        Of the pixel, with the key that says on which scenes; empty before they are measured.
+        Errors of the pixel, with the key that identifies the scenes; empty before they are measured.
     refusal : str
         Why the setting cannot be built, in one line; empty where that is not known.
     """
@@ -109,7 +109,7 @@ class Rung:
     refusal: str = ""
 
     @classmethod
-    def of(cls, setting: Setting, written: LoadedJob, folder: Path, states: int) -> Rung:
+    def of(cls, setting: Setting, as_written: LoadedJob, folder: Path, states: int) -> Rung:
         """The job at a setting, with so many of its states.
 
         Raises
@@ -117,7 +117,7 @@ class Rung:
         InputError
             The job does not take the setting.
         """
-        loaded = sampled(load_job(setting.content, folder=written.folder), states)
+        loaded = sampled(load_job(setting.content, folder=as_written.folder), states)
         return cls(setting, loaded, folder / setting.name.replace(" ", "_"))
 
     @property
@@ -135,8 +135,12 @@ class Rung:
         try:
             record = json.loads((self.folder / RECORD).read_text(encoding="utf-8"))
             builds = [
-                BuildTime(each["processor"], each["wall"], tuple(TaskTime(**task) for task in each["tasks"]))
-                for each in record["builds"]
+                BuildTime(
+                    build_record["processor"],
+                    build_record["wall"],
+                    tuple(TaskTime(**task) for task in build_record["tasks"]),
+                )
+                for build_record in record["builds"]
             ]
             size, errors, refusal = int(record["size"]), dict(record["errors"]), str(record["refusal"])
             same_job = record["digest"] == self._digest
@@ -171,7 +175,7 @@ class Rung:
         if self.refusal:
             raise CheckFailed(self.refusal)
         plan = make_plan(self.loaded, library)
-        children, own, begin = children_seconds(), time.process_time(), time.perf_counter()
+        children, parent, begin = children_seconds(), time.process_time(), time.perf_counter()
         try:
             with without_cache():
                 result = build(self.loaded, out=self.files, fresh=True)
@@ -181,7 +185,7 @@ class Rung:
                 self.keep()
             raise
         wall = time.perf_counter() - begin
-        processor = children_seconds() - children + time.process_time() - own
+        processor = children_seconds() - children + time.process_time() - parent
         if not self.builds:
             self.errors = {}
         self.builds.append(BuildTime(processor, wall, _tasks(plan, result["files"])))
@@ -193,7 +197,7 @@ class Rung:
         """Write the record, for `resume`."""
         record = {
             "digest": self._digest,
-            "builds": [asdict(each) for each in self.builds],
+            "builds": [asdict(build_time) for build_time in self.builds],
             "size": self.size,
             "errors": self.errors,
             "refusal": self.refusal,

@@ -9,8 +9,8 @@ from typing import Any
 
 from skyshine.mat.job.accuracy import by_number
 
-KELVINS = (5.0, 3.0, 2.0, 1.0, 0.5, 0.3, 0.2, 0.1)
-QUICK_KELVINS = (5.0, 1.0)
+KELVINS = (5.0, 3.0, 2.0, 1.0, 0.5, 0.3, 0.2, 0.1)  # K, tolerances of the pixel
+QUICK_KELVINS = (5.0, 1.0)  # K
 AS_WRITTEN = "as written"
 GRIDS = ("atmosphere_grid", "surface_grid")
 CHANGED = ("accuracy", *GRIDS)  # keys of the job that a setting may replace
@@ -44,15 +44,15 @@ def settings_of(content: Mapping[str, Any], kelvins: Sequence[float]) -> list[Se
     content : mapping
         Keys of the job.
     kelvins : sequence of float
-        99 % of pixels are asked to be within each.
+        Tolerances of the 99th percentile of the pixels.
 
     Returns
     -------
     list of Setting
         The job as written first.
     """
-    written = Setting(AS_WRITTEN, None, deepcopy(dict(content)))
-    return [written] + [Setting(f"{kelvin:g} K", kelvin, at_kelvin(content, kelvin)) for kelvin in kelvins]
+    as_written = Setting(AS_WRITTEN, None, deepcopy(dict(content)))
+    return [as_written] + [Setting(f"{kelvin:g} K", kelvin, at_kelvin(content, kelvin)) for kelvin in kelvins]
 
 
 def at_kelvin(content: Mapping[str, Any], kelvin: float) -> dict[str, Any]:
@@ -61,8 +61,8 @@ def at_kelvin(content: Mapping[str, Any], kelvin: float) -> dict[str, Any]:
     Nodes go where tolerances place them, between the ends of the job's axes.
     """
     changed = deepcopy(dict(content))
-    kept = {key: value for key, value in (by_number(changed.get("accuracy")) or {}).items() if key in _KEPT}
-    changed["accuracy"] = kept | {"pixel": f"{kelvin:g} K"}
+    accuracy = {key: value for key, value in (by_number(changed.get("accuracy")) or {}).items() if key in _KEPT}
+    changed["accuracy"] = accuracy | {"pixel": f"{kelvin:g} K"}
     for grid in GRIDS:
         if grid in changed:
             changed[grid] = {key: value for key, value in (changed[grid] or {}).items() if key != "tolerance"}

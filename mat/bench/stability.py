@@ -39,10 +39,10 @@ class Trial:
     cases : int
     failures : list of str
         Each with the numbers that draw the case again.
-    worst : dict of str to float
+    largest : dict of str to float
         Largest of each measure: residuals and violations of bounds.
     seconds : float
-        Of all cases together, by the clock.
+        Wall time of all cases together.
     slowest : float
         Processor seconds of the slowest case, those of its processes with them.
     slowest_case : str
@@ -50,7 +50,7 @@ class Trial:
 
     cases: int = 0
     failures: list[str] = field(default_factory=list)
-    worst: dict[str, float] = field(default_factory=dict)
+    largest: dict[str, float] = field(default_factory=dict)
     seconds: float = 0.0
     slowest: float = 0.0
     slowest_case: str = ""
@@ -109,7 +109,7 @@ def _one(trial: Trial, case: Case, name: str, seed: int, number: int) -> None:
     if spent > trial.slowest:
         trial.slowest, trial.slowest_case = spent, label
     for measure, (value, allowed) in measures.items():
-        trial.worst[measure] = max(trial.worst.get(measure, 0.0), value if np.isfinite(value) else np.inf)
+        trial.largest[measure] = max(trial.largest.get(measure, 0.0), value if np.isfinite(value) else np.inf)
         if not value <= allowed:
             trial.failures.append(f"{label}: {measure} {value:.3g}, allowed {allowed:.3g}")
 

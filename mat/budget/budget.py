@@ -47,6 +47,7 @@ FAR_SOURCES = "emitted_transmittance", "beta_star_table", "path_radiance_table"
 SOURCES = PIXEL_SOURCES | {
     "tables": "interpolation of all tables",
     "pixel": "the pixel: all of these together, tables read at the pixel as the formats' pages say",
+    "water_continuum": "another continuum of MT_CKD in place of the job's; no source of the pixel's",
     "weather_of_the_air": "the job's air in place of that of the weather at the hour; no source of the pixel's",
     "aureole": "one share of the sky's light around the Sun behind a building, and the band's own in its shade",
     "seen_faces": "the band's light of ground in the open before shaded slopes, in place of ground in their shade",
@@ -160,6 +161,7 @@ def error_budget(
         errors |= measured.of_weather()
     except InputError as error:
         notes.append(f"State {prepared.state}: the weather of the air was not measured: {error}.")
+    errors |= measured.of_continua()
     errors |= unmodelled_errors(measured, random_stream(seed, Stream.UNMODELLED))
     errors |= measured.of_vertices(random_stream(seed, Stream.VERTICES))
     errors |= {"pixel": measured.pixel(), "normalisation": measured.of_normalisation()} | measured.of_materials()

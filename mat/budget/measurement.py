@@ -21,6 +21,8 @@ from skyshine.mat.budget.runtime_terms import (
 from skyshine.mat.budget.truth import FacetTruth, Prepared
 from skyshine.mat.budget.vertices import drawn_materials, vertex_materials
 from skyshine.mat.budget.views import Views
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.facet_light import Facets
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.scene.sources import source_irradiance
 from skyshine.schemas.arrays import Floats, Integers
@@ -267,18 +269,33 @@ class Measurement:
         for hour in np.unique(views.time):
             rows = views.time == hour
             part, some = views.take(rows), faces.take(rows)
-            shown = []
-            for air in (of_job, self.prepared.at_hour(float(hour))):
-                readings = AtmosphereReadings.of(air.at_points(part.lines, self.few_light))
-                ambient = air.ambient_on_faces(part.lines, self.few_light, some)[:, None]
-                assert self.full.emitted is not None  # integrated
-                ratio = readings.transmittance / np.maximum(self._level.transmittance[rows], np.finfo(float).tiny)
-                emitted = self.full.emitted[rows] * ratio
-                readings = replace(readings, ambient=ambient, emitted=emitted)
-                emission = Emission(self.emission.blackbody[rows], self.emission.reflectance[rows])
-                shown.append(runtime_radiance(readings, emission, self.bounce[rows], self.finish))
+            airs = of_job, self.prepared.at_hour(float(hour))
+            shown = [self._shown_through(air, part, some, np.flatnonzero(rows)) for air in airs]
             error[rows] = shown[0] - shown[1]
         return {"weather_of_the_air": error}
+
+    def of_continua(self) -> dict[str, Floats]:
+        """Paths and sky with another water vapour continuum of MT_CKD in place of the job's, whichever changes most;
+        thermal light alone.
+        """
+        if not self.prepared.others:
+            return {}
+        faces, atmospheres = self.truth.faces(self.views, self.around), (self.few, *self.prepared.others)
+        thermal = [replace(air, air=replace(air.air, scatters=False)) for air in atmospheres]
+        first, *others = (self._shown_through(air, self.views, faces, np.arange(len(self.views))) for air in thermal)
+        changes = np.array(others) - first
+        largest: Floats = np.take_along_axis(changes, np.abs(changes).argmax(axis=0)[None], axis=0)[0]
+        return {"water_continuum": largest}
+
+    def _shown_through(self, air: BandAtmosphere, part: Views, faces: Facets, rows: Integers) -> Floats:
+        """Radiance of some of the views through other air, with the true temperatures."""
+        readings = AtmosphereReadings.of(air.at_points(part.lines, self.few_light))
+        ambient = air.ambient_on_faces(part.lines, self.few_light, faces)[:, None]
+        assert self.full.emitted is not None  # integrated
+        ratio = readings.transmittance / np.maximum(self._level.transmittance[rows], np.finfo(float).tiny)
+        readings = replace(readings, ambient=ambient, emitted=self.full.emitted[rows] * ratio)
+        emission = Emission(self.emission.blackbody[rows], self.emission.reflectance[rows])
+        return runtime_radiance(readings, emission, self.bounce[rows], self.finish)
 
     def of_frames(self, generator: np.random.Generator) -> Extrapolation:
         """Faces, extrapolation from the centre pixel, and everything together.

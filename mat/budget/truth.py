@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.transfer.bounds import Bounds
 from skyshine.mat.budget.circumstances import Circumstances
 from skyshine.mat.budget.columns import temperatures_at
@@ -28,6 +28,7 @@ from skyshine.mat.radiometry.spherical_harmonics import face_normal
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band
+from skyshine.mat.scene.continuum_spread import other_continua
 from skyshine.mat.scene.grids import path_grid
 from skyshine.mat.scene.ground import over_ground
 from skyshine.mat.scene.moisture import job_library
@@ -58,6 +59,8 @@ class Prepared:
         At all spectral points, and at those that the tables were computed with, without what these omit.
     inputs : SunPath, NearSurfaceAir, Sky
         Of the heat balance.
+    others : tuple of BandAtmosphere
+        The few points with the other water vapour continua of MT_CKD.
     unscattered : set of str
         Sources whose scattered light the job's `negligible_k` omits, by a bound.
     """
@@ -69,6 +72,7 @@ class Prepared:
     exact: BandAtmosphere
     few: BandAtmosphere
     inputs: tuple[SunPath, NearSurfaceAir, Sky]
+    others: tuple[BandAtmosphere, ...]
     unscattered: frozenset[str]
 
     @classmethod
@@ -78,7 +82,7 @@ class Prepared:
         job, response = loaded.trimmed, response_of(loaded.trimmed.bands[band - 1])
         written = job.states[state - 1]
         air = over_ground(atmospheric_state(job.site, written), written, response, job_library(job))
-        everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
+        everything = points_of_band(absorption_table(job.water_continuum), response)
         compiled, _ = compiled_band(loaded, written, response, air, everything)
         exact, few = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))
         light = irradiance_of_sources(job, compiled.band)
@@ -86,7 +90,13 @@ class Prepared:
         omission = Omission.of(job, job.sources, air, response, bounds)
         if omission.particles:
             few = BandAtmosphere.of(omission.without(air), compiled.band)
-        return cls(loaded, state, band, response, exact, few, scene_inputs(job, state), frozenset(omission.scattered))
+        others = tuple(
+            BandAtmosphere.of(air, replace(few.band, points=part))
+            for name in other_continua(job)
+            for part in [points_of_band(absorption_table(name), response).points.subset(compiled.index)]
+        )
+        inputs = scene_inputs(job, state)
+        return cls(loaded, state, band, response, exact, few, inputs, others, frozenset(omission.scattered))
 
     def at_hour(self, hour: float) -> BandAtmosphere:
         """The few points in the air that the weather has at a local clock hour, without scattered light.

@@ -13,7 +13,7 @@ from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, Shells, trac
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.site import local_times_utc
 from skyshine.mat.measure.random_streams import Stream, random_stream
-from skyshine.mat.measure.sampling import random_places
+from skyshine.mat.measure.sampling import random_coordinates
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight, direction, slope_and_azimuth
 from skyshine.schemas.arrays import Booleans, Floats
@@ -225,7 +225,7 @@ def _observers(grid: PathGrid, surface: Floats, generator: np.random.Generator) 
         for low, high in (NEAR_KM, RANGES_KM)
     )
     kind = generator.random(count)
-    anywhere = random_places(grid.altitude_km, count, generator)
+    anywhere = random_coordinates(grid.altitude_km, count, generator)
     beside = surface - near * np.sin(np.radians(generator.uniform(-90.0, 90.0, count)))
     flying = _heights_of_observers(grid, surface, generator)
     slant = flying / generator.uniform(_FLATTEST, 1.0, count)
@@ -266,7 +266,7 @@ def _normals(
     """Half of the surfaces have a random direction; half nearly mirror the source, where it is up."""
     count = len(to_source)
     lit = to_source[:, 2:] > 0
-    slope = random_places(axes["slope"], count, generator)
+    slope = random_coordinates(axes["slope"], count, generator)
     unrelated = direction(90.0 - slope, generator.uniform(0.0, 360.0, count))
     mirror = to_source + to_observer + 2 * np.sin(np.radians(GLINT_DEG) / 2) * generator.normal(size=(count, 3))
     mirror /= np.maximum(np.linalg.norm(mirror, axis=1, keepdims=True), 1e-12)

@@ -40,14 +40,19 @@ MANY_STATES = 12  # beyond these their files are not listed one by one
     show_default=True,
     help="With --scene: minimum pixel fraction; rarer materials are replaced by the most similar one.",
 )
+@click.option("--buffers", is_flag=True, help="JOB is a frame file of mat render --buffers.")
 @allow_outside_option
 @json_option
-def command(job: Path, scene: Path | None, out: Path | None, least_share: float, as_json: bool) -> None:
+def command(job: Path, scene: Path | None, out: Path | None, least_share: float, buffers: bool, as_json: bool) -> None:
     """Check JOB; print the files to build, what is omitted and why, when each light source is up, and the size.
 
     With --scene, cast the rays of its cameras and print the ranges, elevations, altitudes, slopes, azimuths, materials,
-    hours, bands and source elevations that its frames read: a job with these needs builds nothing else.
+    hours, bands and source elevations that its frames read: a job with these needs builds nothing else. With --buffers,
+    read all that mat render --buffers reads.
     """
+    if buffers:
+        _check_frame(job, as_json)
+        return
     if scene is not None:
         _check_needs(scene, job, out, least_share, as_json)
         return
@@ -60,6 +65,19 @@ def command(job: Path, scene: Path | None, out: Path | None, least_share: float,
         emit_json(_as_json(result))
     else:
         _print(result)
+
+
+def _check_frame(file: Path, as_json: bool) -> None:
+    from skyshine.mat.api.frame import Frame
+
+    frame = Frame(file)
+    frame.check(progress=progress)
+    if as_json:
+        emit_json({"frames": len(frame.marks), "hours": frame.hours, "notes": frame.notes})
+        return
+    click.echo(f"{file}: holds; frames: {len(frame.marks)}")
+    for note in frame.notes:
+        click.echo(f"note: {note}")
 
 
 def _check_needs(scene: Path, job: Path, out: Path | None, least_share: float, as_json: bool) -> None:

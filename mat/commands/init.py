@@ -9,7 +9,7 @@ import click
     "--example",
     default="starter",
     show_default=True,
-    help="Name of the job: airfield, dead_sea, desert_vehicle, ship, street, urban_canyon, year.",
+    help="Name of the job: airfield, dead_sea, desert_vehicle, frames, ship, street, urban_canyon, year.",
 )
 def command(folder: str, example: str) -> None:
     """Write a starter job, with the picture it needs, into FOLDER. Files that are there already are not touched.

@@ -65,7 +65,7 @@ def _ranges(_context: click.Context, _parameter: click.Parameter, texts: tuple[s
 @click.option(
     "--width",
     type=float,
-    help="Width of all intervals, cm-1 (a multiple of 0.125), with reference spectra; default: 5 to 100.",
+    help="Width of all intervals, cm-1, a multiple of 0.125, with reference spectra; default: 5 to 100.",
 )
 @click.option("--parts", type=click.Path(), help="Folder of finished intervals; default: OUT.parts.")
 @click.option("--out", required=True, type=click.Path(), help="Table file to write.")

@@ -59,7 +59,7 @@ def stability(seconds: float, seed: int, case: str | None, drawn: str | None, as
                     "cases": trial.cases,
                     "failures": trial.failures,
                     "worst": {
-                        measure: value if value < float("inf") else None for measure, value in trial.worst.items()
+                        measure: value if value < float("inf") else None for measure, value in trial.largest.items()
                     },
                     "time": quantity(trial.seconds, "s"),
                     "slowest": quantity(trial.slowest, "s"),
@@ -74,7 +74,7 @@ def stability(seconds: float, seed: int, case: str | None, drawn: str | None, as
                 f"{name}: {trial.cases} cases in {trial.seconds:.0f} s,"
                 f" slowest {trial.slowest:.2g} s ({trial.slowest_case})"
             )
-            echo_table(("worst", "value"), [(measure, f"{value:.3g}") for measure, value in trial.worst.items()])
+            echo_table(("worst", "value"), [(measure, f"{value:.3g}") for measure, value in trial.largest.items()])
     failures = [failure for trial in trials.values() for failure in trial.failures]
     if failures:
         raise CheckFailed(f"{len(failures)} cases failed, the first: {failures[0]}")

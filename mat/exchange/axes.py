@@ -65,7 +65,7 @@ def export_axes(path: Path, folder: Path, kelvin: float, most_nodes: int) -> Exp
         raise InputError("would be written over itself; name another folder with --out", file=path)
     air = open_as(AtmosphereTable, path, "name one of these")
     sampled = placed_grid(air, scene_scale(air), kelvin, most_nodes=most_nodes, seed=SEED)
-    measures = [measure(name, sampled.own[name], error) for name, error in sampled.errors.items()]
+    measures = [measure(name, sampled.quantity_errors[name], error) for name, error in sampled.errors.items()]
     notes = {
         "seed": SEED,
         "tolerance": f"{kelvin:g} K",

@@ -13,8 +13,13 @@ from skyshine.mat.gpu.coordinates import AirCoordinates
 from skyshine.mat.gpu.fields import WARM_K, AirFields
 from skyshine.mat.gpu.nodes import best_counts, insertion_order
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight
+from skyshine.mat.radiometry.spherical_harmonics import zonal
+from skyshine.mat.tables.ambient import stated_ground
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
+from skyshine.mat.tables.axes import PERIODIC, AxisRule
 from skyshine.mat.tables.band import BandTable
+from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
@@ -39,6 +44,33 @@ class Weights:
     per_kelvin: float
 
 
+@dataclass(frozen=True, eq=False)
+class GroundDay:
+    """The ground around faces through a day.
+
+    Attributes
+    ----------
+    time, temperature, radiance : (T,) array
+        Local clock [h], ascending over a whole day; [K]; emitted in the band [W m^-2 sr^-1].
+    """
+
+    time: Floats
+    temperature: Floats
+    radiance: Floats
+
+    @classmethod
+    def of(cls, air: AtmosphereTable, band: BandTable, surface: TemperatureTable) -> GroundDay | None:
+        """That of an atmosphere that names its ground and has light of tilted faces; None for others."""
+        if "ground_material" not in air.attributes or AMBIENT_HARMONICS not in air.quantities:
+            return None
+        time = np.asarray(surface.root.axes["time"].values, float)
+        if AxisRule.of("time", surface.root.axes["time"]).interpolation == PERIODIC:
+            time = np.append(time, time[0] + 24.0)
+        kelvin = air.ground_temperature(surface, time=time)
+        emissivity = stated_ground(air.path, air.attributes).emissivity
+        return cls(time, kelvin, emissivity * band.blackbody_radiance(kelvin))
+
+
 def weights_of(fields: AirFields, lines: LinesOfSight) -> Weights:
     """Those of a band; in a band of reflected light 1 % of the radiance stands for 1 K."""
     low, warm, high = fields.band.blackbody_radiance(np.array([WARM_K - 0.5, WARM_K, WARM_K + 0.5]))
@@ -59,6 +91,8 @@ def export_air(
     *,
     altitude: float | None = None,
     source_elevation: float | None = None,
+    ground_temperature: float | None = None,
+    ground_day: GroundDay | None = None,
     range_km: float | None = None,
     texels: int = DAY_TEXELS,
     most_components: int = 16,
@@ -73,6 +107,10 @@ def export_air(
         Of the observer [km]: with it the textures have one layer.
     source_elevation : float, optional
         With it the coefficients are those of one frame [degree].
+    ground_temperature : float, optional
+        Of the ground around faces [K]; by default the one that the file states.
+    ground_day : GroundDay, optional
+        In place of it: the ground by the hour, in a texture of its own.
     range_km : float, optional
         Farthest range asked for.
     texels : int
@@ -85,7 +123,8 @@ def export_air(
     InputError
         The two are not of one band, or a value is outside the table.
     """
-    fields, coordinates = AirFields(air, band), AirCoordinates.of(air, range_km)
+    kelvin = ground_temperature if ground_day is None else np.nan
+    fields, coordinates = AirFields(air, band, kelvin), AirCoordinates.of(air, range_km)
     if altitude is not None and not coordinates.altitude_km[0] <= altitude <= coordinates.altitude_km[1]:
         low, high = coordinates.altitude_km
         raise InputError(f"altitude: found {altitude:g}; allowed: {low:g} to {high:g} km", file=air.path)
@@ -125,6 +164,8 @@ def export_air(
         "emission": fitted(fields.emission(some)),
         "thermal_path": fitted(fields.thermal_path(some)),
     }
+    if ground_day is not None:
+        terms["ground"] = np.stack([fitted(fields.ground(some, kelvin)) for kelvin in fields.ground_nodes])
     heights: dict[str, Floats] = {}
     dark = fields.thermal_path(some)[:, None]
 
@@ -178,10 +219,21 @@ def export_air(
         "height_root": _short(coordinates.rays.height_root),
         "effective_radius": _short(coordinates.rays.effective_radius),
     }
+    if ground_day is not None:
+        numbers |= {
+            "zonal_harmonic": list(zonal(fields.harmonics.size)),
+            "ground_node": fields.ground_nodes.tolist(),
+            "ground_time": ground_day.time.tolist(),
+            "ground_temperature": ground_day.temperature.tolist(),
+            "ground_radiance": ground_day.radiance.tolist(),
+        }
+    elif fields.harmonics.size:
+        numbers["ground_temperature"] = fields.ground_kelvin
     return GpuFile("atmosphere", source_of(air.path.name, air.attributes), textures, numbers)
 
 
 _WHAT = {
+    "ground": "reflected light of the ground over its emission in the band, by ground_node, material, zonal_harmonic",
     "emission": "share of black-body radiance emitted and let through, by material and emission_temperature",
     "thermal_path": "path radiance without the source, W m^-2 sr^-1",
     "path": "path radiance of the source, W m^-2 sr^-1, by source elevation and angle",

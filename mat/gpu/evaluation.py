@@ -49,6 +49,8 @@ class GpuAir:
             "sky": (len(heights["sky"]), materials, 1 + len(numbers["harmonic"])),
             "direct": (len(heights["direct"]), materials),
         }
+        if "ground_node" in numbers:
+            shapes["ground"] = (len(numbers["ground_node"]), materials, len(numbers["zonal_harmonic"]))
         return cls(
             content,
             {
@@ -68,8 +70,9 @@ class GpuAir:
             numbers["scale_height_km"],
         )
 
-    def frame(self, source_elevation: float) -> GpuAir:
-        """The same for one elevation of the source [degree].
+    def frame(self, source_elevation: float, hour: float | None = None) -> GpuAir:
+        """The same for one elevation of the source [degree] and, where the file has the ground by the hour, at one hour
+        of the local clock.
 
         Raises
         ------
@@ -92,7 +95,24 @@ class GpuAir:
             lower, weight = _cell(axis, np.array(source_elevation))
             upper = np.minimum(lower + 1, axis.size - 1)
             terms[name] = terms[name][lower] * (1 - weight) + terms[name][upper] * weight
+        if "ground" in terms:
+            kelvin, radiance = self.ground_at(0.0 if hour is None else hour)
+            lower, weight = _cell(np.array(numbers["ground_node"]), np.array(kelvin))
+            ground = terms.pop("ground")
+            of_ground = ground[lower] * (1 - weight) + ground[lower + 1] * weight
+            places = 1 + np.searchsorted(numbers["harmonic"], numbers["zonal_harmonic"])
+            terms["sky"][:, places] += radiance * of_ground
         return replace(self, terms=terms)
+
+    def ground_at(self, hour: float) -> tuple[float, float]:
+        """Temperature [K] of the ground around faces at an hour of the local clock, and what it emits in the band."""
+        numbers = self.content.numbers
+        if "ground_time" not in numbers:
+            return float(numbers.get("ground_temperature", np.nan)), np.nan
+        time = np.array(numbers["ground_time"])
+        at = time[0] + np.mod(hour - time[0], 24.0)
+        temperature, radiance = (np.interp(at, time, numbers[f"ground_{name}"]) for name in ("temperature", "radiance"))
+        return float(temperature), float(radiance)
 
     @cached_property
     def _layers(self) -> Floats:

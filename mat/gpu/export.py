@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from skyshine.mat.gpu.air import export_air
+from skyshine.mat.gpu.air import GroundDay, export_air
 from skyshine.mat.gpu.band import export_band
 from skyshine.mat.gpu.codes import export_codes
 from skyshine.mat.gpu.container import ENDING, GpuFile, write_gpu
@@ -17,6 +17,7 @@ from skyshine.mat.gpu.surface import export_surface
 from skyshine.mat.runtime.shade import SHADED_SKY
 from skyshine.mat.tables import response
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
 from skyshine.mat.tables.band import BandTable
 from skyshine.mat.tables.catalog import CATALOG, open_catalog
 from skyshine.mat.tables.htt import TemperatureTable
@@ -175,11 +176,15 @@ def _has_shade(file: Path) -> bool:
 def exported_air(one: AirSet, frame: Frame | None, **settings: Any) -> GpuFile:
     """The textures of an atmosphere, of a frame if one is given, with their stated error."""
     if frame is None:
-        return with_stated_error(export_air(one.air, one.band, **settings), one.air, one.band, one.surface)
+        ground = GroundDay.of(one.air, one.band, one.surface)
+        content = export_air(one.air, one.band, ground_day=ground, **settings)
+        return with_stated_error(content, one.air, one.band, one.surface)
     source = str(one.air.attributes.get("source", "sun"))
     track = one.surface.source_track(source, time=frame.hour)
     elevation, azimuth = float(track.elevation), float(track.azimuth)
     place = {"altitude": frame.altitude, "source_elevation": elevation, **settings}
+    if AMBIENT_HARMONICS in one.air.quantities:
+        place["ground_temperature"] = float(one.air.ground_temperature(one.surface, time=frame.hour))
     tried = []
     for components in _FRAME_COMPONENTS:  # more components leave fewer texels
         content = export_air(one.air, one.band, most_components=components, **place)

@@ -40,10 +40,13 @@ class AirFields:
     ----------
     air : AtmosphereTable
     band : BandTable
+    ground_temperature : float, optional
+        Of the ground around faces [K]; by default the one that the file states. Not a number: `sky` is without it.
     """
 
     air: AtmosphereTable
     band: BandTable
+    ground_temperature: float | None = None
 
     def __post_init__(self) -> None:
         kernel_tables(band=self.band, air=self.air)  # refuses those of two bands
@@ -79,6 +82,18 @@ class AirFields:
     def dark(self) -> float:
         """A source elevation [degree] at which the air emits its light alone."""
         return min(self.source.dark_below, float(self.source.nodes[0]) - _BELOW)
+
+    @cached_property
+    def ground_nodes(self) -> Floats:
+        """Temperatures [K] between which the spectrum of the ground's emission is linear."""
+        return np.asarray(self.air.root.axes["ground_temperature"].values, float)
+
+    @property
+    def ground_kelvin(self) -> float:
+        """Temperature of the ground around faces [K]."""
+        if self.ground_temperature is not None:
+            return self.ground_temperature
+        return stated_ground(self.air.path, self.air.attributes).temperature
 
     @property
     def fades(self) -> bool:
@@ -138,11 +153,15 @@ class AirFields:
         place = lines.path | {SOURCE_ELEVATION: np.asarray(elevation)}
         terms = [self.reflected("ambient_radiance", lines, place)]
         if self.harmonics.size:
-            ground = _ground_light(self, lines)
+            ground = {} if np.isnan(self.ground_kelvin) else _ground_light(self, lines)
             wide = {name: np.asarray(values)[..., None] for name, values in place.items()}
             light = self.reflected(AMBIENT_HARMONICS, lines, wide | {"harmonic": self.harmonics})
             terms += [light[..., at, :] + ground.get(int(code), 0.0) for at, code in enumerate(self.harmonics)]
         return np.stack(terms, axis=-1)
+
+    def ground(self, lines: LinesOfSight, kelvin: float) -> Floats:
+        """What materials reflect of ground at a temperature [K], over its emission in the band (..., M, Z)."""
+        return np.stack([_of_ground(self, lines, code, kelvin) for code in zonal(self.harmonics.size)], axis=-1)
 
     def direct(self, lines: LinesOfSight, elevation: float) -> Floats:
         """Reflected direct light (..., M) of faces normal to it."""
@@ -166,10 +185,15 @@ def _transmittance(fields: AirFields, lines: LinesOfSight) -> Floats:
 
 @lru_cache(maxsize=4)
 def _ground_light(fields: AirFields, lines: LinesOfSight) -> dict[int, Floats]:
-    """What the stated ground emits and materials reflect (..., M), by harmonic."""
+    """What the ground emits and materials reflect (..., M), by harmonic."""
     stated = stated_ground(fields.air.path, fields.air.attributes)
-    light = {}
-    for code in zonal(fields.harmonics.size):
-        place = {"ground_temperature": np.asarray(stated.temperature), "zonal_harmonic": np.asarray(code)}
-        light[code] = stated.radiance * fields.reflected(GROUND_HARMONICS, lines, lines.path | place)
-    return light
+    kelvin, radiance = fields.ground_kelvin, stated.radiance
+    if fields.ground_temperature is not None:
+        radiance = stated.emissivity * float(fields.band.blackbody_radiance(kelvin))
+    return {code: radiance * _of_ground(fields, lines, code, kelvin) for code in zonal(fields.harmonics.size)}
+
+
+def _of_ground(fields: AirFields, lines: LinesOfSight, code: int, kelvin: float) -> Floats:
+    """Light of one harmonic of the ground's emission that materials reflect (..., M), over the emission in the band."""
+    place = {"ground_temperature": np.asarray(kelvin), "zonal_harmonic": np.asarray(code)}
+    return fields.reflected(GROUND_HARMONICS, lines, lines.path | place)

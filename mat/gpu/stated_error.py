@@ -31,7 +31,9 @@ class Pixels:
     view: View
 
 
-def random_pixels(content: GpuFile, count: int, random: np.random.Generator, source_elevation: float) -> Pixels:
+def random_pixels(
+    content: GpuFile, count: int, random: np.random.Generator, source_elevation: float, hour: float = 0.0
+) -> Pixels:
     """Pixels (count,) of all materials, most of them on the ground, some in the air; some are seen from below."""
     numbers = content.numbers
     low, high = numbers["altitude_km"]
@@ -54,7 +56,11 @@ def random_pixels(content: GpuFile, count: int, random: np.random.Generator, sou
     lines = LinesOfSight(reach, altitude, elevation, np.full(count, source_elevation), heading - line)
     view = View.of(lines, line, direction(90.0 - slope, azimuth))
     zeros = np.zeros(count)
-    return Pixels(Faces(codes, np.ones((count, 1)), zeros, azimuth, slope, zeros, temperature), view)
+    kelvin, _ = GpuAir.of(content).ground_at(hour)
+    ground = None if np.isnan(kelvin) else np.full(count, kelvin)
+    shares = np.ones((count, 1))
+    faces = Faces(codes, shares, zeros, azimuth, slope, zeros, temperature, ground_temperature=ground)
+    return Pixels(faces, view)
 
 
 def with_stated_error(content: GpuFile, air: AtmosphereTable, band: BandTable, surface: TemperatureTable) -> GpuFile:
@@ -73,9 +79,10 @@ def with_stated_error(content: GpuFile, air: AtmosphereTable, band: BandTable, s
         )
     errors = []
     for elevation in elevations:
-        pixels = random_pixels(content, PIXELS // _FRAMES, random, float(elevation))
+        hour = float(random.uniform(0.0, 24.0))
+        pixels = random_pixels(content, PIXELS // _FRAMES, random, float(elevation), hour)
         exact = pixel_radiance(surface, band, air, pixels.faces, pixels.view).radiance
-        read = gpu.frame(float(elevation)).radiance(band, pixels.faces, pixels.view)
+        read = gpu.frame(float(elevation), hour).radiance(band, pixels.faces, pixels.view)
         errors.append(np.abs(_measure(exact, read, air, band)))
     error = np.concatenate(errors)
     units = "%" if relative(air) else "K"

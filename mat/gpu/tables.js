@@ -58,8 +58,25 @@ SKYSHINE.tables = (() => {
     return source === "sun" ? [angles[0], angles[1]] : [angles[2], angles[3]];
   }
 
-  // Coefficients of one source elevation, in the order of the rows that the shader reads.
-  function termsOf(name, elevation) {
+  // Add what the ground emits at an hour to the light of the sky, by material, level value and harmonic.
+  function addGround(name, sky, hour) {
+    const own = numbers(name);
+    const turned = hour - 24 * Math.floor((hour - own.ground_time[0]) / 24);
+    const [lower, upper, weight] = cell(own.ground_time, turned);
+    const [kelvin, radiance] = [own.ground_temperature, own.ground_radiance].map((values) => values[lower] * (1 - weight) + values[upper] * weight);
+    const ground = mixed(texels(name, "ground"), own.ground_node.length, cell(own.ground_node, kelvin));
+    const [count, terms] = [own.components, 1 + own.harmonic.length];
+    own.material.forEach((_, m) =>
+      own.zonal_harmonic.forEach((code, z) => {
+        const to = (m * terms + 1 + own.harmonic.indexOf(code)) * count;
+        const from = (m * own.zonal_harmonic.length + z) * count;
+        for (let k = 0; k < count; k++) sky[to + k] += radiance * ground[from + k];
+      }),
+    );
+  }
+
+  // Coefficients of one source elevation and, of the ground, one hour, in the order of the rows that the shader reads.
+  function termsOf(name, elevation, hour) {
     const own = numbers(name);
     const below = elevation < own.lowest_source_elevation;
     if (below && !own.fades && elevation > own.dark_below)
@@ -71,6 +88,7 @@ SKYSHINE.tables = (() => {
       const nodes = own.source_elevation[term];
       parts.push(mixed(texels(name, term), nodes.length, cell(nodes, elevation)));
     }
+    if (own.ground_node) addGround(name, parts[3], hour);
     const values = new Float32Array(parts.reduce((total, part) => total + part.length, 0));
     parts.reduce((start, part) => (values.set(part, start), start + part.length), 0);
     return values;

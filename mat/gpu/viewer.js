@@ -216,7 +216,8 @@
     const { source, name } = airOf(band, wanted, hour);
     const [elevation, azimuth] = track(band.surface, source, hour);
     const [own, faces, glow] = [numbers(name), numbers(band.surface), numbers(band.band)];
-    replaced("terms", texture("RGBA32F", [own.components / 4, termsOf(name, elevation).length / own.components, 1], termsOf(name, elevation)));
+    const terms = termsOf(name, elevation, hour);
+    replaced("terms", texture("RGBA32F", [own.components / 4, terms.length / own.components, 1], terms));
     const around = temperaturesOf(band.surface, hour);
     const groups = own.components / 4;
     const air = [0, 1, 2, 3].map((k) => {

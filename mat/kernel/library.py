@@ -71,7 +71,7 @@ def lanes() -> int:
     return int(text)
 
 
-def function(name: str, argtypes: Sequence[Any], restype: Any) -> Callable[..., Any]:
+def function(name: str, argtypes: Sequence[Any] | None, restype: Any) -> Callable[..., Any]:
     """A function of the library, compiled for the lanes of this processor.
 
     Parameters
@@ -79,7 +79,7 @@ def function(name: str, argtypes: Sequence[Any], restype: Any) -> Callable[..., 
     name : str
         As the C sources have it in `SKYSHINE_NAME`, without `_4` and `_8`.
     argtypes, restype : ctypes types
-        Of the arguments and of the result, None where it has none.
+        Of the arguments, None where calls state them, and of the result, None where it has none.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a build of a month of days says while it runs: the lines of its log, and the bar of a terminal at some moments.
+"""Terminal output of a build of a month of days: the lines of its log, and its progress bar at some moments.
 
 `pictures` draws them with all others. It builds 30 states in a folder of its own, in some minutes, and writes
 ``month_build.log`` and ``month_build.svg``.
@@ -50,8 +50,8 @@ output: {folder: built, pictures: false}
 Progress = Callable[[float, str], AbstractContextManager[Callable[[float], None]]]
 
 
-def draw(folder: Path, job: str = JOB, shown: Collection[int] = SHOWN) -> tuple[Path, Path]:
-    """Build a job and write the lines of its log, and its bar after the numbers of tables in `shown`.
+def draw(folder: Path, job: str = JOB, steps: Collection[int] = SHOWN) -> tuple[Path, Path]:
+    """Build a job and write the lines of its log, and its bar after the numbers of tables in `steps`.
 
     Returns
     -------
@@ -68,7 +68,7 @@ def draw(folder: Path, job: str = JOB, shown: Collection[int] = SHOWN) -> tuple[
             file = Path(name) / "job.yaml"
             file.write_text(job, encoding="utf-8")
             terminal.print("[bold]$ mat build job.yaml[/bold]", highlight=False)
-            record = build(load_job(file), progress=_shown_on(terminal, shown))
+            record = build(load_job(file), progress=_shown_on(terminal, steps))
     finally:
         log.removeHandler(handler)
     end = f"built: {len(record['files'])} files in {record['seconds']:.1f} s"
@@ -79,20 +79,20 @@ def draw(folder: Path, job: str = JOB, shown: Collection[int] = SHOWN) -> tuple[
     return text, picture
 
 
-def _shown_on(terminal: Console, shown: Collection[int]) -> Progress:
+def _shown_on(terminal: Console, steps: Collection[int]) -> Progress:
     """A progress that prints its bar to a terminal after some numbers of tables."""
 
     @contextmanager
     def progress(total: float, description: str) -> Iterator[Callable[[float], None]]:
         unseen = Console(force_terminal=True, width=WIDTH, file=io.StringIO())
         with progress_on(unseen, total, description) as (bar, advance):
-            done = 0.0
+            finished = 0.0
 
             def count(amount: float = 1) -> None:
-                nonlocal done
+                nonlocal finished
                 advance(amount)
-                done += amount
-                if done in shown:
+                finished += amount
+                if finished in steps:
                     terminal.print(bar.get_renderable())
 
             yield count

@@ -112,8 +112,8 @@ def page(layout: Layout, name: str) -> str:
         f"| `{key}` | {_value(rule)} | {ATTRIBUTES.get(key, '')} |"
         for key, rule in root["attributes"]["properties"].items()
     ]
-    for place, content in _groups(root, ""):
-        lines += ["", f"## {f'Group `{place}`' if place else 'Root group'}"]
+    for path, content in _groups(root, ""):
+        lines += ["", f"## {f'Group `{path}`' if path else 'Root group'}"]
         lines += _axes(content["axes"]) + _arrays(content["variables"])
         if len(lines[-1].split("\n")) == 1 and lines[-1].startswith("## "):
             lines += ["", "Holds groups or attributes only."]
@@ -121,14 +121,14 @@ def page(layout: Layout, name: str) -> str:
     return "\n".join(lines + formulas) + "\n"
 
 
-def _groups(content: Layout, place: str) -> Iterator[tuple[str, Layout]]:
-    yield place, content
+def _groups(content: Layout, path: str) -> Iterator[tuple[str, Layout]]:
+    yield path, content
     rules = content["groups"]
     children = rules.get("properties", {}) | {
         f"<{key}>": rule for key, rule in rules.get("patternProperties", {}).items()
     }
     for name, rule in children.items():
-        yield from _groups(rule["properties"], f"{place}/{name}".lstrip("/"))
+        yield from _groups(rule["properties"], f"{path}/{name}".lstrip("/"))
 
 
 def _axes(content: Layout) -> list[str]:

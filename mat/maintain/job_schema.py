@@ -12,6 +12,7 @@ from pathlib import Path
 import pydantic
 
 from skyshine.mat.job.model import Job
+from skyshine.mat.render.frame_file import FrameModel
 from skyshine.mat.render.scene_file import SceneModel
 from skyshine.materials.files import SpecularFile, ThermalFile
 from skyshine.materials.library import Index
@@ -19,6 +20,7 @@ from skyshine.tmm.job.model import TmmJob
 
 MODELS: dict[str, type[pydantic.BaseModel]] = {
     "mat-job.schema.json": Job,
+    "mat-frame.schema.json": FrameModel,
     "mat-scene.schema.json": SceneModel,
     "tmm-job.schema.json": TmmJob,
     "material-index.schema.json": Index,
@@ -28,7 +30,7 @@ MODELS: dict[str, type[pydantic.BaseModel]] = {
 
 
 def schema_text(name: str) -> str:
-    """Text of one of the schemas, as it stands in its file."""
+    """Text of one of the schemas, as in its file."""
     schema = MODELS[name].model_json_schema(mode="validation")
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$comment": "Generated from the models."}
     return json.dumps(head | schema, indent=1, ensure_ascii=False) + "\n"

@@ -1,4 +1,4 @@
-"""Draws all pictures of the pages anew: the starter job is built and its scene rendered, a material gets its card, a
+"""Draws all pictures of the pages: the starter job is built and its scene rendered, a material gets its card, a
 month is built for its words.
 
 Run ``python -m mat.maintain.pictures FOLDER``; FOLDER is ``examples/pictures`` of the checkout. It takes some

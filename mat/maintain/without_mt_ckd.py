@@ -43,8 +43,8 @@ EDITS = (
     (
         "atmospheres/absorption.md",
         r"\A(# .*\n)",
-        r"\1\n**This package was built without MT_CKD: wherever this page names MT_CKD, its table holds the continua of"
-        r" LOWTRAN7 (`continuum/README.md`).**\n",
+        r"\1\n**This package was built without MT_CKD: wherever this page names MT_CKD, its table contains the"
+        r" continua of LOWTRAN7 (`continuum/README.md`).**\n",
     ),
 )
 
@@ -87,9 +87,9 @@ def check_tables(absorption: Path, broadband: Path) -> None:
         continuum = str(file.attrs.get("water_continuum", "mt_ckd_4.3"))
         content = str(file.attrs["content_sha256"])
         if continuum != LowtranContinua.name or (named := _naming_mt_ckd(file)):
-            place = "its water vapour continuum" if continuum != LowtranContinua.name else named
+            origin = "its water vapour continuum" if continuum != LowtranContinua.name else named
             raise InputError(
-                f"holds figures of MT_CKD ({place}); make it with 'mat lines build --continua lowtran7'",
+                f"contains figures of MT_CKD ({origin}); make it with 'mat lines build --continua lowtran7'",
                 file=absorption,
             )
     with open_database(broadband, fluxes.FILETYPE, fluxes.FORMAT_MAJOR) as file:
@@ -103,14 +103,14 @@ def check_tables(absorption: Path, broadband: Path) -> None:
 
 def _naming_mt_ckd(file: h5py.File) -> str:
     """Place of an attribute that names MT_CKD, or an empty text."""
-    places: list[str] = []
+    attributes: list[str] = []
 
     def visit(name: str, item: h5py.HLObject) -> None:
-        places.extend(f"{name}@{key}" for key, value in item.attrs.items() if re.search(r"(?i)mt_?ckd", str(value)))
+        attributes.extend(f"{name}@{key}" for key, value in item.attrs.items() if re.search(r"(?i)mt_?ckd", str(value)))
 
     visit("", file)
     file.visititems(visit)
-    return places[0] if places else ""
+    return attributes[0] if attributes else ""
 
 
 def _edit(file: Path, pattern: str, replacement: str) -> None:

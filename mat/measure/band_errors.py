@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from skyshine.mat.measure.random_streams import Stream, random_stream
-from skyshine.mat.measure.sampling import random_places
+from skyshine.mat.measure.sampling import random_coordinates
 from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
 from skyshine.mat.radiometry.equivalent_temperature import SHORTEST
 from skyshine.mat.radiometry.lobe import normalisation_to_grazing
@@ -45,9 +45,9 @@ def band_accuracy(root: Group, response: SpectralResponse, materials: Sequence[M
         The tables of the band.
     response : SpectralResponse
     materials : (M,) sequence of Material
-        In the order of the table.
+        Materials in the order of the table.
     seed : int
-        Of the random points.
+        Seed of the random points.
     """
     generator = random_stream(seed, Stream.BAND_ERROR)
     errors = [_black_body(root, response, generator)]
@@ -70,7 +70,7 @@ def _of(material: Material, response: SpectralResponse, computed: Computed) -> C
 
 def _black_body(root: Group, response: SpectralResponse, generator: np.random.Generator) -> ErrorMeasure:
     nodes = np.asarray(root.axes["temperature"].values, float)
-    kelvin = random_places(nodes, BLACK_BODIES, generator)
+    kelvin = random_coordinates(nodes, BLACK_BODIES, generator)
     error = np.interp(kelvin, nodes, _stored(root, "blackbody_radiance")) - band_radiance(response, kelvin)
     return _measured("blackbody_radiance", error, error, kelvin, response)
 
@@ -84,7 +84,7 @@ def _by_temperature(
 ) -> ErrorMeasure:
     """Errors of an array of materials by temperature, at temperatures of their own for each."""
     nodes, stored = np.asarray(root.axes["planck_temperature"].values, float), _stored(root, name)
-    kelvin = np.array([random_places(nodes, EMITTERS, generator) for _ in computed])
+    kelvin = np.array([random_coordinates(nodes, EMITTERS, generator) for _ in computed])
     pairs = zip(kelvin, stored, computed, strict=True)
     error = np.array([np.interp(at, nodes, row) - direct(at) for at, row, direct in pairs])
     return _measured(name, error, error * band_radiance(response, kelvin), kelvin, response)
@@ -122,7 +122,7 @@ def _lobes(root: Group, materials: Sequence[Material], generator: np.random.Gene
         if not names:
             continue
         nodes = np.asarray(root.axes[axis].values, float)
-        angle = np.sort(random_places(nodes[[0, -1]], count, generator))
+        angle = np.sort(random_coordinates(nodes[[0, -1]], count, generator))
         exact = np.array([normalisation_to_grazing(width, angle) for width in widths])[which]
         for name in names:
             stored = _stored(root, name)
@@ -133,5 +133,5 @@ def _lobes(root: Group, materials: Sequence[Material], generator: np.random.Gene
 
 
 def _stored(root: Group, name: str) -> Floats:
-    """An array as the file holds it."""
+    """An array as stored in the file."""
     return np.asarray(root.variables[name].data).astype(np.float32).astype(float)

@@ -1,8 +1,10 @@
-"""Nodes of a database in channels by tolerance: placed where the error is, until random lines of sight hold it.
+"""Nodes of a database in channels by tolerance: refined where the error is largest, until random lines of sight meet
+it.
 
-Where a table does not hold, every second node of each part of each axis is left out in turn. What that changes of a
-read is three times the error that the part leaves there, for linear interpolation errs with the square of the step. So
-each interval of each part gets the number of nodes that its own worst reads ask for, more or fewer than it had.
+Where a table misses the tolerance, every second node of each part of each axis is removed in turn. What that changes of
+a read is three times the error that the part leaves there, for linear interpolation errs with the square of the step.
+So each interval of each part gets the number of nodes that its cell_reads worst reads ask for, more or fewer than it
+had.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import CheckFailed
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
-_PASSES = 8
+_PASSES = 8  # refinements at most
 WORST = 3.0  # tolerances, which the worst reads may err
 _MARGIN, _WORST = 0.95, 2.8  # tolerances that 99 % of the reads hold, and nearly all: others are a little worse
 _NEARLY_ALL = 99.98  # % of the reads
@@ -55,29 +57,29 @@ class ChannelQuantity:
     table: AtmosphereTable
     name: str
 
-    def read(self, places: dict[str, Floats]) -> Floats:
-        """Values at places by the names of `gridded.AXES`."""
+    def read(self, coordinates: dict[str, Floats]) -> Floats:
+        """Values at coordinates by the names of `gridded.AXES`."""
         names = {rule.name for rule in self.table.rules(self.name)}
-        where = {name: values for name, values in places.items() if name in names}
+        where = {name: values for name, values in coordinates.items() if name in names}
         return self.table.clamped().value(self.name, **where)
 
 
 @dataclass(frozen=True)
 class PlacedChannels:
-    """A database in channels that holds a tolerance.
+    """A database in channels that meets a tolerance.
 
     Attributes
     ----------
     table : AtmosphereTable
     nodes : ChannelNodes
-    p99, worst : float
+    p99, largest : float
         99 and 99.98 % of the errors at random points, of the worst quantity, in the tolerance's unit.
     """
 
     table: AtmosphereTable
     nodes: ChannelNodes
     p99: float
-    worst: float
+    largest: float
 
 
 def quantities_of(table: AtmosphereTable) -> dict[str, ChannelQuantity]:
@@ -106,13 +108,14 @@ def placed_channels(
         Random lines of sight with the quantities on them, in groups that hold the tolerance each; the first with all
         quantities, the others with those of paths alone.
     nodes : ChannelNodes
-        To start from.
+        Nodes at the start of the refinement.
     scale : Scale
-        In what the tolerance counts.
+        Scale in which the tolerance is measured.
     tolerance : float
-        Of 99 % of the reads of each quantity; all but two in ten thousand are within three times.
+        Tolerance of the 99th percentile of the reads of each quantity; all but two in ten thousand are within three
+        times.
     max_nodes : int
-        Of one field.
+        Maximum number of nodes of one field.
     fewest : bool
         Whether nodes are thinned further where those that hold the tolerance are more than the errors ask for.
     insist : bool
@@ -123,37 +126,37 @@ def placed_channels(
     CheckFailed
         The tolerance is insisted on, or no table was tried, and it cannot be held with so many nodes.
     """
-    p99, worst, over, tried, part = np.inf, np.inf, np.inf, nodes.size, _PART
-    placed: PlacedChannels | None = None
-    closest, least = placed, np.inf
+    p99, largest, over, size, part = np.inf, np.inf, np.inf, nodes.size, _PART
+    result: PlacedChannels | None = None
+    closest, closest_excess = result, np.inf
     for _ in range(_PASSES):
         if nodes.size > max_nodes:
             break
-        before, tried, table = over, nodes.size, table_of(nodes)
-        p99, worst = largest_errors(table, probes, scale)
-        if p99 <= _MARGIN * tolerance and worst <= _WORST * tolerance:
-            placed = PlacedChannels(table, nodes, p99, worst)
+        before, size, table = over, nodes.size, table_of(nodes)
+        p99, largest = largest_errors(table, probes, scale)
+        if p99 <= _MARGIN * tolerance and largest <= _WORST * tolerance:
+            result = PlacedChannels(table, nodes, p99, largest)
             fewer = _placed_anew(nodes, table, probes, scale, _PART * tolerance) if fewest else nodes
             if fewer.size > _WORTH * nodes.size:
                 break
             nodes = fewer
             continue
-        if placed is not None:
+        if result is not None:
             break
-        over = float(np.max([p99 / _MARGIN, worst / _WORST])) / tolerance
-        if over < least:
-            closest, least = PlacedChannels(table, nodes, p99, worst), over
+        over = float(np.max([p99 / _MARGIN, largest / _WORST])) / tolerance
+        if over < closest_excess:
+            closest, closest_excess = PlacedChannels(table, nodes, p99, largest), over
         if not over <= _GAIN * before:
             if part < _PART or not np.isfinite(over):
                 break  # what errs is not what nodes hold
             part *= _TIGHTER
         nodes = _placed_anew(nodes, table, probes, scale, part * tolerance)
-    placed = placed or (None if insist else closest)
-    if placed is not None:
-        return placed
+    result = result or (None if insist else closest)
+    if result is not None:
+        return result
     raise CheckFailed(
-        f"atmosphere_grid.tolerance {tolerance:g} cannot be held in channels: {tried:,} nodes a field leave an"
-        f" error of {p99:.2g} (99 %), {worst:.2g} (worst); raise it, or allow more with"
+        f"atmosphere_grid.tolerance {tolerance:g} cannot be held in channels: {size:,} nodes a field leave an"
+        f" error of {p99:.2g} (99 %), {largest:.2g} (worst); raise it, or allow more with"
         " atmosphere_grid.most_nodes"
     )
 
@@ -165,7 +168,7 @@ def largest_errors(table: AtmosphereTable, probes: Sequence[Probes], scale: Scal
     tables, (all_around, *others) = quantities_of(table), probes
     measured = [all_around.errors(tables, scale)]
     measured += [group.errors({name: tables[name] for name in _OF_PATHS}, scale) for group in others]
-    # Not a number anywhere makes these not a number, which holds no tolerance.
+    # A single NaN makes these NaN, which meets no tolerance.
     p99 = float(np.max([_percentile(error, 99.0) for group in measured for error in group.values()]))
     pooled = [np.concatenate([group[name] for group in measured if name in group]) for name in tables]
     return p99, float(np.max([_percentile(error, _NEARLY_ALL) for error in pooled]))
@@ -179,23 +182,27 @@ def _placed_anew(
     nodes: ChannelNodes, table: AtmosphereTable, groups: Sequence[Probes], scale: Scale, allowed: float
 ) -> ChannelNodes:
     """Nodes of which each interval leaves what is allowed, by the reads on the worst lines and on some others."""
-    few = [_lines(probes, _worst_lines(table, probes, scale)) for probes in groups]
-    errors = _errors(table, few, scale)
+    subsets = [_lines(probes, _worst_lines(table, probes, scale)) for probes in groups]
+    errors = _errors(table, subsets, scale)
     parts = [part for part in nodes.parts() if getattr(nodes, part).size > 2]
-    blamed = _blamed(errors, {part: _errors(_without_every_second(table, part, nodes), few, scale) for part in parts})
-    placed = nodes
+    blamed = _blamed(
+        errors, {part: _errors(_without_every_second(table, part, nodes), subsets, scale) for part in parts}
+    )
+    moved = nodes
     for part in parts:
         at = getattr(nodes, part)
         edges = np.append(at[:-1:2], at[-1])
-        found = np.full(edges.size - 1, np.nan)
-        for group, probes in zip(blamed[part], few, strict=True):
+        interval_error = np.full(edges.size - 1, np.nan)
+        for group, probes in zip(blamed[part], subsets, strict=True):
             where = _coordinates(table, probes)[part]
             for name, values in group.items():
                 if part not in _SOURCE or name == "path_radiance_ratio":
-                    found = np.fmax(found, _by_interval(edges, np.broadcast_to(where, values.shape), values))
-        had = np.diff(np.searchsorted(at, edges))
-        placed = placed.with_spacing(part, edges, had * _growth(found / allowed))
-    return placed
+                    interval_error = np.fmax(
+                        interval_error, _by_interval(edges, np.broadcast_to(where, values.shape), values)
+                    )
+        count = np.diff(np.searchsorted(at, edges))
+        moved = moved.with_spacing(part, edges, count * _growth(interval_error / allowed))
+    return moved
 
 
 def _blamed(
@@ -205,10 +212,10 @@ def _blamed(
     share, among all parts, of the error that the read has.
     """
     blamed: dict[str, list[dict[str, Floats]]] = {part: [] for part in thinned}
-    for number, whole in enumerate(errors):
+    for number, by_quantity in enumerate(errors):
         for part in thinned:
             blamed[part].append({})
-        for name, error in whole.items():
+        for name, error in by_quantity.items():
             change = {part: np.abs(groups[number][name] - error) / 3 for part, groups in thinned.items()}
             total = np.maximum(sum(change.values()), np.finfo(float).tiny)
             for part, values in change.items():
@@ -217,37 +224,37 @@ def _blamed(
 
 
 def _by_interval(edges: Floats, at: Floats, error: Floats) -> Floats:
-    """Error (n,) of the reads in each of n intervals; not a number where no read stands."""
+    """Error (n,) of the reads in each of n intervals; NaN where there is no read."""
     inside: Booleans = np.isfinite(error) & (at >= edges[0]) & (at <= edges[-1])
     interval = np.clip(np.searchsorted(edges, at[inside], side="right") - 1, 0, edges.size - 2)
     reads = error[inside]
-    found = np.full(edges.size - 1, np.nan)
+    interval_error = np.full(edges.size - 1, np.nan)
     for number in np.unique(interval):
-        own = reads[interval == number]
-        found[number] = max(float(np.percentile(own, 99)), float(own.max()) / _WORST_SHARE)
-    return found
+        cell_reads = reads[interval == number]
+        interval_error[number] = max(float(np.percentile(cell_reads, 99)), float(cell_reads.max()) / _WORST_SHARE)
+    return interval_error
 
 
 def _growth(over: Floats) -> Floats:
     """By what the numbers of intervals grow, of errors over those allowed; where none is known, as the neighbours."""
-    known = np.flatnonzero(np.isfinite(over))
-    if not known.size:
+    measured = np.flatnonzero(np.isfinite(over))
+    if not measured.size:
         return np.ones(over.size)
-    factor = np.sqrt(np.interp(np.arange(over.size), known, over[known]))
+    factor = np.sqrt(np.interp(np.arange(over.size), measured, over[measured]))
     beside = np.maximum(np.append(factor[1:], 0.0), np.insert(factor[:-1], 0, 0.0))
-    asked = np.maximum(factor, _STEADY * beside)
-    growth: Floats = np.where(asked < _IDLE, _THINNED, np.clip(asked, 1.0, _GROWTH))
+    demanded = np.maximum(factor, _STEADY * beside)
+    growth: Floats = np.where(demanded < _IDLE, _THINNED, np.clip(demanded, 1.0, _GROWTH))
     return growth
 
 
 def _worst_lines(table: AtmosphereTable, probes: Probes, scale: Scale) -> Integers:
     """Numbers of the lines of sight with the largest errors, and of some others."""
-    tables, worst = quantities_of(table), np.zeros(len(probes.truth.transmittance))
+    tables, largest = quantities_of(table), np.zeros(len(probes.truth.transmittance))
     for name in _OF_PATHS:
         error = np.abs(probes.error(name, tables[name], scale))
-        seen = np.where(probes.above_ground(name, error), error, 0.0)
-        worst = np.maximum(worst, seen.reshape(worst.size, -1).max(axis=1))
-    lines: Integers = np.union1d(np.argsort(worst)[-_WORST_LINES:], np.arange(min(_OTHER_LINES, worst.size)))
+        visible_error = np.where(probes.above_ground(name, error), error, 0.0)
+        largest = np.maximum(largest, visible_error.reshape(largest.size, -1).max(axis=1))
+    lines: Integers = np.union1d(np.argsort(largest)[-_WORST_LINES:], np.arange(min(_OTHER_LINES, largest.size)))
     return lines
 
 
@@ -257,11 +264,11 @@ def _lines(probes: Probes, lines: Integers) -> Probes:
         name: None if values is None or name == "ambient" else values[lines]
         for name, values in vars(probes.truth).items()
     }
-    places = {name: values[lines] for name, values in probes.places.items()}
+    coordinates = {name: values[lines] for name, values in probes.coordinates.items()}
     return replace(
         probes,
-        seen=probes.seen.some(lines),
-        places=places,
+        scene_lines=probes.scene_lines.some(lines),
+        coordinates=coordinates,
         ambient_at=probes.ambient_at[:0],
         truth=AtmosphericQuantities(**truth),
     )
@@ -282,34 +289,36 @@ def _errors(table: AtmosphereTable, groups: Sequence[Probes], scale: Scale) -> l
 
 def _coordinates(table: AtmosphereTable, probes: Probes) -> dict[str, Floats]:
     """Places of the probes on each part of each axis, (n, R, S or 1); outside its nodes where they lie in another."""
-    places = probes.places
-    at = table.rays.locate(places["range"], places["altitude"], places["elevation"])
+    coordinates = probes.coordinates
+    at = table.rays.locate(coordinates["range"], coordinates["altitude"], coordinates["elevation"])
     return {
         "share": at.share,
         "height_root": at.height_root,
         "ground": np.where(at.to_ground, at.direction, -1.0),
         "limb": np.where(at.to_ground | (at.direction > LEVEL), -1.0, at.direction),
         "upward": np.where(at.direction >= LEVEL, at.direction, -1.0),
-        "source_elevation": places["source_elevation"],
-        "scattering_angle": scattering_angle(places["elevation"], places["source_elevation"], places["source_azimuth"]),
+        "source_elevation": coordinates["source_elevation"],
+        "scattering_angle": scattering_angle(
+            coordinates["elevation"], coordinates["source_elevation"], coordinates["source_azimuth"]
+        ),
     }
 
 
 def _without_every_second(table: AtmosphereTable, part: str, nodes: ChannelNodes) -> AtmosphereTable:
-    """The table with every second node of a part of an axis left out, but for its ends."""
+    """The table without every second node of a part of an axis; the ends remain."""
     root = table.root
     axis = part if part in root.axes else "direction"
-    whole = np.asarray(root.axes[axis].values, float)
-    first = {"limb": nodes.ground.size, "upward": nodes.ground.size + nodes.limb.size - 1}.get(part, 0)
-    of_part = np.arange(first, first + getattr(nodes, part).size)
-    kept: Integers = np.setdiff1d(np.arange(whole.size), of_part[1:-1:2])
+    values = np.asarray(root.axes[axis].values, float)
+    start = {"limb": nodes.ground.size, "upward": nodes.ground.size + nodes.limb.size - 1}.get(part, 0)
+    of_part = np.arange(start, start + getattr(nodes, part).size)
+    remaining: Integers = np.setdiff1d(np.arange(values.size), of_part[1:-1:2])
 
     def cut(variable: Variable) -> Variable:
         if axis not in variable.dims:
             return variable
-        return replace(variable, data=np.take(np.asarray(variable.data), kept, axis=variable.dims.index(axis)))
+        return replace(variable, data=np.take(np.asarray(variable.data), remaining, axis=variable.dims.index(axis)))
 
     old: Axis = root.axes[axis]
-    axes = root.axes | {axis: replace(old, values=whole[kept])}
+    axes = root.axes | {axis: replace(old, values=values[remaining])}
     variables = {name: cut(variable) for name, variable in root.variables.items()}
     return replace(table, root=Group(axes, variables, root.groups, root.attributes))

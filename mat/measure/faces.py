@@ -9,7 +9,7 @@ import numpy as np
 from skyshine.mat.atmosphere.transfer.line_of_sight import lines_of_sight
 from skyshine.mat.atmosphere.transfer.scene_lines import SceneLines
 from skyshine.mat.measure.probes import NIGHT_DEG
-from skyshine.mat.measure.sampling import random_places
+from skyshine.mat.measure.sampling import random_coordinates
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.facet_light import Facets, Walls, light_among_walls
@@ -25,7 +25,7 @@ from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS
 from skyshine.mat.tables.gridded import AXES
 from skyshine.schemas.arrays import Booleans, Floats
 
-LINES, FEWEST_LINES, FACES = 16, 6, 24
+LINES, FEWEST_LINES, FACES = 16, 6, 24  # lines of sight in the full scope and at least, faces at the end of each
 GROUND_K = (250.0, 340.0)  # temperatures of the ground, at random between
 WALLED = 0.5  # share of the faces beside a wall
 SKY_VIEWS = (0.3, 0.9)  # open share of the sky above them, at random between
@@ -38,8 +38,8 @@ class FaceProbes:
 
     Attributes
     ----------
-    places : dict of str to (n,) array
-        By the first four of `gridded.AXES`.
+    coordinates : dict of str to (n,) array
+        Coordinates by the first four of `gridded.AXES`.
     normal : (n, F, 3) array
     sky_view : (n, F) array
         Open share of the sky above each face, 1 in the open.
@@ -48,12 +48,12 @@ class FaceProbes:
     wall, even : (n, F) and (n, 1) arrays
         Emitted in the band by black bodies at the temperatures of walls and air, W m^-2 sr^-1.
     transmittance : (n,) array
-        Of the path.
+        Transmittance of the path.
     truth : (n, F) array
         Ambient radiance, W m^-2 sr^-1.
     """
 
-    places: dict[str, Floats]
+    coordinates: dict[str, Floats]
     normal: Floats
     sky_view: Floats
     ground_temperature: Floats
@@ -72,11 +72,11 @@ class FaceProbes:
         """
         air, band = atmosphere.air, atmosphere.band
         count = atmosphere.scope.lines(LINES, FEWEST_LINES)
-        seen = SceneLines.drawn(air.shells, base, count, generator)
-        altitude, elevation, steps = seen.altitude_km, seen.elevation_deg, seen.range_km.shape[1]
-        step = np.where(seen.on_ground, steps - 1, generator.permutation(count) % steps)
-        distance = seen.range_km[np.arange(count), step]
-        source = random_places(base.source_elevation_deg, count, generator)
+        scene_lines = SceneLines.drawn(air.shells, base, count, generator)
+        altitude, elevation, steps = scene_lines.altitude_km, scene_lines.elevation_deg, scene_lines.range_km.shape[1]
+        step = np.where(scene_lines.on_ground, steps - 1, generator.permutation(count) % steps)
+        distance = scene_lines.range_km[np.arange(count), step]
+        source = random_coordinates(base.source_elevation_deg, count, generator)
         normal = generator.normal(size=(count, FACES, 3))
         normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
         kelvin = generator.uniform(*GROUND_K, count)
@@ -106,9 +106,11 @@ class FaceProbes:
             return radiance
 
         emissivity = 1 - air.state.mean_albedo
-        places = dict(zip(AXES, (values[rows] for values in (distance, altitude, elevation, source)), strict=False))
+        coordinates = dict(
+            zip(AXES, (values[rows] for values in (distance, altitude, elevation, source)), strict=False)
+        )
         return cls(
-            places,
+            coordinates,
             normal[rows],
             sky_view[rows],
             kelvin[rows],
@@ -121,7 +123,7 @@ class FaceProbes:
 
     def regions(self) -> dict[str, Booleans]:
         """Which of the errors (n, F) are of faces in the open and beside walls, by day, in twilight and by night."""
-        source = np.broadcast_to(self.places["source_elevation"][:, None], self.truth.shape)
+        source = np.broadcast_to(self.coordinates["source_elevation"][:, None], self.truth.shape)
         walled = self.sky_view < 1
         return {
             "day": source > 0,
@@ -133,7 +135,7 @@ class FaceProbes:
 
     def errors(self, table: AtmosphereTable, scale: Scale | None) -> Floats:
         """Errors (n, F) of faces read from a table, in the scale's unit; without a scale in W m^-2 sr^-1."""
-        at = {name: values[:, None] for name, values in self.places.items()}
+        at = {name: values[:, None] for name, values in self.coordinates.items()}
         path = {name: at[name] for name in AXES[:3]} | {"ground_temperature": self.ground_temperature[:, None]}
         codes, axial = (table.root.axes[name].values for name in ("harmonic", "zonal_harmonic"))
         table = table.clamped()
@@ -147,5 +149,5 @@ class FaceProbes:
         read = np.maximum(beside_walls(in_the_open, flat, self.wall, self.even, self.sky_view, upward), 0.0)
         if scale is None:
             return read - self.truth
-        distance = self.places["range"][:, None]
+        distance = self.coordinates["range"][:, None]
         return scale.error("ambient_radiance", read, self.truth, self.transmittance[:, None], distance)

@@ -22,7 +22,7 @@ from skyshine.mat.tables.gridded import AXES, FIELDS, QUANTITIES, Gridded
 from skyshine.schemas.arrays import Floats
 
 LINES, TEST_LINES = 6000, 4000  # places on which cells are halved in each pass, and on which the table is measured
-PASSES = 12
+PASSES = 12  # rounds at most, each of which halves the cells that are too wide
 PART = 0.4  # of the tolerance, which one axis may leave in 99 % of the reads of a cell
 _NEAREST_KM = 1e-3  # of the range axis, and of the height of the lowest observer, in whose logarithm places are drawn
 _START = {"range": 6, "altitude": 4, "elevation": 9, "source_elevation": 5, "source_azimuth": 4}
@@ -36,16 +36,16 @@ class PlacedGrid:
     Attributes
     ----------
     tables : dict of str to Gridded
-        By the names of `gridded.QUANTITIES`.
+        Tables by the names of `gridded.QUANTITIES`.
     errors : dict of str to (n,) array
         Errors of each at random places, in the scale's unit.
-    own : dict of str to (n,) array
+    quantity_errors : dict of str to (n,) array
         The same in the quantity's unit.
     """
 
     tables: dict[str, Gridded]
     errors: dict[str, Floats]
-    own: dict[str, Floats]
+    quantity_errors: dict[str, Floats]
 
     @property
     def p99(self) -> float:
@@ -70,8 +70,8 @@ def placed_grid(air: AtmosphereTable, scale: Scale, tolerance: float, *, most_no
     generator = np.random.default_rng([seed, 0])
     nodes = {name: _start(air, name) for name in AXES}
     for _ in range(PASSES):
-        places = drawn_places(air, LINES, generator)
-        wide = {name: _wide_cells(air, nodes, name, places, scale, PART * tolerance) for name in AXES}
+        points = drawn_points(air, LINES, generator)
+        wide = {name: _wide_cells(air, nodes, name, points, scale, PART * tolerance) for name in AXES}
         if not any(cells.any() for cells in wide.values()):
             break
         halved = {name: _halved(nodes[name], cells) for name, cells in wide.items()}
@@ -79,13 +79,13 @@ def placed_grid(air: AtmosphereTable, scale: Scale, tolerance: float, *, most_no
             break
         nodes = halved
     tables = tables_on_axes(air, PathGrid(**dict(zip(FIELDS, nodes.values(), strict=True))))
-    places = drawn_places(air, TEST_LINES, generator)
-    own = {name: tables[name].read(places) - _value(air, name, places) for name in QUANTITIES}
-    errors = {name: _error(air, scale, name, tables[name].read(places), places) for name in QUANTITIES}
-    return PlacedGrid(tables, errors, own)
+    points = drawn_points(air, TEST_LINES, generator)
+    quantity_errors = {name: tables[name].read(points) - _value(air, name, points) for name in QUANTITIES}
+    errors = {name: _error(air, scale, name, tables[name].read(points), points) for name in QUANTITIES}
+    return PlacedGrid(tables, errors, quantity_errors)
 
 
-def drawn_places(air: AtmosphereTable, count: int, generator: np.random.Generator) -> dict[str, Floats]:
+def drawn_points(air: AtmosphereTable, count: int, generator: np.random.Generator) -> dict[str, Floats]:
     """Places (n,) by axis as scenes look: a third of the lines ends at the ground."""
     ground = float(air.attributes["ground_altitude_km"])
     (near, far), (low, high) = (np.asarray(air.attributes[name], float) for name in ("range_km", "altitude_km"))
@@ -99,16 +99,16 @@ def drawn_places(air: AtmosphereTable, count: int, generator: np.random.Generato
     steep = np.clip(height / np.maximum(reach, height), 0.0, 1.0)  # on a plane; the line ends a little before it
     elevation = np.where(down & (reach >= height), -np.degrees(np.arcsin(steep)), elevation)
     sources = np.asarray(air.root.axes["source_elevation"].values, float)
-    places = {
+    points = {
         "range": reach,
         "altitude": np.clip(ground + height, low, high),
         "elevation": elevation,
         "source_elevation": generator.uniform(sources[0], sources[-1], count),
         "source_azimuth": 180.0 * generator.random(count) ** 2,  # more of them towards the source
     }
-    line: dict[str, Any] = {name: places[name] for name in AXES[:3]}
+    line: dict[str, Any] = {name: points[name] for name in AXES[:3]}
     inside = air.value(VALID, **line) > 0
-    return {name: values[inside] for name, values in places.items()}
+    return {name: values[inside] for name, values in points.items()}
 
 
 def _start(air: AtmosphereTable, name: str) -> Floats:
@@ -130,22 +130,22 @@ def _start(air: AtmosphereTable, name: str) -> Floats:
     return np.unique(np.linspace(nodes[0], nodes[-1], count))
 
 
-def _value(air: AtmosphereTable, quantity: str, places: dict[str, Floats]) -> Floats:
-    where: dict[str, Any] = {name: places[name] for name in AXES[: QUANTITIES[quantity][1]]}
+def _value(air: AtmosphereTable, quantity: str, points: dict[str, Floats]) -> Floats:
+    where: dict[str, Any] = {name: points[name] for name in AXES[: QUANTITIES[quantity][1]]}
     return air.value(quantity, **where)
 
 
-def _error(air: AtmosphereTable, scale: Scale, quantity: str, read: Floats, places: dict[str, Floats]) -> Floats:
+def _error(air: AtmosphereTable, scale: Scale, quantity: str, read: Floats, points: dict[str, Floats]) -> Floats:
     """Errors (n,) of values read at places, in the scale's unit."""
-    through = air.transmittance(range=places["range"], beta_star=_value(air, "beta_star", places))
-    return scale.error(quantity, read, _value(air, quantity, places), through, places["range"])
+    through = air.transmittance(range=points["range"], beta_star=_value(air, "beta_star", points))
+    return scale.error(quantity, read, _value(air, quantity, points), through, points["range"])
 
 
 def _wide_cells(
     air: AtmosphereTable,
     nodes: dict[str, Floats],
     axis: str,
-    places: dict[str, Floats],
+    points: dict[str, Floats],
     scale: Scale,
     allowed: float,
 ) -> np.ndarray:
@@ -154,14 +154,14 @@ def _wide_cells(
     wide = np.zeros(max(at.size - 1, 0), bool)
     if at.size < 2:
         return wide
-    cell = np.clip(np.searchsorted(at, places[axis], side="right") - 1, 0, at.size - 2)
-    share = (places[axis] - at[cell]) / (at[cell + 1] - at[cell])
-    ends = [places | {axis: at[cell + step]} for step in (0, 1)]
+    cell = np.clip(np.searchsorted(at, points[axis], side="right") - 1, 0, at.size - 2)
+    share = (points[axis] - at[cell]) / (at[cell + 1] - at[cell])
+    ends = [points | {axis: at[cell + step]} for step in (0, 1)]
     for name, (_, count) in QUANTITIES.items():
         if axis not in AXES[:count]:
             continue
         low, high = (_value(air, name, end) for end in ends)
-        error = np.abs(_error(air, scale, name, low * (1 - share) + high * share, places))
+        error = np.abs(_error(air, scale, name, low * (1 - share) + high * share, points))
         for number in np.flatnonzero(~wide):
             reads = error[cell == number]
             wide[number] = reads.size > 0 and np.percentile(reads, 99) > allowed

@@ -22,12 +22,12 @@ from skyshine.schemas.arrays import Booleans, Floats, Integers
 
 
 class Readable(Protocol):
-    """A quantity that is read at places by the names of `gridded.AXES`."""
+    """A quantity that is read at coordinates by the names of `gridded.AXES`."""
 
-    def read(self, places: dict[str, Floats]) -> Floats: ...
+    def read(self, coordinates: dict[str, Floats]) -> Floats: ...
 
 
-LINES = 500
+LINES = 500  # lines of sight on which tables are measured by default
 _SOURCES = 2  # of each line
 # Lines on which sky light is computed too, which takes as long as all the other quantities: its errors have no such
 # tail.
@@ -52,18 +52,18 @@ class Probes:
 
     Attributes
     ----------
-    seen : SceneLines
+    scene_lines : SceneLines
         n lines at R ranges.
-    places : dict of str to array
-        By axis: range (n, R, 1), altitude and elevation (n, 1, 1), source angles (n, 1, S).
+    coordinates : dict of str to array
+        Coordinates by axis: range (n, R, 1), altitude and elevation (n, 1, 1), source angles (n, 1, S).
     ambient_at : (m,) int array
         The range at which ambient is known, of each of the first m lines for its first source.
     truth : AtmosphericQuantities
-        As `BandAtmosphere.along_lines`.
+        Quantities computed directly, as by `BandAtmosphere.along_lines`.
     """
 
-    seen: SceneLines
-    places: dict[str, Floats]
+    scene_lines: SceneLines
+    coordinates: dict[str, Floats]
     ambient_at: Integers
     truth: AtmosphericQuantities
 
@@ -77,22 +77,24 @@ class Probes:
         *,
         sky: int = AMBIENT,
         count: int = LINES,
-        wanted: tuple[str, ...] = tuple(key for key, _ in QUANTITIES.values()),
+        quantities: tuple[str, ...] = tuple(key for key, _ in QUANTITIES.values()),
     ) -> Probes:
         """Draw so many lines between the ends of the job's own axes and compute the quantities on them, ambient on the
         first `sky`.
         """
-        seen = SceneLines.drawn(air.air.shells, base, count, generator)
-        altitude, elevation, ranges = seen.altitude_km, seen.elevation_deg, seen.range_km
+        scene_lines = SceneLines.drawn(air.air.shells, base, count, generator)
+        altitude, elevation, ranges = scene_lines.altitude_km, scene_lines.elevation_deg, scene_lines.range_km
         lines, steps = np.arange(count), ranges.shape[1]
         source, azimuth = (
             spread(nodes, count * _SOURCES, generator).reshape(count, _SOURCES)
             for nodes in (base.source_elevation_deg, base.source_azimuth_deg)
         )
         source[:sky, 0] = spread(base.source_elevation_deg, _SKIES, generator)[lines[:sky] % _SKIES]
-        ambient_at = np.where(seen.on_ground[:sky], steps - 1, generator.permutation(sky) % steps)
-        truth = air.along_lines(ranges, altitude, elevation, source, azimuth, ambient_at, irradiance, wanted=wanted)
-        return cls(seen, _places(seen, source, azimuth), ambient_at, truth)
+        ambient_at = np.where(scene_lines.on_ground[:sky], steps - 1, generator.permutation(sky) % steps)
+        truth = air.along_lines(
+            ranges, altitude, elevation, source, azimuth, ambient_at, irradiance, quantities=quantities
+        )
+        return cls(scene_lines, _coordinates(scene_lines, source, azimuth), ambient_at, truth)
 
     @classmethod
     def along_the_horizon(
@@ -117,11 +119,13 @@ class Probes:
                 (_AHEAD, (count, _SOURCES), base.source_azimuth_deg),
             )
         )
-        wanted = ("beta_star", "path_radiance_ratio")
-        none = np.zeros(0, int)
-        truth = air.along_lines(ranges, altitude, elevation, source, azimuth, none, irradiance, wanted=wanted)
-        seen = SceneLines(altitude, elevation, ranges, np.zeros(count, bool))
-        return cls(seen, _places(seen, source, azimuth), none, truth)
+        quantities = ("beta_star", "path_radiance_ratio")
+        no_surface = np.zeros(0, int)
+        truth = air.along_lines(
+            ranges, altitude, elevation, source, azimuth, no_surface, irradiance, quantities=quantities
+        )
+        scene_lines = SceneLines(altitude, elevation, ranges, np.zeros(count, bool))
+        return cls(scene_lines, _coordinates(scene_lines, source, azimuth), no_surface, truth)
 
     def errors(self, tables: Mapping[str, Readable], scale: Scale | None) -> dict[str, Floats]:
         """Errors (k,) of each quantity's interpolation above the ground, in the scale's unit; without a scale in the
@@ -131,26 +135,26 @@ class Probes:
         return {name: error[self.above_ground(name, error)] for name, error in errors.items()}
 
     def error(self, name: str, table: Readable, scale: Scale | None) -> Floats:
-        """Error of a quantity's interpolation at all places of `at`, behind the ground too."""
-        truth, places = self.truth, self.at(name)
+        """Error of a quantity's interpolation at all points of `at`, behind the ground too."""
+        truth, coordinates = self.truth, self.at(name)
         exact, through = getattr(truth, QUANTITIES[name][0]), truth.transmittance[:, :, None]
         if name == "beta_star":
             exact = exact[:, :, None]
         elif name == "ambient_radiance":
             exact, through = exact[:, None, None], through[np.arange(exact.size), self.ambient_at][:, :, None]
-        read = table.read(places)
-        return read - exact if scale is None else scale.error(name, read, exact, through, places["range"])
+        read = table.read(coordinates)
+        return read - exact if scale is None else scale.error(name, read, exact, through, coordinates["range"])
 
     def at(self, name: str) -> dict[str, Floats]:
         """Places, by axis, at which a quantity is known."""
         if name != "ambient_radiance":
-            return self.places if name != "beta_star" else {axis: self.places[axis] for axis in AXES[:3]}
+            return self.coordinates if name != "beta_star" else {axis: self.coordinates[axis] for axis in AXES[:3]}
         row = np.arange(self.ambient_at.size)
-        places = {axis: value[row, :, :1] for axis, value in self.places.items()}
-        return places | {"range": places["range"][row, self.ambient_at][:, None]}
+        coordinates = {axis: value[row, :, :1] for axis, value in self.coordinates.items()}
+        return coordinates | {"range": coordinates["range"][row, self.ambient_at][:, None]}
 
     def above_ground(self, name: str, values: Floats) -> Booleans:
-        """Which of values at a quantity's places count."""
+        """Which of values at a quantity's points count."""
         valid = self.truth.valid[:, :, None]
         if name == "ambient_radiance":
             valid = valid[np.arange(self.ambient_at.size), self.ambient_at][:, :, None]
@@ -160,31 +164,34 @@ class Probes:
         """Which of the errors (k,) of a quantity lie in each region: lines that end on the ground, look down past it,
         leave the air, or end in it; by day, in twilight and by night where the source matters.
         """
-        places, where = self.at(name), self.seen.regions()
+        coordinates, where = self.at(name), self.scene_lines.regions()
         if name == "ambient_radiance":
             row = np.arange(self.ambient_at.size)
             where = {region: inside[row, self.ambient_at][:, None] for region, inside in where.items()}
         regions = {region: inside[:, :, None] for region, inside in where.items()}
-        if "source_elevation" in places:
-            source = places["source_elevation"]
+        if "source_elevation" in coordinates:
+            source = coordinates["source_elevation"]
             regions |= {
                 "day": source > 0,
                 "twilight": (source <= 0) & (source > NIGHT_DEG),
                 "night": source <= NIGHT_DEG,
             }
-        shape = np.broadcast_shapes(*(values.shape for values in places.values()))
+        shape = np.broadcast_shapes(*(values.shape for values in coordinates.values()))
         counted = self.above_ground(name, np.empty(shape))
         return {region: np.broadcast_to(inside, shape)[counted] for region, inside in regions.items()}
 
     def measured(self, tables: Mapping[str, Readable], kelvin: Scale, percent: Scale) -> list[ErrorMeasure]:
         """Errors of each quantity's interpolation above the ground, with those of its parts."""
-        own, as_kelvin, as_percent = (self.errors(tables, scale) for scale in (None, kelvin, percent))
+        quantity_errors, as_kelvin, as_percent = (self.errors(tables, scale) for scale in (None, kelvin, percent))
         return [
-            measure(name, own[name], as_kelvin[name], as_percent[name], regions=self.regions(name)) for name in tables
+            measure(name, quantity_errors[name], as_kelvin[name], as_percent[name], regions=self.regions(name))
+            for name in tables
         ]
 
 
-def _places(seen: SceneLines, source: Floats, azimuth: Floats) -> dict[str, Floats]:
+def _coordinates(scene_lines: SceneLines, source: Floats, azimuth: Floats) -> dict[str, Floats]:
     """Places by axis, of lines at their ranges and of sources (n, S)."""
-    observer = seen.altitude_km[:, None, None], seen.elevation_deg[:, None, None]
-    return dict(zip(AXES, (seen.range_km[:, :, None], *observer, source[:, None], azimuth[:, None]), strict=True))
+    observer = scene_lines.altitude_km[:, None, None], scene_lines.elevation_deg[:, None, None]
+    return dict(
+        zip(AXES, (scene_lines.range_km[:, :, None], *observer, source[:, None], azimuth[:, None]), strict=True)
+    )

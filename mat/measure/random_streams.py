@@ -1,4 +1,4 @@
-"""The streams of random numbers of a job's seed, by what they are drawn for."""
+"""The streams of random numbers of a job's seed, by purpose."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 class Stream(StrEnum):
-    """What random numbers are drawn for."""
+    """Purposes of random numbers."""
 
     ATMOSPHERE_ERROR = "lines of sight on which the atmospheric tables are measured"
     TEMPERATURE_ERROR = "places at which the temperature table is measured"
@@ -48,9 +48,9 @@ def random_stream(seed: int, stream: Stream, *parts: int) -> np.random.Generator
     Parameters
     ----------
     seed : int
-        Of the job.
+        Seed of the job.
     stream : Stream
     parts : int
-        Of streams that are divided further: the number of the quantity or source.
+        Identifiers of streams that are divided further: the number of the quantity or source.
     """
     return np.random.default_rng([seed, NUMBERS[stream], *parts])

@@ -29,7 +29,7 @@ class Scale:
     factor : float
         Kelvin, percent, or 1, per W m^-2 sr^-1.
     reflectance : float
-        Of a surface that faces source and sky, for ambient and direct light.
+        Reflectance of a surface that faces source and sky, for ambient and direct light.
     relative : bool
         Errors of path radiance that is brighter than the background count in it.
     """
@@ -62,7 +62,7 @@ class Scale:
         unit : {'K', '%', 'W m^-2 sr^-1'}
         response : SpectralResponse
         irradiance : float
-            Of the source outside the atmosphere, in band, W m^-2.
+            Irradiance of the source outside the atmosphere, in band, W m^-2.
         """
         if unit not in UNITS:
             raise ValueError(f"unit '{unit}'; known: {', '.join(UNITS)}")
@@ -85,7 +85,7 @@ class Scale:
         read, exact : arrays
             Interpolated and computed directly.
         transmittance : array
-            Of the path, computed directly.
+            Transmittance of the path, computed directly.
         distance : array
             km.
         """

@@ -1,4 +1,4 @@
-"""Nodes of the temperature table where the error is: of all axes by tolerance, or a given number of times of day."""
+"""Nodes of the temperature table, dense where it bends: of all axes by tolerance, or a given number of times of day."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ import numpy.typing as npt
 
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.refinement import fewest_nodes
-from skyshine.mat.measure.sampling import random_places
+from skyshine.mat.measure.sampling import random_coordinates
 from skyshine.mat.tables.axes import LINEAR, PERIODIC, AxisRule
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import CheckFailed
 
 PERIODS = {"azimuth_deg": 360.0, "time_h": 24.0}
-# Greatest distance between the places that may become nodes.
+# Greatest distance between the candidates for nodes.
 _SPACING = {"altitude_km": 0.25, "azimuth_deg": 2.4, "slope_deg": 2.25, "time_h": 0.075}
 _OTHERS = {"altitude_km": 3, "azimuth_deg": 6, "slope_deg": 5, "time_h": 24}
 # Of the tolerance, which the nodes of each axis alone may miss: errors of time cost no columns to mend, those of
 # azimuth and slope, which multiply them, cost most. Shares measured on four materials at 0.3 K.
 _SHARES = {"altitude_km": 0.48, "azimuth_deg": 1.0, "slope_deg": 0.8, "time_h": 0.33}
-_PASSES, _MARGIN = 6, 0.9
+_PASSES, _MARGIN = 6, 0.9  # refinements; share of the tolerance aimed at, so that other random points meet it too
 _COARSER, _MOST_PASSES = 1.4, 24  # shares of a tolerance that is not insisted on, until the table is small enough
 _WORST, _NEARLY_ALL = 3, 99.98  # times the tolerance, which so many % of the reads hold
 _TESTS = {"altitude_km": 2, "azimuth_deg": 14, "slope_deg": 14, "time_h": 24}
@@ -41,7 +41,7 @@ class RefinedAxes:
 
     axes: dict[str, Floats]
     p99: float
-    worst: float
+    largest: float
 
 
 def refined_axes(
@@ -67,9 +67,10 @@ def refined_axes(
     materials : int
         M.
     tolerance : float
-        Of 99 % of all reads; all but two in ten thousand are within three times [K], as far as the size allows.
+        Tolerance of the 99th percentile of all reads [K]; all but two in ten thousand are within three times, as far as
+        the size allows.
     seed, max_nodes : int
-        Of the random points; nodes that the table may have.
+        Seed of the random points; maximum number of nodes of the table.
     whole_day : bool
         The last time is followed by the first.
     fixed : collection of str
@@ -86,8 +87,8 @@ def refined_axes(
     open_axes = {*fixed, *(() if whole_day else ("time_h",))}
     closed = {name: _closed(name, nodes, open_axes) for name, nodes in base.items()}
     profiles = {name: _profile(name, temperature, closed, fixed, generator) for name in base if name not in fixed}
-    places = {name: _drawn(name, closed[name], n, name in fixed, generator) for name, n in _TESTS.items()}
-    truth = temperature(places)
+    points = {name: _drawn(name, closed[name], n, name in fixed, generator) for name, n in _TESTS.items()}
+    truth = temperature(points)
     share, reached = 1.0, ""
     holding: RefinedAxes | None = None
     for _ in range(_PASSES if insist else _MOST_PASSES):
@@ -103,15 +104,15 @@ def refined_axes(
                 break
             share *= _COARSER
             continue
-        beside = _beside(axes, places, open_axes)
-        error = np.abs(read_temperature(temperature(beside), beside, places, open_axes) - truth)
-        p99, worst = (float(np.percentile(error, part)) for part in (99.0, _NEARLY_ALL))
+        beside = _beside(axes, points, open_axes)
+        error = np.abs(read_temperature(temperature(beside), beside, points, open_axes) - truth)
+        p99, largest = (float(np.percentile(error, part)) for part in (99.0, _NEARLY_ALL))
         if p99 <= _MARGIN * tolerance or not insist:
-            holding = RefinedAxes(axes, p99, worst)
-            if p99 <= _MARGIN * tolerance and worst <= _WORST * tolerance:
+            holding = RefinedAxes(axes, p99, largest)
+            if p99 <= _MARGIN * tolerance and largest <= _WORST * tolerance:
                 return holding
-        reached = f"; an error of {p99:.2g} K (99 %), {worst:.2g} K (worst) is left with {size:,}"
-        share *= float(np.clip(0.9 * _MARGIN * tolerance * min(1 / p99, _WORST / worst), 0.5, 0.8))
+        reached = f"; an error of {p99:.2g} K (99 %), {largest:.2g} K (worst) is left with {size:,}"
+        share *= float(np.clip(0.9 * _MARGIN * tolerance * min(1 / p99, _WORST / largest), 0.5, 0.8))
     if holding is not None:  # all but a few faces that the Sun grazes, whose error the file states
         return holding
     widest = max(axes, key=lambda name: axes[name].size)
@@ -122,11 +123,11 @@ def refined_axes(
     )
 
 
-def _beside(axes: Mapping[str, Floats], places: Mapping[str, Floats], open_axes: Collection[str]) -> dict[str, Floats]:
+def _beside(axes: Mapping[str, Floats], points: Mapping[str, Floats], open_axes: Collection[str]) -> dict[str, Floats]:
     """The nodes between which places lie: reads there need no others. Times, which cost no columns, are all there."""
     chosen = {}
     for name, nodes in axes.items():
-        before = np.searchsorted(nodes, places[name], side="right") - 1
+        before = np.searchsorted(nodes, points[name], side="right") - 1
         if name in PERIODS and name not in open_axes:
             either = np.concatenate([before, before + 1]) % nodes.size
         else:
@@ -149,15 +150,15 @@ def placed_times(
     Parameters
     ----------
     temperature : callable
-        As `refined_axes` takes it.
+        Function as in `refined_axes`.
     axes : mapping of str to (n,) array
-        Of the table. Times that are a part of the day may go on beyond 24 h.
+        Axes of the table. Times that are a part of the day may continue beyond 24 h.
     whole_day : bool
         The last time is followed by the first.
     seed : int
-        Of the altitudes, azimuths and slopes at which the day is looked at.
+        Seed of the altitudes, azimuths and slopes at which the day is sampled.
     fixed : collection of str
-        As `refined_axes` takes it.
+        Names of fixed axes, as in `refined_axes`.
 
     Returns
     -------
@@ -169,12 +170,12 @@ def placed_times(
         return np.asarray(axes["time_h"], float)
     open_axes = {*fixed, *(() if whole_day else ("time_h",))}
     closed = {name: _closed(name, nodes, open_axes) for name, nodes in axes.items()}
-    places, values = _profile("time_h", temperature, closed, fixed, generator)
-    error, cells = _cell_error(places, values), count - (not whole_day)
-    chosen, low, high = np.array([0, places.size - 1]), np.log(_LEAST_K), np.log(_MOST_K)
+    hours, values = _profile("time_h", temperature, closed, fixed, generator)
+    error, cells = _cell_error(hours, values), count - (not whole_day)
+    chosen, low, high = np.array([0, hours.size - 1]), np.log(_LEAST_K), np.log(_MOST_K)
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
-        fewest = fewest_nodes(places, error, float(np.exp(middle)))
+        fewest = fewest_nodes(hours, error, float(np.exp(middle)))
         if fewest.size - 1 <= cells:
             chosen, high = fewest, middle
         else:
@@ -182,7 +183,7 @@ def placed_times(
     while chosen.size - 1 < cells:
         widest = int(np.argmax(np.diff(chosen)))
         chosen = np.insert(chosen, widest + 1, (chosen[widest] + chosen[widest + 1]) // 2)
-    times: Floats = places[chosen[:-1] if whole_day else chosen]
+    times: Floats = hours[chosen[:-1] if whole_day else chosen]
     return times
 
 
@@ -192,7 +193,7 @@ def within_period(axis: str, values: Floats) -> Floats:
 
 
 def read_temperature(
-    table: Floats, axes: Mapping[str, npt.ArrayLike], places: dict[str, Floats], open_axes: Collection[str] = ()
+    table: Floats, axes: Mapping[str, npt.ArrayLike], points: dict[str, Floats], open_axes: Collection[str] = ()
 ) -> Floats:
     """Interpolated temperatures (M, ...) at all combinations of places; no last node of open axes is followed by the
     first.
@@ -201,8 +202,8 @@ def read_temperature(
     for name, nodes in axes.items():
         kind = (PERIODIC if name not in open_axes else LINEAR, PERIODS[name]) if name in PERIODS else ()
         rules.append(AxisRule(name, np.asarray(nodes, float), *kind))
-    mesh = dict(zip(places, np.meshgrid(*places.values(), indexing="ij", sparse=True), strict=True))
-    return np.stack([interpolate(one.astype(float), rules, mesh) for one in table])
+    mesh = dict(zip(points, np.meshgrid(*points.values(), indexing="ij", sparse=True), strict=True))
+    return np.stack([interpolate(material_table.astype(float), rules, mesh) for material_table in table])
 
 
 def _closed(name: str, axis: npt.ArrayLike, open_axes: Collection[str]) -> Floats:
@@ -211,10 +212,10 @@ def _closed(name: str, axis: npt.ArrayLike, open_axes: Collection[str]) -> Float
 
 
 def _drawn(name: str, nodes: Floats, count: int, at_nodes: bool, generator: np.random.Generator) -> Floats:
-    """Random places (count,) on an axis, or some of its nodes, at least one."""
+    """Random coordinates (count,) on an axis, or some of its nodes, at least one."""
     if at_nodes:
         return np.sort(generator.choice(nodes, min(count, nodes.size), replace=False))
-    return within_period(name, random_places(nodes, count, generator))
+    return within_period(name, random_coordinates(nodes, count, generator))
 
 
 def _profile(
@@ -225,14 +226,14 @@ def _profile(
     generator: np.random.Generator,
 ) -> tuple[Floats, Floats]:
     """Places (n,) along an axis and temperatures (K, n) there, at random places of the others."""
-    places = _candidates(axis, closed[axis])
-    distinct, number = np.unique(np.round(within_period(axis, places), _DECIMALS), return_inverse=True)
+    candidates = _candidates(axis, closed[axis])
+    distinct, number = np.unique(np.round(within_period(axis, candidates), _DECIMALS), return_inverse=True)
     others = {
         name: distinct if name == axis else np.unique(_drawn(name, nodes, _OTHERS[name], name in fixed, generator))
         for name, nodes in closed.items()
     }
     table = np.moveaxis(temperature(others), 1 + list(closed).index(axis), -1)
-    return places, table.reshape(-1, table.shape[-1]).astype(float)[:, number]
+    return candidates, table.reshape(-1, table.shape[-1]).astype(float)[:, number]
 
 
 def _candidates(axis: str, nodes: Floats) -> Floats:
@@ -245,21 +246,21 @@ def _candidates(axis: str, nodes: Floats) -> Floats:
 
 
 def _nodes(
-    name: str, places: Floats, values: Floats, allowed: float, base: npt.ArrayLike, open_axes: Collection[str]
+    name: str, candidates: Floats, values: Floats, allowed: float, base: npt.ArrayLike, open_axes: Collection[str]
 ) -> Floats:
-    if places.size == 1:
+    if candidates.size == 1:
         return np.asarray(base, float)
 
-    nodes = places[fewest_nodes(places, _cell_error(places, values), allowed)]
+    nodes = candidates[fewest_nodes(candidates, _cell_error(candidates, values), allowed)]
     goes_round = name in PERIODS and name not in open_axes
     return np.sort(np.mod(nodes[:-1], PERIODS[name])) if goes_round else nodes
 
 
-def _cell_error(places: Floats, values: Floats) -> Callable[[int, int], Floats]:
+def _cell_error(candidates: Floats, values: Floats) -> Callable[[int, int], Floats]:
     """Errors (K, m) of linear interpolation inside a cell between two of the places."""
 
     def error(start: int, end: int) -> Floats:
-        share = (places[start + 1 : end] - places[start]) / (places[end] - places[start])
+        share = (candidates[start + 1 : end] - candidates[start]) / (candidates[end] - candidates[start])
         read: Floats = values[:, start, None] * (1 - share) + values[:, end, None] * share
         return read - values[:, start + 1 : end]
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from skyshine.mat.atmosphere.band.compile import negligible_gases
-from skyshine.mat.atmosphere.band.points import BandPoints, band_points
+from skyshine.mat.atmosphere.band.points import BandPoints
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.bounds import Bounds, Scattering
@@ -44,7 +45,7 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
         response = response_of(job.bands[number - 1])
         bands[number] = (
             response,
-            band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response),
+            points_of_band(absorption_table(job.water_continuum), response),
         )
         left_out += _points(job, bands[number][1].weight.size, number)
     for number, band in itertools.product(looked_at, bands):

@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.band.compile import EVERYWHERE, CompiledBand
-from skyshine.mat.atmosphere.band.points import BandPoints, band_points
+from skyshine.mat.atmosphere.band.points import BandPoints
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.state.ground_albedo import SpectralAlbedo
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.bounds import Bounds
@@ -115,9 +116,13 @@ class AtmosphereProduct:
         state_of_job, response = job.states[task.index - 1], response_of(job.bands[task.band - 1])
         state = over_ground(atmospheric_state(job.site, state_of_job), state_of_job, response, context.library)
         with report.stage("compile"):
-            all_points = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
+            all_points = points_of_band(absorption_table(job.water_continuum), response)
             compiled, origin = compiled_band(loaded, state_of_job, response, state, all_points)
+        judged = "not measured: no reference spectra over the whole band"
+        if all_points.line_by_line is not None:
+            judged = all_points.line_by_line.text
         report.notes.append(f"{compiled.index.size} of {compiled.total_points} spectral points")
+        report.notes.append(f"all points against line by line: {judged}")
         report.notes.append(origin.value)
         if shortfall := _missed(compiled, job.accuracy.spectral_tolerance):
             report.notes.append(f"spectral_tolerance {job.accuracy.spectral_tolerance:g} is missed: {shortfall}")
@@ -144,6 +149,7 @@ class AtmosphereProduct:
                 "left_out_bound": kelvin * left_out.radiance,
                 "spectral_tolerance": job.accuracy.spectral_tolerance,
                 "spectral_tolerance_missed": shortfall or "none",
+                "line_by_line_error": judged,
             }
             if text:
                 report.notes.append(f"{source}: left out {text}")

@@ -441,5 +441,5 @@ class ChannelTables:
     def words(self, sampled: PlacedChannels) -> str:
         """What a build says of them."""
         fields = self._fields(sampled.table.root.axes["source_part"].values.size)
-        reads = f"{sampled.p99:.2g} in 99 % of the reads, {sampled.worst:.2g} in nearly all"
+        reads = f"{sampled.p99:.2g} in 99 % of the reads, {sampled.largest:.2g} in nearly all"
         return f"{fields} fields of {sampled.nodes.size:,} nodes for a tolerance of {self.tolerance:g}: {reads}"

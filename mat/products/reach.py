@@ -164,7 +164,7 @@ def _state_note(loaded: LoadedJob, materials: Sequence[str], number: int) -> str
         return f"{words}: the build will likely end without holding it; raise it, or allow more with most_nodes"
     if axes.p99 <= tolerance_parts(str(grid.tolerance))[0]:
         return None
-    return f"{words} are likely within {axes.p99:.1g} K (99 %), {axes.worst:.1g} K (worst); the file states its error"
+    return f"{words} are likely within {axes.p99:.1g} K (99 %), {axes.largest:.1g} K (worst); the file states its error"
 
 
 def _error(loaded: LoadedJob, grid: str, message: str) -> InputError:

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from skyshine.mat.kernel.pixels import EXACT, LINEAR, PERIODIC, SURFACE, Database, Tables, array_names
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.days import joined_days, solve_days
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial

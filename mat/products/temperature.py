@@ -16,7 +16,7 @@ from skyshine.mat.job.surface import at_kelvin
 from skyshine.mat.job.trim import hours_around
 from skyshine.mat.measure.probes import NIGHT_DEG
 from skyshine.mat.measure.random_streams import Stream, random_stream
-from skyshine.mat.measure.sampling import random_places
+from skyshine.mat.measure.sampling import random_coordinates
 from skyshine.mat.measure.surface_nodes import PERIODS, RefinedAxes, placed_times, refined_axes, within_period
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.products.shade_error import SHADE_METHOD, shade_error
@@ -110,7 +110,7 @@ class TemperatureProduct:
             axes, tolerance_note = dict(refined.axes), {"tolerance": tolerance}
             report.notes.append(
                 f"{' x '.join(str(nodes.size) for nodes in axes.values())} nodes for {tolerance}:"
-                f" {refined.p99:.2g} K in 99 %, {refined.worst:.2g} K in nearly all reads"
+                f" {refined.p99:.2g} K in 99 %, {refined.largest:.2g} K in nearly all reads"
             )
         if job.surface_grid.time is None and tolerance is None:
             with report.stage("grid"):
@@ -312,7 +312,7 @@ def _places(requested: Axes, whole_day: bool, generator: np.random.Generator, fi
         period = PERIODS.get(name)
         if period is not None and nodes.size > 1 and (whole_day or name != "time_h"):
             nodes = np.append(nodes, nodes[0] + period)
-        drawn = random_places(nodes, PROBES[name] if nodes.size > 1 else 1, generator)
+        drawn = random_coordinates(nodes, PROBES[name] if nodes.size > 1 else 1, generator)
         probes[name] = within_period(name, drawn)
     return probes
 

@@ -1,7 +1,7 @@
 """Spherical harmonics of the radiance around a surface, weighted as equation (20) weights the level sky.
 
-What the ground emits follows its own temperature, by the hour, and stands apart: of unit radiance, weighted at a few
-temperatures of the ground, since the path weighs the colours of its emission.
+The emission of the ground follows its own temperature, by the hour, and is stored separately: of unit radiance,
+weighted at a few temperatures of the ground, since the path weighs the colours of its emission.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class HarmonicSky:
     above : (Z, SE, P, H) array
         Coefficients of the upper hemisphere over that irradiance.
     below : (Z, SE, P, H) array
-        Of the lower hemisphere, without the ground's emission, W m^-2 sr^-1 (cm^-1)^-1.
+        Radiance of the lower hemisphere, without the ground's emission, W m^-2 sr^-1 (cm^-1)^-1.
     ground : (Z, P, L) array
         Coefficients of the harmonics `zonal` of the transmittance to the ground.
     """
@@ -143,7 +143,7 @@ def harmonics_along(band: BandPoints, path: LineOfSight, sky: HarmonicSky, emiss
     path : LineOfSight
     sky : HarmonicSky
     emission : (T, P) array
-        Of `ground_emission`.
+        Emission of the ground, from `ground_emission`.
     """
     weight = np.pi * radiance_weight(band, path)
     radiance, ground = sky.at(path.surface_altitude)
@@ -168,7 +168,7 @@ def ambient_harmonics(atmosphere: BandAtmosphere, grid: PathGrid, irradiance: Fl
     atmosphere : BandAtmosphere
     grid : PathGrid
     irradiance : (P,) array
-        As in `BandAtmosphere.table`.
+        Irradiance of the source, as in `BandAtmosphere.table`.
     count : int
         One of `spherical_harmonics.COUNTS`.
     """
@@ -186,9 +186,9 @@ def ambient_harmonics(atmosphere: BandAtmosphere, grid: PathGrid, irradiance: Fl
         return harmonics_along(band, path, sky, emission)
 
     reach = np.broadcast_to(ranges, (elevation.size, ranges.size))
-    for place, altitude in enumerate(grid.altitude_km * 1e3):
+    for level, altitude in enumerate(grid.altitude_km * 1e3):
         rays = trace(air.shells, np.full(elevation.size, altitude), elevation, reach)
         lines = parallel_map(partial(line, rays, altitude), range(elevation.size))
         for row, (of_sky, of_ground) in enumerate(lines):
-            radiance[:, place, row], ground[:, place, row] = of_sky, of_ground
+            radiance[:, level, row], ground[:, level, row] = of_sky, of_ground
     return AmbientHarmonics(grid, radiance, ground)

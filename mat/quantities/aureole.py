@@ -1,9 +1,9 @@
-"""Diffuse sunlight from around the Sun, which goes where something stands before it.
+"""Circumsolar diffuse sunlight, which an obstacle before the Sun removes.
 
-A beam from the Sun and a sky of even brightness stand for the light of the whole sky. The beam has what the radiative
-transfer of the state finds within `RADIUS_DEG` of the Sun, above the mean brightness of the rest. By this radius what
-walls, buildings and trees before the Sun take is right to a third of the error of an even sky, and of that of the split
-of Hay and Davies (1980): `tests/mat/quantities/test_aureole.py`.
+A beam from the Sun and a sky of uniform brightness approximate the light of the whole sky. The beam has what the
+radiative transfer of the state finds within `RADIUS_DEG` of the Sun, above the mean brightness of the rest. By this
+radius what walls, buildings and trees before the Sun take is right to a third of the error of an even sky, and of that
+of the split of Hay and Davies (1980): `tests/mat/quantities/test_aureole.py`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.quantities.radiance_field import Directions, GroundReflection, RadianceField, cell_phases
 from skyshine.schemas.arrays import Booleans, Floats
 
-RADIUS_DEG = 30.0
+RADIUS_DEG = 30.0  # degree from the Sun
 DIRECTIONS = Directions.of(8, 12)  # twice as many each way change no share by more than 0.01
 _POINTS = 24  # with the most sunlight: 0.8 of all of it; the others change no share by more than 0.014
 
@@ -33,7 +33,8 @@ class SunlitSky:
     elevation : (S,) array
         Geometric [degree].
     radiance : (S, D, A) array
-        Of the upper D cells of zenith angle, by azimuth from the Sun, in the unit of the weights per steradian.
+        Radiance of the upper D cells of zenith angle, by azimuth from the Sun, in the unit of the weights per
+        steradian.
     directions : Directions
     """
 
@@ -48,11 +49,11 @@ class SunlitSky:
         Parameters
         ----------
         air : SpectralAir
-            Of a state with the ground's albedo for this light.
+            Air of a state with the ground's albedo for this light.
         weight : (P,) array
-            Of the points, times the Sun's irradiance outside the atmosphere.
+            Weights of the points, times the Sun's irradiance outside the atmosphere.
         elevation : (S,) array
-            Of the Sun, geometric [degree].
+            Geometric elevation of the Sun [degree].
         directions : Directions
         """
         angle = np.radians(elevation)
@@ -72,8 +73,8 @@ class SunlitSky:
     @property
     def irradiance(self) -> Floats:
         """Of a level surface, (S,)."""
-        whole: Floats = np.sum(self.weights * self.radiance, axis=(1, 2))
-        return whole
+        total: Floats = np.sum(self.weights * self.radiance, axis=(1, 2))
+        return total
 
     def within(self, hides: Callable[[Floats, Floats], Booleans]) -> tuple[Floats, Floats]:
         """Share of the irradiance that an obstacle takes, and what it would take of an even sky, (S,) each.
@@ -88,8 +89,8 @@ class SunlitSky:
         samples = self.directions.samples[self.directions.cosine > 0]
         covered = self.weights * np.stack([hides(samples, sun).mean(axis=-1) for sun in suns])
         even: Floats = covered.sum(axis=(1, 2)) / self.weights.sum()
-        light, whole = np.sum(covered * self.radiance, axis=(1, 2)), self.irradiance
-        return np.divide(light, whole, out=even.copy(), where=whole > 0), even
+        light, total = np.sum(covered * self.radiance, axis=(1, 2)), self.irradiance
+        return np.divide(light, total, out=even.copy(), where=total > 0), even
 
     @property
     def aureole(self) -> Floats:
@@ -98,8 +99,8 @@ class SunlitSky:
         With h of it from within `RADIUS_DEG`, of which an even sky would have s: (h - s) / (1 - s).
         """
         share, even = self.within(lambda directions, sun: directions @ sun > np.cos(np.radians(RADIUS_DEG)))
-        around: Floats = np.maximum((share - even) / (1 - even), 0.0)
-        return around
+        circumsolar: Floats = np.maximum((share - even) / (1 - even), 0.0)
+        return circumsolar
 
 
 def sunlit_sky(

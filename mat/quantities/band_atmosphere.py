@@ -57,8 +57,8 @@ class BandAtmosphere:
     scope : PathScope
         Up to which height light on surfaces is tabulated.
     scattering : ScatteringPoints or None
-        Where light scattered along lines of sight is computed, for the one source of which they are; by default at all
-        points.
+        Points at which light scattered along lines of sight is computed, for the one source to which they belong; by
+        default all points.
     """
 
     band: BandPoints
@@ -83,7 +83,7 @@ class BandAtmosphere:
         grid: PathGrid,
         source_irradiance: npt.ArrayLike,
         *,
-        wanted: Collection[str] = QUANTITIES,
+        quantities: Collection[str] = QUANTITIES,
         progress: Callable[[int], None] | None = None,
     ) -> AtmosphericQuantities:
         """The quantities on a grid.
@@ -92,8 +92,8 @@ class BandAtmosphere:
         ----------
         grid : PathGrid
         source_irradiance : (P,) array
-            Of the source outside the atmosphere, normal to the beam, at `band.points`, W m^-2 (cm^-1)^-1.
-        wanted : names out of `QUANTITIES`
+            Irradiance of the source outside the atmosphere, normal to the beam, at `band.points`, W m^-2 (cm^-1)^-1.
+        quantities : names out of `QUANTITIES`
             Only these are computed; the others are None.
         progress : callable, optional
             Called with the number of lines of sight done since the last call; there are A * E.
@@ -112,21 +112,21 @@ class BandAtmosphere:
         source, azimuth = np.radians(grid.source_elevation_deg), np.radians(grid.source_azimuth_deg)
         self.air.prepare()
         sky = None
-        if "ambient" in wanted:
+        if "ambient" in quantities:
             sky = SkyTable.over_ground(self.air, source, irradiance, self.scope)
-        result = _empty(grid.shape, wanted)
+        result = _empty(grid.shape, quantities)
         reach = np.broadcast_to(ranges, (elevation.size, ranges.size))
 
         def line(rays: Rays, altitude: float, row: int) -> dict[str, Floats | Booleans]:
             path = LineOfSight.of(self.air, rays, row, altitude, elevation[row], ranges)
             sources = LineSources.of_axes(source, azimuth)
-            return self._along([path], [sources], [source], irradiance, sky, wanted)[0]
+            return self._along([path], [sources], [source], irradiance, sky, quantities)[0]
 
-        for place, altitude in enumerate(grid.altitude_km * 1e3):
+        for level, altitude in enumerate(grid.altitude_km * 1e3):
             rays = trace(self.air.shells, np.full(elevation.size, altitude), elevation, reach)
             for row, values in enumerate(parallel_map(partial(line, rays, altitude), range(elevation.size))):
                 for name, of_line in values.items():
-                    result[name][:, place, row] = of_line
+                    result[name][:, level, row] = of_line
             if progress is not None:
                 progress(elevation.size)
         return AtmosphericQuantities(**result)
@@ -137,7 +137,7 @@ class BandAtmosphere:
         Parameters
         ----------
         lines : LinesOfSight
-            With the source; broadcast to (n,).
+            Lines of sight with the source; broadcast to (n,).
         source_irradiance : (P,) array
 
         Returns
@@ -162,7 +162,7 @@ class BandAtmosphere:
         Parameters
         ----------
         lines : LinesOfSight
-            To the faces (n,), with the source.
+            Lines of sight to the faces (n,), with the source.
         source_irradiance : (P,) array
         faces : Facets
         """
@@ -184,7 +184,7 @@ class BandAtmosphere:
         ambient_at: Integers,
         source_irradiance: npt.ArrayLike,
         *,
-        wanted: Collection[str] = QUANTITIES,
+        quantities: Collection[str] = QUANTITIES,
     ) -> AtmosphericQuantities:
         """The quantities on n lines of sight at R ranges and for S sources each, computed directly; ambient at one
         range of some.
@@ -199,7 +199,7 @@ class BandAtmosphere:
         ambient_at : (m,) int array
             Number of the range at which it is computed, for each of the first m lines.
         source_irradiance : (P,) array
-        wanted : names out of `QUANTITIES`
+        quantities : names out of `QUANTITIES`
             Only these are computed; the others are None, except ambient, which is computed wherever `ambient_at` asks
             for it.
 
@@ -212,18 +212,18 @@ class BandAtmosphere:
         ranges, altitude, elevation, source, azimuth = _in_si(
             range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg
         )
-        wanted = [name for name in wanted if name != "ambient"]
-        lines: dict[str, list[Floats | Booleans]] = {name: [] for name in ("valid", "transmittance", *wanted)}
+        quantities = [name for name in quantities if name != "ambient"]
+        lines: dict[str, list[Floats | Booleans]] = {name: [] for name in ("valid", "transmittance", *quantities)}
         end, weight = np.empty(len(ambient_at)), np.empty((len(ambient_at), irradiance.size))
         paths = list(lines_of_sight(self.air, ranges, altitude, elevation))
-        for some in in_groups(len(paths), source.shape[1]):
-            sources = [LineSources.at(*angles) for angles in zip(source[some], azimuth[some], strict=True)]
-            for of_line in self._along(paths[some], sources, source[some], irradiance, None, wanted):
+        for group in in_groups(len(paths), source.shape[1]):
+            sources = [LineSources.at(*angles) for angles in zip(source[group], azimuth[group], strict=True)]
+            for of_line in self._along(paths[group], sources, source[group], irradiance, None, quantities):
                 for name, values in of_line.items():
                     lines[name].append(values[..., 0] if name == "path_radiance_ratio" else values)
-        for row, (path, place) in enumerate(zip(paths, ambient_at, strict=False)):
-            end[row] = path.surface_altitude[place]
-            weight[row] = radiance_weight(self.band, path)[place]
+        for row, (path, range_index) in enumerate(zip(paths, ambient_at, strict=False)):
+            end[row] = path.surface_altitude[range_index]
+            weight[row] = radiance_weight(self.band, path)[range_index]
         ambient_light = self._ambient(end, weight, source[: end.size, 0], irradiance)
         arrays: dict[str, Any] = {name: np.array(values) for name, values in lines.items()}
         return AtmosphericQuantities(**{**dict.fromkeys(QUANTITIES), "ambient": ambient_light, **arrays})
@@ -240,18 +240,18 @@ class BandAtmosphere:
         SpectralLines
         """
         irradiance = _checked(source_irradiance, self.band)
-        places = _in_si(*(np.asarray(part, float) for part in lines.place))
+        points = _in_si(*(np.asarray(part, float) for part in lines.place))
         parts = []
         for start in range(0, irradiance.size, _SPECTRAL_CHUNK):
             index = np.arange(start, min(start + _SPECTRAL_CHUNK, irradiance.size))
             air = self.air.part(slice(start, start + _SPECTRAL_CHUNK))
             band = BandPoints(self.band.points.subset(index), self.band.weight[index], self.band.gases)
-            parts.append(_spectral_part(air, band, *places, irradiance[index], faces))
+            parts.append(_spectral_part(air, band, *points, irradiance[index], faces))
         return SpectralLines(
             np.concatenate([part.transmittance for part in parts], axis=1),
             np.concatenate([part.sky_irradiance for part in parts], axis=1),
             np.concatenate([part.direct_irradiance for part in parts], axis=1),
-            sum((part.path_radiance for part in parts), start=np.zeros(places[0].size)),
+            sum((part.path_radiance for part in parts), start=np.zeros(points[0].size)),
             parts[0].valid,
         )
 
@@ -262,7 +262,7 @@ class BandAtmosphere:
         source_elevation: Sequence[Floats] | Floats,
         irradiance: Floats,
         sky: SkyTable | None,
-        wanted: Collection[str],
+        quantities: Collection[str],
     ) -> list[dict[str, Floats | Booleans]]:
         """The wanted quantities of lines of sight computed together, each by name of the fields of
         `AtmosphericQuantities`: (R,), for ambient and direct (R, SE), for the path radiance (R, SE, SA).
@@ -271,16 +271,16 @@ class BandAtmosphere:
         through = [mean_transmittance(path.depth, band.weight, band.weight.sum()) for path in paths]
         for path, elevation, (ln_tau, _) in zip(paths, source_elevation, through, strict=True):
             values: dict[str, Floats | Booleans] = {"valid": path.valid, "transmittance": np.exp(ln_tau)}
-            if "beta_star" in wanted:
+            if "beta_star" in quantities:
                 values["beta_star"] = self._beta_star(path)
-            if sky is not None or "direct" in wanted:
+            if sky is not None or "direct" in quantities:
                 weight = radiance_weight(band, path)
                 if sky is not None:
                     values["ambient"] = ambient(path, weight, sky)
-                if "direct" in wanted:
+                if "direct" in quantities:
                     values["direct"] = direct(self.air, path, weight, elevation, irradiance)
             result.append(values)
-        if "path_radiance_ratio" in wanted:
+        if "path_radiance_ratio" in quantities:
             lines = JoinedPaths.of(paths)
             absorptance = np.stack([absorbed for _, absorbed in through])
             points = self.scattering or ScatteringPoints.every(self.air, band, irradiance)
@@ -378,9 +378,9 @@ def _checked(source_irradiance: npt.ArrayLike, band: BandPoints) -> Floats:
     return irradiance
 
 
-def _empty(shape: tuple[int, ...], wanted: Collection[str]) -> dict[str, Any]:
+def _empty(shape: tuple[int, ...], quantities: Collection[str]) -> dict[str, Any]:
     """Arrays for the fields of `AtmosphericQuantities` on a grid (R, A, E, SE, SA); None for those not wanted."""
     path, source = shape[:3], shape[:4]
     sizes = {"beta_star": path, "path_radiance_ratio": shape, "ambient": source, "direct": source}
-    arrays = {name: np.empty(size) if name in wanted else None for name, size in sizes.items()}
+    arrays = {name: np.empty(size) if name in quantities else None for name, size in sizes.items()}
     return arrays | {"valid": np.empty(path, dtype=bool), "transmittance": np.empty(path)}

@@ -1,4 +1,4 @@
-"""Ambient radiance of a face of any direction, integrated directly over the hemisphere that it sees."""
+"""Ambient radiance of a face of any direction, integrated directly over its hemisphere."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Facets:
     Attributes
     ----------
     normal : (n, 3) array
-        Of `spherical_harmonics.face_normal`.
+        Normals from `spherical_harmonics.face_normal`.
     ground_temperature : (n,) array
         K.
     altitude : (n,) array or None
@@ -76,7 +76,8 @@ def light_among_walls(
     altitude, source_elevation : (n,) arrays
         m; geometric, rad.
     irradiance : (P,) array
-        Of the source outside the atmosphere, normal to the beam, W m^-2 (cm^-1)^-1; itself no part of the light.
+        Irradiance of the source outside the atmosphere, normal to the beam, W m^-2 (cm^-1)^-1; the ambient light
+        excludes the direct beam.
     faces : Facets
     """
     if not len(faces.normal):
@@ -91,8 +92,8 @@ def light_among_walls(
     skies, sky_of = np.unique(
         np.stack([altitude, source_elevation, faces.ground_temperature], axis=1), axis=0, return_inverse=True
     )
-    seen = [np.concatenate([weights[sky_of == number], upright]) for number in range(len(skies))]
-    parts = _weighted_light(air, skies[:, 0], skies[:, 1], directions, seen, irradiance, skies[:, 2])
+    sky_weights = [np.concatenate([weights[sky_of == number], upright]) for number in range(len(skies))]
+    parts = _weighted_light(air, skies[:, 0], skies[:, 1], directions, sky_weights, irradiance, skies[:, 2])
     light, level = np.empty((altitude.size, irradiance.size)), np.empty((altitude.size, irradiance.size))
     for number, part in enumerate(parts):
         light[sky_of == number], level[sky_of == number] = part[:-1], part[-1]
@@ -123,15 +124,15 @@ def _weighted_light(
     dark = replace(air, scatters=False)
     emissivity = 1 - air.state.albedo_at(air.optics.wavenumber)
 
-    def one(place: int) -> Floats:
-        source = source_elevation[place : place + 1]
-        lit = air if source[0] > np.radians(ELEVATIONS[0]) else dark
-        reflection = GroundReflection.of(lit, source)
-        phases = cell_phases(lit, directions, source)
-        field = RadianceField.at(lit, float(altitude[place]), source, reflection, directions, phases)
-        emitted = emissivity * planck_wavenumber(air.optics.wavenumber, ground_temperature[place])
+    def one(number: int) -> Floats:
+        source = source_elevation[number : number + 1]
+        point_air = air if source[0] > np.radians(ELEVATIONS[0]) else dark
+        reflection = GroundReflection.of(point_air, source)
+        phases = cell_phases(point_air, directions, source)
+        field = RadianceField.at(point_air, float(altitude[number]), source, reflection, directions, phases)
+        emitted = emissivity * planck_wavenumber(air.optics.wavenumber, ground_temperature[number])
         radiance = field.radiance(irradiance)[:, 0] + (field.to_ground * emitted)[:, None]
-        light: Floats = np.einsum("fda,dap->fp", weights[place], radiance, optimize=True)
+        light: Floats = np.einsum("fda,dap->fp", weights[number], radiance, optimize=True)
         return light
 
     _ = directions.samples  # before threads share it

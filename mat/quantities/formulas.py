@@ -22,12 +22,12 @@ def beta_star(length: npt.ArrayLike, ln_tau: Floats, extinction: npt.ArrayLike) 
     Parameters
     ----------
     length : array
-        Of the path, m; behind the ground it continues through the air above the ground, so that beta* of neighbours in
-        a table differs no more than their lines do.
+        Length of the path, m; behind the ground it continues through the air above the ground, so that beta* of
+        neighbours in a table differs no more than their lines do.
     ln_tau : array
         Logarithm of its transmittance.
     extinction : array
-        Of the air at the observer, m^-1: at a length of 0, beta* is its limit.
+        Extinction of the air at the observer, m^-1: the limit of beta* at a length of 0.
     """
     length, extinction = np.asarray(length), np.asarray(extinction)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -52,12 +52,12 @@ def mean_transmittance(depth: Reals, weights: Floats, total: float = 1.0) -> tup
     ln_transmittance, absorptance : (R,) or (R, K) arrays
     """
     absorptance: Floats = -np.expm1(-depth) @ weights.T / total
-    least = depth.min(axis=1, keepdims=True)
-    relative = np.exp(least - depth) @ weights.T / total
+    smallest = depth.min(axis=1, keepdims=True)
+    relative = np.exp(smallest - depth) @ weights.T / total
     if weights.ndim == 1:
-        least = least[:, 0]
+        smallest = smallest[:, 0]
     with np.errstate(divide="ignore"):
-        thick = np.log(relative) - least
+        thick = np.log(relative) - smallest
     for path, *kind in np.argwhere(relative < _UNDERFLOW):
         thick[path, *kind] = logsumexp(-depth[path], b=weights[tuple(kind)]) - np.log(total)
     return np.where(absorptance < 0.5, np.log1p(-np.minimum(absorptance, 0.5)), thick), absorptance

@@ -24,9 +24,9 @@ class JoinedPaths:
     ----------
     paths : sequence of LineOfSight
     segments : Segments
-        Of all, K of them: between two lines stands one without air.
+        Segments of all lines, K in number: a segment without air separates two lines.
     depths : Depths
-        Of the segments.
+        Optical depths of the segments.
     """
 
     paths: Sequence[LineOfSight]
@@ -36,13 +36,13 @@ class JoinedPaths:
     @classmethod
     def of(cls, paths: Sequence[LineOfSight]) -> JoinedPaths:
         """Join lines that have as many ranges each."""
-        segments, first = Segments.joined([path.segments for path in paths])
+        segments, offset = Segments.joined([path.segments for path in paths])
         if len(paths) == 1:
             return cls(paths, segments, paths[0].segment_depths)
         per_segment = [path.segment_depths.per_segment for path in paths]
-        none = np.zeros((1, per_segment[0].shape[1]), per_segment[0].dtype)
-        rows = [part for line in per_segment for part in (line, none)][:-1]
-        return cls(paths, segments, Depths(np.concatenate(rows), first))
+        gap = np.zeros((1, per_segment[0].shape[1]), per_segment[0].dtype)
+        rows = [part for line in per_segment for part in (line, gap)][:-1]
+        return cls(paths, segments, Depths(np.concatenate(rows), offset))
 
     @property
     def node(self) -> Integers:

@@ -63,5 +63,5 @@ class LineSources:
         """Cosines (..., S) of scattering angles with the excess added."""
         if not np.any(self.excess):
             return cosine
-        turned: Floats = np.cos(np.clip(np.arccos(np.clip(cosine, -1.0, 1.0)) + self.excess, 0.0, np.pi))
-        return turned
+        cosine_with_excess: Floats = np.cos(np.clip(np.arccos(np.clip(cosine, -1.0, 1.0)) + self.excess, 0.0, np.pi))
+        return cosine_with_excess

@@ -1,4 +1,4 @@
-"""Lines of sight, and the direction of a source beside them, as all readers of atmospheric quantities take them."""
+"""Lines of sight, and the direction of a source beside them, for all readers of atmospheric quantities."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from skyshine.schemas.arrays import Floats
 
 @dataclass(frozen=True, eq=False)
 class LinesOfSight:
-    """Lines of sight of any shape, each from an observer over a range; the source is left out where none matters.
+    """Lines of sight of any shape, each from an observer over a range; the source is None where none matters.
 
     Attributes
     ----------
     range, altitude : (...) array
         km; the length of the line, and the observer above sea level.
     elevation : (...) array
-        Of the line above the horizontal at the observer, degree.
+        Elevation of the line above the horizontal at the observer, degree.
     source_elevation, source_azimuth : (...) array, optional
-        Of the source, degree; azimuth relative to that of the line.
+        Elevation and azimuth of the source, degree; azimuth relative to that of the line.
 
     Examples
     --------

@@ -33,15 +33,15 @@ class PathLight:
     along : (K+1, S) array
         Path radiance from each line's observer up to each segment end, W m^-2 sr^-1.
     limit : callable
-        Of the number of a line: path radiance over absorptance for short ranges, (S,) [W m^-2 sr^-1]; in space that of
-        the highest air.
+        Function of the number of a line: path radiance over absorptance for short ranges, (S,) [W m^-2 sr^-1]; in space
+        that of the highest air.
     """
 
     along: Floats
     limit: Callable[[int], Floats]
 
-    def __add__(self, other: PathLight) -> PathLight:
-        return PathLight(self.along + other.along, lambda line: self.limit(line) + other.limit(line))
+    def __add__(self, light: PathLight) -> PathLight:
+        return PathLight(self.along + light.along, lambda line: self.limit(line) + light.limit(line))
 
     def ratio(self, air: SpectralAir, band: BandPoints, lines: JoinedPaths, absorptance: Floats) -> Floats:
         """Path radiance over absorptance (L, R) at each range, (L, R, S) [W m^-2 sr^-1]."""
@@ -80,7 +80,7 @@ def scattered_light(
     air: SpectralAir, band: BandPoints, lines: JoinedPaths, sources: Sequence[LineSources], points: ScatteringPoints
 ) -> PathLight:
     """Light of each source alone, from some points of the band; other arguments as of `radiance_along`."""
-    count, few = sources[0].elevation.size, points.air
+    count, reduced_air = sources[0].elevation.size, points.air
     along = np.zeros((lines.segments.distance.size, count))
     if not (count and air.scatters and np.any(points.weight > 0)):
         return PathLight(along, lambda line: np.zeros(count))
@@ -89,7 +89,7 @@ def scattered_light(
             np.concatenate([angle(of_line, path.ends) for of_line, path in zip(sources, lines.paths, strict=True)])
             for angle in (LineSources.to_source, LineSources.deflection)
         )
-        along = few.scattered_light.in_band(
+        along = reduced_air.scattered_light.in_band(
             lines.segments, points.depths(lines.depths), to_source, deflection, points.weight
         )
 
@@ -98,7 +98,7 @@ def scattered_light(
         point, depths = _short_path(air, lines.paths[line])
         to_source = np.tile(np.sin(of_line.elevation), (2, 1))
         deflection = np.tile(of_line.local_deflection(lines.paths[line].elevation), (2, 1))
-        light = few.scattered_light.in_band(point, points.depths(depths), to_source, deflection, points.weight)
+        light = reduced_air.scattered_light.in_band(point, points.depths(depths), to_source, deflection, points.weight)
         return _over_absorptance(light[1], depths, band)
 
     return PathLight(along, limit)
@@ -134,7 +134,7 @@ def radiance_along(
     sources : sequence of LineSources
         S of each line.
     irradiance : (P,) array
-        Of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
+        Irradiance of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
     """
     points = ScatteringPoints.every(air, band, irradiance)
     return scattered_light(air, band, lines, sources, points) + thermal_light(air, band, lines)

@@ -35,7 +35,7 @@ class Directions:
     Attributes
     ----------
     cosine, weight : (D,) arrays
-        Of the zenith angle, and its weight; the weights of a hemisphere sum to 1.
+        Cosine of the zenith angle, and its weight; the weights of a hemisphere sum to 1.
     edges : (D, 2) array
         Bounds of the cells in that cosine.
     azimuths : int
@@ -113,9 +113,9 @@ class GroundReflection:
     Attributes
     ----------
     thermal : (P,) array
-        Of the air's emission.
+        Reflection of the air's emission.
     scattered : (S, P) array
-        Of a source's light at each of S elevations, per unit of its irradiance outside the atmosphere.
+        Reflection of a source's light at each of S elevations, per unit of its irradiance outside the atmosphere.
     """
 
     thermal: Floats
@@ -170,22 +170,22 @@ class RadianceField:
         scattered = np.zeros((count, source_elevation.size, directions.azimuths, points))
         sources = np.repeat(source_elevation, directions.azimuths), np.tile(directions.azimuth, source_elevation.size)
         cosines = source_cosine(rays, *sources), scattering_cosine(rays, *sources)
-        for some in in_groups(count, sources[0].size * points // _POINTS):
-            lines = [Segments.of(rays, row) for row in range(some.start, some.stop)]
-            segments, first = Segments.joined(lines)
+        for group in in_groups(count, sources[0].size * points // _POINTS):
+            lines = [Segments.of(rays, row) for row in range(group.start, group.stop)]
+            segments, offset = Segments.joined(lines)
             if not segments.index.size:
-                to_ground[some] = 1.0
+                to_ground[group] = 1.0
                 continue
-            depths = Depths(segments.column(air.optics.extinction), first)
-            thermal[some] = depths.by_line(air.thermal_radiance(segments, depths))
-            to_ground[some] = np.exp(-depths.cumulative[np.append(first[1:], segments.altitude.size) - 1])
+            depths = Depths(segments.column(air.optics.extinction), offset)
+            thermal[group] = depths.by_line(air.thermal_radiance(segments, depths))
+            to_ground[group] = np.exp(-depths.cumulative[np.append(offset[1:], segments.altitude.size) - 1])
             if phases is not None and air.scatters and source_elevation.size:
                 to_source, deflection = (
-                    np.concatenate([part[some.start + row, line.ends] for row, line in enumerate(lines)])
+                    np.concatenate([part[group.start + row, line.ends] for row, line in enumerate(lines)])
                     for part in cosines
                 )
-                light = air.scattered_light.along(segments, depths, to_source, deflection, np.stack(phases[some]))
-                scattered[some] = light.reshape(-1, source_elevation.size, directions.azimuths, points)
+                light = air.scattered_light.along(segments, depths, to_source, deflection, np.stack(phases[group]))
+                scattered[group] = light.reshape(-1, source_elevation.size, directions.azimuths, points)
         to_ground[~rays.ground] = 0.0
         thermal += to_ground * reflection.thermal
         scattered += to_ground[:, None, None] * reflection.scattered[:, None]
@@ -212,13 +212,13 @@ def _cell_phase(phase: Floats, directions: Directions, row: int, source: Floats)
     """Of one zenith angle and sources in directions (S, 3)."""
     samples = directions.samples[row]  # (A, N, 3)
     angle = np.arccos(np.clip(np.einsum("anx,sx->san", samples, source), -1.0, 1.0))
-    place = angle.reshape(len(source) * directions.azimuths, -1) / PHASE_ANGLES[1]
-    first = np.minimum(place.astype(int), PHASE_ANGLES.size - 2)
-    index = first + np.arange(len(place))[:, None] * PHASE_ANGLES.size
-    weight = np.zeros(len(place) * PHASE_ANGLES.size)
-    np.add.at(weight, index, first + 1 - place)
-    np.add.at(weight, index + 1, place - first)
+    position = angle.reshape(len(source) * directions.azimuths, -1) / PHASE_ANGLES[1]
+    lower = np.minimum(position.astype(int), PHASE_ANGLES.size - 2)
+    index = lower + np.arange(len(position))[:, None] * PHASE_ANGLES.size
+    weight = np.zeros(len(position) * PHASE_ANGLES.size)
+    np.add.at(weight, index, lower + 1 - position)
+    np.add.at(weight, index + 1, position - lower)
     scale = np.diff(directions.edges[row])[0] / directions.weight[row]
-    share = weight.reshape(len(place), PHASE_ANGLES.size) * scale / place.shape[1]
+    share = weight.reshape(len(position), PHASE_ANGLES.size) * scale / position.shape[1]
     mean: Floats = np.einsum("sa,anc->nsc", share, phase, optimize=True)
     return mean

@@ -11,7 +11,7 @@ QUANTITIES = ("beta_star", "path_radiance_ratio", "ambient", "direct")
 
 @dataclass(frozen=True, eq=False)
 class AtmosphericQuantities:
-    """The four quantities on a grid, or at points; None in place of a quantity that was not asked for.
+    """The four quantities on a grid, or at points; None in place of a quantity that was not requested.
 
     Attributes
     ----------
@@ -45,9 +45,9 @@ class SpectralLines:
     sky_irradiance : (n, P) array
         Diffuse, on a level surface at the end of the line, or on the face there, W m^-2 (cm^-1)^-1.
     direct_irradiance : (n, P) array
-        Of the source there, normal to its beam, W m^-2 (cm^-1)^-1.
+        Irradiance of the source at the end of the line, normal to its beam, W m^-2 (cm^-1)^-1.
     path_radiance : (n,) array
-        In band, W m^-2 sr^-1.
+        Path radiance in band, W m^-2 sr^-1.
     valid : (n,) bool array
         False where the range would pass through the ground.
     """

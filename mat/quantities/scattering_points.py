@@ -13,7 +13,7 @@ from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.segments import Depths
 from skyshine.schemas.arrays import Floats, Integers
 
-_WORST = 5.0
+_WORST = 5.0  # times the allowed rms error, which no single row may exceed
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,7 @@ class ScatteringPoints:
     Attributes
     ----------
     air : SpectralAir
-        At these points.
+        Air at these points.
     index : (K,) int array
         Their places among the points of the band.
     weight : (K,) array
@@ -47,7 +47,7 @@ class ScatteringPoints:
         Parameters
         ----------
         light : (n, K) array
-            At the points, per unit of irradiance, sr^-1. Rows with odd numbers only test.
+            Light at the points, per unit of irradiance, sr^-1. Rows with odd numbers are for testing only.
         allowed : float
             Root mean square error on the rows that only test, W m^-2 sr^-1; the largest is within `_WORST` times.
         """
@@ -65,8 +65,8 @@ class ScatteringPoints:
                 return ScatteringPoints(self.air.part(chosen), self.index[chosen], self.weight[chosen] * factor)
         return self
 
-    def depths(self, whole: Depths) -> Depths:
+    def depths(self, depths: Depths) -> Depths:
         """Optical depths of segments at these points, of those at all points of the band."""
-        if self.index.size == whole.per_segment.shape[1]:
-            return whole
-        return Depths(np.ascontiguousarray(whole.per_segment[:, self.index]), whole.first)
+        if self.index.size == depths.per_segment.shape[1]:
+            return depths
+        return Depths(np.ascontiguousarray(depths.per_segment[:, self.index]), depths.first)

@@ -71,14 +71,14 @@ class SkyTable:
         source_elevation : (SE,) array
             Geometric, at the surfaces, rad.
         irradiance : (P,) array
-            Of the source outside the atmosphere, normal to the beam, W m^-2 (cm^-1)^-1.
+            Irradiance of the source outside the atmosphere, normal to the beam, W m^-2 (cm^-1)^-1.
         """
         altitude = np.unique(np.minimum(altitude, air.shells.top))
 
         def total(group: Floats) -> Floats:
             sky = sky_irradiance(air, group, source_elevation)
-            own = sky.thermal + night_irradiance(air, group) if air.state.night_sky else sky.thermal
-            return own[:, None] + sky.scattered * irradiance
+            emitted = sky.thermal + night_irradiance(air, group) if air.state.night_sky else sky.thermal
+            return emitted[:, None] + sky.scattered * irradiance
 
         groups = np.array_split(altitude, -(-altitude.size // _GROUP))
         irradiances = np.concatenate(parallel_map(total, groups))

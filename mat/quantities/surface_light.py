@@ -28,7 +28,7 @@ def ambient(path: LineOfSight, weight: Floats, sky: SkyTable) -> Floats:
     ----------
     path : LineOfSight
     weight : (R, P) array
-        Of `radiance_weight`.
+        Weights from `radiance_weight`.
     sky : SkyTable
     """
     radiance: Floats = np.einsum("rp,rsp->rs", weight, sky.at(path.surface_altitude))
@@ -43,11 +43,11 @@ def direct(air: SpectralAir, path: LineOfSight, weight: Floats, source_elevation
     air : SpectralAir
     path : LineOfSight
     weight : (R, P) array
-        Of `radiance_weight`.
+        Weights from `radiance_weight`.
     source_elevation : (SE,) array
-        At the surface, rad.
+        Elevation of the source at the surface, rad.
     irradiance : (P,) array
-        Of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
+        Irradiance of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
     """
     transmittance = direct_transmittance(air.source_paths, path.surface_altitude, source_elevation)
     radiance: Floats = np.einsum("rp,rsp->rs", weight * irradiance, transmittance)

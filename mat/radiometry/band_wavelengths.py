@@ -1,6 +1,6 @@
 """Spectra within a band as numbers at a few wavelengths, linear between them.
 
-A spectrum f stands for sum_b f_b h_b(wavelength), where the functions h_b are 1 at one of the wavelengths, 0 at the
+A spectrum f represents sum_b f_b h_b(wavelength), where the functions h_b are 1 at one of the wavelengths, 0 at the
 others, and sum to 1 everywhere. Light parted by these functions meets the reflectance of any material as a sum over
 them, whatever the light's own spectrum is within.
 """
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from skyshine.materials.library import Material
 
 _STEP = 0.02  # of the middle wavelength: spectra of materials in 3-5 and 8-12 um to a hundredth of a kelvin
-_FEWEST, _MOST = 9, 65
+_FEWEST, _MOST = 9, 65  # wavelengths of a band
 _PER_STEP = 40  # samples of a material's spectrum
 _TIE = 1e-6  # weight that ties numbers at wavelengths without response to the spectrum itself
 
@@ -40,11 +40,11 @@ def band_wavelengths(response: SpectralResponse) -> Floats:
 
 def parted(wavelength: Floats, nodes: Floats) -> Floats:
     """The functions h_b of nodes (B,) at wavelengths (n,), both in um, (n, B); the end values hold beyond the ends."""
-    place = np.clip((wavelength - nodes[0]) / (nodes[1] - nodes[0]), 0.0, nodes.size - 1.0)
-    lower = np.minimum(place.astype(int), nodes.size - 2)
+    position = np.clip((wavelength - nodes[0]) / (nodes[1] - nodes[0]), 0.0, nodes.size - 1.0)
+    lower = np.minimum(position.astype(int), nodes.size - 2)
     shares, row = np.zeros((wavelength.size, nodes.size)), np.arange(wavelength.size)
-    shares[row, lower] = 1.0 - (place - lower)
-    shares[row, lower + 1] += place - lower
+    shares[row, lower] = 1.0 - (position - lower)
+    shares[row, lower + 1] += position - lower
     return shares
 
 

@@ -1,4 +1,4 @@
-"""Blackbody radiance, sensor responses and what a band sees of a temperature.
+"""Blackbody radiance, sensor responses, in-band radiance and brightness temperature.
 
 Wavelengths are in micrometres, wavenumbers in cm^-1, radiance in W m^-2 sr^-1 (per um or per cm^-1
 where it is spectral).
@@ -26,7 +26,7 @@ _FINE_PANEL_RATIO = 1.005
 _EDGE_TOLERANCE = 1e-12
 # Elements of a (temperature, quadrature node) work array: about 16 MB in float64.
 _CHUNK_ELEMENTS = 2_000_000
-_NEWTON_STEPS = 100
+_NEWTON_STEPS = 100  # at most; the iteration ends when it converges
 
 
 def planck_wavenumber(wavenumber: npt.ArrayLike, temperature: npt.ArrayLike) -> Floats:

@@ -9,7 +9,7 @@ from skyshine.mat.radiometry.constants import C2_WAVELENGTH
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
-LEAST_FACTOR, MOST_FACTOR = 1e-4, 1e4
+LEAST_FACTOR, MOST_FACTOR = 1e-4, 1e4  # bounds of the factor on the odds
 
 
 def with_odds(reflectance: Floats, factor: float) -> Floats:
@@ -31,9 +31,9 @@ def odds_factor(reflectance: Floats, weight: Floats, absorptance: float) -> floa
     Parameters
     ----------
     reflectance, weight : (W,) arrays
-        At the same points; the weight holds the width of each.
+        Reflectance and weight at the same points; the weight includes the width of each.
     absorptance : float
-        Between 0 and 1.
+        Absorptance, between 0 and 1.
 
     Raises
     ------

@@ -21,7 +21,7 @@ SOURCE_ANGLES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0)
 # half of the maximum lies below the horizon at normal incidence, so that no such width exists.
 FWHM_LIMITS = (0.1, 180.0)
 
-_AZIMUTHS = 4096
+_AZIMUTHS = 4096  # equal steps of the half vector's azimuth
 
 
 def shininess(fwhm: npt.ArrayLike) -> Floats:
@@ -49,8 +49,8 @@ def shininess(fwhm: npt.ArrayLike) -> Floats:
     lowest, highest = FWHM_LIMITS
     outside = ~((width >= lowest) & (width <= highest))
     if np.any(outside):
-        first = width[outside].flat[0]
-        raise InputError(f"found a lobe width of {first:g} degree; allowed: {lowest:g} to {highest:g} degree")
+        example = width[outside].flat[0]
+        raise InputError(f"found a lobe width of {example:g} degree; allowed: {lowest:g} to {highest:g} degree")
     # log cos x as log1p of 1 - cos x, which keeps its digits for narrow lobes.
     exponent: Floats = np.log(0.5) / np.log1p(-2.0 * np.sin(np.radians(width) / 8.0) ** 2)
     return exponent
@@ -94,7 +94,7 @@ def lobe_integral(exponent: float | Floats, source_angle: npt.ArrayLike) -> Floa
     exponent : float or 0-d array
         Shininess, not negative.
     source_angle : array_like, shape (m,)
-        Between source and normal [degree], 0 up to below 90.
+        Angle between source and normal [degree], 0 up to below 90.
 
     Returns
     -------
@@ -118,10 +118,10 @@ def lobe_integral(exponent: float | Floats, source_angle: npt.ArrayLike) -> Floa
     level, across = np.cos(theta), np.sin(theta) * np.cos(azimuth)
     limit = 0.25 * np.pi + 0.5 * np.arctan2(across, level)
     # integral of cos^(n+1) t sin t, and of cos^n t sin^2 t, from 0 to the limit.
-    first = -np.expm1((exponent + 2.0) * np.log(np.cos(limit))) / (exponent + 2.0)
+    cosine_part = -np.expm1((exponent + 2.0) * np.log(np.cos(limit))) / (exponent + 2.0)
     order = 0.5 * (exponent + 1.0)
-    second = 0.5 * np.exp(betaln(1.5, order)) * betainc(1.5, order, np.sin(limit) ** 2)
-    integral: Floats = 4.0 * np.mean(level * first + across * second, axis=-1) * 2.0 * np.pi
+    sine_part = 0.5 * np.exp(betaln(1.5, order)) * betainc(1.5, order, np.sin(limit) ** 2)
+    integral: Floats = 4.0 * np.mean(level * cosine_part + across * sine_part, axis=-1) * 2.0 * np.pi
     return integral
 
 
@@ -133,7 +133,7 @@ def normalisation(fwhm: float, source_angles: npt.ArrayLike = SOURCE_ANGLES) -> 
     fwhm : float
         Full width of the lobe at half maximum [degree], 0.1 to 180.
     source_angles : array_like, shape (m,)
-        Between source and normal [degree], 0 up to below 90.
+        Angle between source and normal [degree], 0 up to below 90.
 
     Returns
     -------
@@ -146,7 +146,7 @@ def normalisation(fwhm: float, source_angles: npt.ArrayLike = SOURCE_ANGLES) -> 
 
     References
     ----------
-    Equation (43); table 1 holds its mean over `SOURCE_ANGLES`.
+    Equation (43); table 1 contains its mean over `SOURCE_ANGLES`.
     """
     angles = np.asarray(source_angles, dtype=float)
     if not np.all((angles >= 0.0) & (angles < 90.0)):
@@ -156,7 +156,7 @@ def normalisation(fwhm: float, source_angles: npt.ArrayLike = SOURCE_ANGLES) -> 
 
 
 def normalisation_to_grazing(fwhm: float, source_angles: npt.ArrayLike) -> Floats:
-    """`normalisation` up to 90 degree, where it is 0: no light falls on the surface, and half of the lobe still stands
+    """`normalisation` up to 90 degree, where it is 0: no light falls on the surface, and half of the lobe is still
     above it.
     """
     angles = np.asarray(source_angles, dtype=float)

@@ -51,7 +51,7 @@ def parse_response(text: str, file: str | Path) -> SpectralResponse:
     text : str
         A table with a column of wavelength (um, nm, m) or wavenumber (cm-1), its unit written as ``wavelength[um]``,
         ``wavelength (um)`` or ``wavelength_um``, or seen from its values; and the response, of any name and scale;
-        others of its scatter may stand beside it. A column named as a quantum efficiency (QE, quantum_efficiency,
+        other columns, of its scatter, may follow. A column named as a quantum efficiency (QE, quantum_efficiency,
         photon_response) is multiplied by wavelength, which gives the response to energy. Columns are separated by
         commas, semicolons, tabs or blanks. Lines before the numbers may say what the columns are.
     file : path
@@ -116,13 +116,13 @@ def _read(text: str, file: str | Path) -> tuple[SpectralResponse, tuple[str, ...
 def _table(text: str, file: str | Path) -> CsvTable:
     """The table in a text, whose header may be a comment, one of several lines, or missing."""
     lines = text.splitlines()
-    first = next((number for number, line in enumerate(lines) if _numbers(line)), len(lines))
-    before = [number for number, line in enumerate(lines[:first]) if line.strip()]
+    start = next((number for number, line in enumerate(lines) if _numbers(line)), len(lines))
+    before = [number for number, line in enumerate(lines[:start]) if line.strip()]
     plain = [number for number in before if not lines[number].startswith("#")]
-    if first == len(lines) or (len(plain) == 1 and plain[0] == before[-1]):
+    if start == len(lines) or (len(plain) == 1 and plain[0] == before[-1]):
         return parse_table(text, file)
-    delimiter = delimiter_of(lines[first])
-    count = len(cells(lines[first], delimiter))
+    delimiter = delimiter_of(lines[start])
+    count = len(cells(lines[start], delimiter))
     names = None
     for number in reversed(before):
         words = lines[number].lstrip("#!%;* \t")
@@ -132,15 +132,15 @@ def _table(text: str, file: str | Path) -> CsvTable:
             break
     if names is None:
         named = _named_axis(" ".join(lines[number] for number in before).lower())
-        if named is None and max(map(abs, _numbers(lines[first]))) > _LIKELY["um"][1]:
+        if named is None and max(map(abs, _numbers(lines[start]))) > _LIKELY["um"][1]:
             raise InputError(
                 "names neither wavelength nor wavenumber; write a first line such as wavelength[nm],response",
                 file=file,
-                line=first + 1,
+                line=start + 1,
                 column=1,
             )
         names = [named or "wavelength", "response", *(f"stdev_{number}" for number in range(2, count))]
-    rows = "\n".join("" if number < first else line for number, line in enumerate(lines))
+    rows = "\n".join("" if number < start else line for number, line in enumerate(lines))
     return parse_table(rows, file, header=delimiter.join(names))
 
 
@@ -175,8 +175,8 @@ class _Columns:
 
 def _columns(table: CsvTable) -> _Columns:
     heads = [f"{name}[{unit}]" if unit else name for name, unit in zip(table.names, table.units, strict=True)]
-    found = [column_of(head, _NAMES, UNITS) for head in heads]
-    axes = [index for index, (kind, _) in enumerate(found) if kind is not None]
+    columns = [column_of(head, _NAMES, UNITS) for head in heads]
+    axes = [index for index, (kind, _) in enumerate(columns) if kind is not None]
     values = [index for index in range(len(heads)) if index not in axes]
     scatter = [index for index in values if _SCATTER.search(folded(table.names[index]))]
     values = [index for index in values if index not in scatter]
@@ -187,11 +187,11 @@ def _columns(table: CsvTable) -> _Columns:
             f"found the columns {' and '.join(table.names)[:80]}; allowed: response, and one of wavelength[um],"
             " wavenumber[cm-1]; remove or name others",
         )
-    kind, written = found[axes[0]]
+    kind, unit_text = columns[axes[0]]
     assert kind is not None  # it is one of the axes
     notes = tuple(f"has the column {table.names[index]}, which is not read" for index in scatter)
-    unit = unit_of(written, UNITS[kind])
-    if unit is None and not written and kind == "wavelength":
+    unit = unit_of(unit_text, UNITS[kind])
+    if unit is None and not unit_text and kind == "wavelength":
         axis = table.values[:, axes[0]]
         unit = next((unit for unit, (low, high) in _LIKELY.items() if low <= axis.min() <= axis.max() <= high), None)
         notes += (f"names no unit; {axis.min():g} to {axis.max():g} is read in {unit}",)
@@ -199,7 +199,8 @@ def _columns(table: CsvTable) -> _Columns:
         raise table.error(
             -1,
             axes[0],
-            f"found {f'the unit {written!r}' if written else 'no unit'} of {kind}; {nearest(written, UNITS[kind])};"
+            f"found {f'the unit {unit_text!r}' if unit_text else 'no unit'} of {kind};"
+            f" {nearest(unit_text, UNITS[kind])};"
             f" write a first line such as {kind}[{next(iter(UNITS[kind]))}],response",
         )
     return _Columns(values[0], axes[0], kind, unit, notes)
@@ -227,7 +228,7 @@ def _values(table: CsvTable, columns: _Columns, notes: list[str]) -> tuple[Float
         )
     below = int(np.sum(response < 0))
     if below:
-        notes.append(f"has {below} values below 0, down to {response.min():g}; 0 stands for them")
+        notes.append(f"has {below} values below 0, down to {response.min():g}; they are replaced by 0")
     return axis, np.maximum(response, 0.0)
 
 

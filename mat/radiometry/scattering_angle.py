@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from skyshine.schemas.arrays import Floats
 
-_LEVEL = 1e-9  # product of cosines below which line or source stands in the zenith or nadir: azimuth is undefined there
+_LEVEL = 1e-9  # product of cosines below which line or source is at the zenith or nadir: azimuth is undefined there
 
 
 def scattering_angle(
@@ -23,9 +23,9 @@ def scattering_angle(
     Parameters
     ----------
     elevation, source_elevation : array_like
-        Of the line of sight and of the source [degree].
+        Elevations of the line of sight and of the source [degree].
     source_azimuth : array_like
-        From that of the line of sight [degree].
+        Azimuth of the source from that of the line of sight [degree].
 
     Returns
     -------
@@ -52,7 +52,7 @@ def azimuth_at(
     Parameters
     ----------
     elevation, source_elevation, angle : array_like
-        Of the line of sight, the source, and between the two [rad].
+        Elevations of the line of sight and the source, and the angle between the two [rad].
 
     Returns
     -------

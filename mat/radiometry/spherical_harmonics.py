@@ -40,7 +40,7 @@ def face_normal(slope: npt.ArrayLike, azimuth: npt.ArrayLike) -> Floats:
     slope : array
         0 faces up, 180 down, degree.
     azimuth : array
-        Of the face relative to the source's, degree.
+        Azimuth of the face relative to the source's, degree.
     """
     tilt, turn = np.radians(slope), np.radians(azimuth)
     return np.stack(
@@ -69,8 +69,8 @@ def harmonics_at(direction: Floats, codes: npt.ArrayLike = HARMONICS) -> Floats:
         axis=-1,
     )
     columns: Integers = np.searchsorted(HARMONICS, codes)
-    found: Floats = (values * _NORMS)[..., columns]
-    return found
+    harmonics: Floats = (values * _NORMS)[..., columns]
+    return harmonics
 
 
 def irradiance_factors(codes: npt.ArrayLike) -> Floats:
@@ -103,7 +103,7 @@ def ambient_of_faces(
     Parameters
     ----------
     level : (...) array
-        Of a level face, equation (20).
+        Ambient light of a level face, equation (20).
     radiance : (..., H) array
         Coefficients of the radiance around the face, without the light that the ground emits; H is one of `COUNTS`.
     ground : (..., Z) array
@@ -111,7 +111,7 @@ def ambient_of_faces(
     ground_radiance : (...) array
         Radiance that the ground emits.
     normal : (..., 3) array
-        Of `face_normal`.
+        Normals from `face_normal`.
 
     Returns
     -------
@@ -119,9 +119,9 @@ def ambient_of_faces(
         In the units of `level`; not below 0.
     """
     codes = np.array(HARMONICS[: radiance.shape[-1]])
-    places = np.searchsorted(codes, zonal(codes.size))
+    index = np.searchsorted(codes, zonal(codes.size))
     total = np.array(np.broadcast_arrays(radiance, np.zeros((*np.shape(ground_radiance), 1)))[0])
-    total[..., places] += ground * np.asarray(ground_radiance)[..., None]
+    total[..., index] += ground * np.asarray(ground_radiance)[..., None]
     factors = irradiance_factors(codes)
     upright = total @ (factors * harmonics_at(np.array([0.0, 0.0, 1.0]), codes))
     facing = np.sum(total * (factors * harmonics_at(normal, codes)), axis=-1)

@@ -84,8 +84,8 @@ def film_shares(moisture: float) -> Floats:
     """Shares of a soil's surface under no film, one, two ... (7,), at a volume fraction of water."""
     mean = max(moisture - _FIRST_FILM, 0.0) / _MOISTURE_OF_FILM
     shares = np.array([mean**k / math.factorial(k) for k in range(_MOST_FILMS + 1)])
-    whole: Floats = shares / shares.sum()
-    return whole
+    normalised: Floats = shares / shares.sum()
+    return normalised
 
 
 def moist_reflectance(dry: npt.ArrayLike, wavelength: npt.ArrayLike, index: npt.ArrayLike, moisture: float) -> Floats:
@@ -93,5 +93,5 @@ def moist_reflectance(dry: npt.ArrayLike, wavelength: npt.ArrayLike, index: npt.
     shares = film_shares(moisture)
     parts = [np.asarray(dry, float)]
     parts += [film_reflectance(dry, wavelength, index, SOIL_FILM * count) for count in range(1, shares.size)]
-    whole: Floats = np.sum([share * part for share, part in zip(shares, parts, strict=True)], axis=0)
-    return whole
+    reflectance: Floats = np.sum([share * part for share, part in zip(shares, parts, strict=True)], axis=0)
+    return reflectance

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -41,14 +42,14 @@ class ViewRays:
     spread: Floats
     side: float
 
-    @property
+    @cached_property
     def elevation(self) -> Floats:
         """Of the lines of sight (n,) [degree]."""
         up = self.direction[:, 2]
         elevation: Floats = np.degrees(np.arctan2(up, np.hypot(self.direction[:, 0], self.direction[:, 1])))
         return elevation
 
-    @property
+    @cached_property
     def azimuth(self) -> Floats:
         """Of the lines of sight (n,), from north eastward [degree]."""
         azimuth: Floats = np.mod(np.degrees(np.arctan2(self.direction[:, 0], self.direction[:, 1])), 360.0)

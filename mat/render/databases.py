@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from skyshine.mat.render.frame_file import LoadedFrame
 from skyshine.mat.render.scene_file import LoadedScene
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.axes import PERIODIC, AxisRule
@@ -99,8 +100,8 @@ class SceneTables:
         return cls(_open(TemperatureTable, folder, _file(of_state, filetype="htt")), tuple(opened))
 
     @classmethod
-    def of_scene(cls, scene: LoadedScene) -> SceneTables:
-        """Open the databases that a scene names; raises as `of`, at the keys of the scene."""
+    def of_scene(cls, scene: LoadedScene | LoadedFrame) -> SceneTables:
+        """Open the databases that a scene, or a frame, names; raises as `of`, at the keys of its file."""
         model = scene.model
         tables = cls.of(scene.databases, state=model.state, bands=model.bands, source=model.source, refuse=scene.error)
         names = [band.name for band in tables.bands]

@@ -1,4 +1,4 @@
-"""The day of a scene in one picture, beside its photograph, and as an animation."""
+"""Frames in one picture, beside a photograph, and as an animation."""
 
 from __future__ import annotations
 
@@ -26,15 +26,23 @@ _WIDTH_IN, _DPI, _PHOTOGRAPH = 14.0, 100, 0.4  # width of the picture, and what 
 _SHOWN_SIDE = 960  # pixels of the longer side that pictures of the day show at most
 
 
-def draw_day(scene: LoadedScene, days: Mapping[str, Sequence[Floats]], picture: Path) -> Path:
-    """Draw apparent temperatures through the day, with the photograph of a plan.
+def draw_frames(
+    bands: Mapping[str, Sequence[Floats]],
+    titles: Sequence[str],
+    picture: Path,
+    photograph: npt.NDArray[Any] | None = None,
+) -> Path:
+    """Draw apparent temperatures of frames, such as those of a day, in one scale of colours.
 
     Parameters
     ----------
-    scene : LoadedScene
-    days : dict of str to sequence of (rows, columns) arrays
-        Of each band, at the hours of the scene [K].
+    bands : dict of str to sequence of (rows, columns) arrays
+        Frames of each band [K].
+    titles : sequence of str
+        Of the frames of a band.
     picture : Path
+    photograph : (h, w, 3) array, optional
+        Beside them.
 
     Raises
     ------
@@ -45,29 +53,29 @@ def draw_day(scene: LoadedScene, days: Mapping[str, Sequence[Floats]], picture: 
     from matplotlib.figure import Figure
     from PIL import Image
 
-    image, shown = photograph(scene), _shown(len(scene.hours))
-    low, high = _limits(days)
+    shown = _shown(len(titles))
+    low, high = _limits(bands)
     across = min(len(shown), COLUMNS)
     rows = -(-len(shown) // across)
-    shape = next(iter(days.values()))[0].shape
-    side = _WIDTH_IN * (1.0 if image is None else 1.0 - _PHOTOGRAPH)
-    height = len(days) * rows * (side / across * shape[0] / shape[1] + 0.25) + 0.8
+    shape = next(iter(bands.values()))[0].shape
+    side = _WIDTH_IN * (1.0 if photograph is None else 1.0 - _PHOTOGRAPH)
+    height = len(bands) * rows * (side / across * shape[0] / shape[1] + 0.25) + 0.8
     figure = Figure(figsize=(_WIDTH_IN, height), layout="constrained")
     FigureCanvasAgg(figure)
-    widths = [1.0] * across if image is None else [across * _PHOTOGRAPH / (1.0 - _PHOTOGRAPH), *[1.0] * across]
-    grid = figure.add_gridspec(len(days) * rows, len(widths), width_ratios=widths)
-    if image is not None:
+    widths = [1.0] * across if photograph is None else [across * _PHOTOGRAPH / (1.0 - _PHOTOGRAPH), *[1.0] * across]
+    grid = figure.add_gridspec(len(bands) * rows, len(widths), width_ratios=widths)
+    if photograph is not None:
         axis = figure.add_subplot(grid[:, 0])
-        axis.imshow(image)
+        axis.imshow(photograph)
         axis.set_axis_off()
         axis.set_title("photograph", fontsize=10)
     axes = []
-    for number, (band, frames) in enumerate(days.items()):
+    for number, (band, frames) in enumerate(bands.items()):
         for place, frame in enumerate(shown):
             axis = figure.add_subplot(grid[number * rows + place // across, len(widths) - across + place % across])
             drawn = axis.imshow(frames[frame] - ZERO_CELSIUS, cmap=HEAT, vmin=low, vmax=high)
             axis.set(xticks=[], yticks=[])
-            axis.set_title(clock_text(scene.hours[frame]), fontsize=9)
+            axis.set_title(titles[frame], fontsize=9)
             if place % across == 0:
                 axis.set_ylabel(band, fontsize=10)
             axes.append(axis)
@@ -131,9 +139,9 @@ def photograph(scene: LoadedScene) -> npt.NDArray[Any] | None:
     return image[..., :3]
 
 
-def _limits(days: Mapping[str, Sequence[Floats]]) -> tuple[float, float]:
+def _limits(bands: Mapping[str, Sequence[Floats]]) -> tuple[float, float]:
     """Ends of the colours [deg C]: of all frames, without the outermost pixels."""
-    values = np.concatenate([frame.ravel() for frames in days.values() for frame in frames]) - ZERO_CELSIUS
+    values = np.concatenate([frame.ravel() for frames in bands.values() for frame in frames]) - ZERO_CELSIUS
     low, high = np.percentile(values, [TAIL, 100.0 - TAIL])
     return float(low), float(max(high, low + 0.1))
 

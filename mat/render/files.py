@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.job.fields import clock_text
-from skyshine.mat.render.frames import Frame
+from skyshine.mat.render.frames import Picture
 from skyshine.mat.render.scene_file import Sensor
 from skyshine.mat.runtime.pixel import pixel_value
 from skyshine.schemas.arrays import Floats
@@ -18,9 +18,26 @@ from skyshine.schemas.whole_files import part_file
 
 VALUES_PER_KELVIN = 100  # of the 16-bit PNG: 10 mK a step, 0 to 655.35 K
 HIGHEST = (1 << 16) - 1
+RENDERED = "rendered"
 
 
-def frame_files(folder: Path, scene: str, frame: Frame, sensor: Sensor | None) -> list[Path]:
+def picture_folder(beside: Path, out: str | os.PathLike[str] | None) -> Path:
+    """The folder of pictures: a given one, or `rendered` beside the file that describes them; made where it lacks.
+
+    Raises
+    ------
+    InputError
+        It cannot be made.
+    """
+    folder = beside / RENDERED if out is None else Path(out)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot be made: {error.strerror}; name another with --out", file=folder) from None
+    return folder
+
+
+def frame_files(folder: Path, scene: str, frame: Picture, sensor: Sensor | None) -> list[Path]:
     """Write the files of a frame; the names hold scene, band and time.
 
     Returns

@@ -13,8 +13,9 @@ from skyshine.mat.job.fields import clock_text
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight, direction
 from skyshine.mat.render.alike import alike
 from skyshine.mat.render.camera import ViewRays, check_above_ground, is_still, view_rays
-from skyshine.mat.render.databases import BandTables, SceneTables, held_hours
+from skyshine.mat.render.databases import BandTables, Refuse, SceneTables, held_hours
 from skyshine.mat.render.exposure import SeenExposure, exposure_of, hidden
+from skyshine.mat.render.frame_file import LoadedFrame
 from skyshine.mat.render.rays import RayCaster, ray_caster
 from skyshine.mat.render.scene_file import LoadedScene
 from skyshine.mat.render.seen import SeenSurface
@@ -42,8 +43,8 @@ _BLOCK = 1 << 13  # pixels read together, which bounds what light by wavelength 
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
-    """One picture.
+class Picture:
+    """One frame in one band.
 
     Attributes
     ----------
@@ -94,7 +95,8 @@ class SeenScene:
     ----------
     rays : ViewRays
     seen : SeenSurface
-    exposure : SeenExposure
+    exposure : SeenExposure or None
+        None: without a mesh that casts shadows.
     lit_share, sky_view : (n,) array
         Of what is seen: the share that shade of the whole day leaves to direct light, and the open share of the sky.
     temperatures : SeenTemperatures
@@ -106,7 +108,7 @@ class SeenScene:
 
     rays: ViewRays
     seen: SeenSurface
-    exposure: SeenExposure
+    exposure: SeenExposure | None
     lit_share: Floats
     sky_view: Floats
     temperatures: SeenTemperatures
@@ -121,7 +123,165 @@ class SeenScene:
         return np.broadcast_to(kelvin, self.seen.materials.share.shape)
 
 
-class Renderer:
+class PictureMaker:
+    """Radiance of what is seen, from the tables.
+
+    Attributes
+    ----------
+    tables : SceneTables
+    """
+
+    def __init__(
+        self, tables: SceneTables, caster: RayCaster, codes: Integers, source: str, samples: int, refuse: Refuse
+    ) -> None:
+        """What all pictures read.
+
+        Parameters
+        ----------
+        tables : SceneTables
+        caster : RayCaster
+            Of what hides the source.
+        codes : (K,) int array
+            Of the materials by their number in `SeenSurface`.
+        source : {'sun', 'moon'}
+        samples : int
+            Rays along each side of a pixel.
+        refuse : callable
+            Makes the error for a key and a message.
+        """
+        self.tables, self._caster, self._codes = tables, caster, codes
+        self._source, self._samples, self._refuse = source, samples, refuse
+
+    @cached_property
+    def _sun_of_day(self) -> tuple[Floats, Floats]:
+        """Elevation and azimuth of the Sun at the steps of the day whose light the temperatures follow."""
+        track = self.tables.surface.source_track("sun", time=forcing_hours())
+        return track.elevation, track.azimuth
+
+    def _frame(self, place: SeenScene, number: int, hour: float, tables: BandTables) -> Picture:
+        count, seen = place.rays.size[0] * place.rays.size[1], place.seen
+        source = self.tables.surface.source_track(self._source, time=hour)
+        check_reach(self._refuse, tables.air, place)
+        check_source(self._refuse, self._source, tables.air, hour, float(source.elevation))
+        lit = place.lit_share * ~hidden(seen, self._caster, direction(source.elevation, source.azimuth))
+        kelvin = place.temperature(number, tables.band)
+        radiance, mean, distance = np.empty(count), np.full(count, np.nan), np.full(count, np.inf)
+        distance[seen.pixel] = seen.range
+        pixel, kind = self._kinds(place, lit, kelvin)
+        terms = [
+            self._pixels(place, pixel[start : start + _BLOCK], kelvin, lit, hour, tables, source)
+            for start in range(0, pixel.size, _BLOCK)
+        ]
+        if terms:
+            radiance[seen.pixel] = np.concatenate([part.radiance for part in terms])[kind]
+            mean[seen.pixel] = np.concatenate([part.temperature for part in terms])[kind]
+        self._fill_air(place, radiance, tables.air, source)
+        first, last = (float(limit) for limit in tables.air.attributes["wavelength_um"])
+        parts = [self._parts(place, values) for values in (radiance, mean, distance)]
+        met = np.maximum(np.isfinite(parts[1]).sum(axis=-1), 1)
+        kelvin = np.where(np.isfinite(parts[1]).any(axis=-1), np.nansum(parts[1], axis=-1) / met, np.nan)
+        seen_radiance = parts[0].mean(axis=-1)
+        apparent = equivalent_temperature(tables.band, seen_radiance)
+        return Picture(hour, tables.name, (first, last), seen_radiance, apparent, kelvin, parts[2].min(axis=-1))
+
+    def _parts(self, place: SeenScene, values: Floats) -> Floats:
+        """Values of the rays of each pixel, (rows, columns, rays of a pixel)."""
+        side = self._samples
+        columns, rows = (count // side for count in place.rays.size)
+        squares = values.reshape(rows, side, columns, side)
+        return squares.transpose(0, 2, 1, 3).reshape(rows, columns, side * side)
+
+    def _kinds(self, place: SeenScene, lit: Floats, kelvin: Floats) -> tuple[Integers, Integers]:
+        """Pixels that differ, and the kind of each; the pixels of a perspective all do."""
+        seen, rows = place.seen, np.arange(len(place.seen))
+        if place.rays.side == 0 or not rows.size:
+            return rows, rows
+        mixture = seen.materials
+        return alike(
+            seen.range, seen.altitude, seen.slope, seen.azimuth, mixture.number, mixture.share, kelvin, lit,
+            place.sky_view, np.zeros((rows.size, 0)) if place.exposure is None else place.exposure.walls,
+        )  # fmt: skip
+
+    def _pixels(
+        self,
+        place: SeenScene,
+        rows: Integers,
+        kelvin: Floats,
+        lit: Floats,
+        hour: float,
+        tables: BandTables,
+        source: SourceTrack,
+    ) -> PixelRadiance:
+        """Radiance of some of the pixels that meet the surface, by their rows."""
+        seen = place.seen
+        faces = self._faces(place, rows, kelvin[rows], lit[rows], hour)
+        view = _view(tables.air, place.rays, seen.pixel[rows], seen.range[rows], seen.normal[rows], source)
+        if place.walls is not None and faces.wall_temperature is not None:
+            kelvin_of_walls = self._wall_temperature(place, place.walls, rows, faces, view, tables)
+            faces = replace(faces, wall_temperature=kelvin_of_walls)
+        return pixel_radiance(self.tables.surface, tables.band, tables.air, faces, view)
+
+    def _wall_temperature(
+        self, place: SeenScene, walls: Walls, rows: Integers, faces: Faces, view: View, tables: BandTables
+    ) -> Floats:
+        """Temperature [K] of what hides the sky of some pixels, as it shines in a band; its light is that at the pixel
+        in the middle of the ranges.
+        """
+        exposure, hidden_sky = place.exposure, 1 - place.sky_view[rows]
+        assert exposure is not None  # walls are known from it
+        known = np.divide(1 - exposure.sky_view[rows], hidden_sky, out=np.zeros(rows.size), where=hidden_sky > 0)
+        shares = exposure.walls[rows] * np.minimum(known, 1.0)[:, None]
+        middle = np.argsort(view.range)[[rows.size // 2]]
+        ground = faces.ground_temperature
+        if ground is None:
+            ground = tables.air.ground_temperature(self.tables.surface, time=faces.time)
+        assert faces.wall_temperature is not None
+        return walls.in_band(
+            tables,
+            shares,
+            float(faces.time[0]),
+            view.lines.take(middle),
+            float(faces.wall_temperature[middle[0]]),
+            float(np.broadcast_to(ground, faces.time.shape)[middle[0]]),
+            sun=self._source == "sun",
+        )
+
+    def _fill_air(self, place: SeenScene, radiance: Floats, air: AtmosphereTable, source: SourceTrack) -> None:
+        """Write the radiance of pixels that meet nothing: of the air along the longest range of the table."""
+        unmet = np.ones(radiance.size, bool)
+        unmet[place.seen.pixel] = False
+        missed = np.flatnonzero(unmet)
+        farthest = air.rules("beta_star")[0].nodes[-1]
+        for start in range(0, missed.size, _BLOCK):
+            pixel = missed[start : start + _BLOCK]
+            up = np.broadcast_to([0.0, 0.0, 1.0], (pixel.size, 3))
+            view = _view(air, place.rays, pixel, np.full(pixel.size, farthest), up, source)
+            radiance[pixel] = sky_radiance(air, view)
+
+    def _faces(self, place: SeenScene, rows: Integers, kelvin: Floats, lit: Floats, hour: float) -> Faces:
+        seen, table = place.seen, self.tables.surface
+        view = place.sky_view[rows]
+        count = view.size
+        wall = None
+        if np.any(view < 1):
+            nodes = np.asarray(table.root.axes["altitude"].values, float)
+            altitude = np.clip(seen.altitude[rows], nodes[0], nodes[-1])
+            wall = table.value("air_temperature", altitude=altitude, forcing_time=hour)
+        return Faces(
+            codes=self._codes[seen.materials.number[rows]],
+            shares=seen.materials.share[rows],
+            altitude=seen.altitude[rows],
+            azimuth=seen.azimuth[rows],
+            slope=seen.slope[rows],
+            time=np.full(count, hour),
+            temperature=kelvin,
+            lit=lit,
+            sky_view=None if wall is None else view,
+            wall_temperature=wall,
+        )
+
+
+class Renderer(PictureMaker):
     """A scene with its surface, its databases and its textures open.
 
     Attributes
@@ -141,19 +301,21 @@ class Renderer:
         """
         self.scene, self._progress = scene, progress
         self.surface: SurfaceMesh = surface_of_scene(scene)
-        self._caster: RayCaster = ray_caster(self.surface)
-        check_above_ground(scene, self.surface, self._caster)
-        self.tables = SceneTables.of_scene(scene)
-        check_hours(scene, self.tables.surface)
+        caster = ray_caster(self.surface)
+        check_above_ground(scene, self.surface, caster)
+        tables = SceneTables.of_scene(scene)
+        check_hours(scene, tables.surface)
         self._materials = SurfaceMaterials(scene, self.surface)
         try:
             # In sunlight and, once more, in the shade of the photograph.
-            self._codes: Integers = np.tile(self.tables.codes(self._materials.places, scene.error), 2)
+            codes = np.tile(tables.codes(self._materials.places, scene.error), 2)
         except BaseException:
             self.close()
             raise
+        model = scene.model
+        super().__init__(tables, caster, codes, model.source, model.camera.samples, scene.error)
 
-    def frames(self) -> Iterator[Frame]:
+    def frames(self) -> Iterator[Picture]:
         """All frames: for each hour, its bands."""
         hours = self.scene.hours
         still = self._see(0, np.array(hours)) if is_still(self.scene) else None
@@ -186,131 +348,6 @@ class Renderer:
     def _exposed(self, seen: SeenSurface, kinds: WallKinds | None = None) -> SeenExposure:
         return exposure_of(seen, self.surface, self._caster, *self._sun_of_day, self._progress, kinds)
 
-    @cached_property
-    def _sun_of_day(self) -> tuple[Floats, Floats]:
-        """Elevation and azimuth of the Sun at the steps of the day whose light the temperatures follow."""
-        track = self.tables.surface.source_track("sun", time=forcing_hours())
-        return track.elevation, track.azimuth
-
-    def _frame(self, place: SeenScene, number: int, hour: float, tables: BandTables) -> Frame:
-        count, seen = place.rays.size[0] * place.rays.size[1], place.seen
-        source = self.tables.surface.source_track(self.scene.model.source, time=hour)
-        check_reach(self.scene, tables.air, place)
-        check_source(self.scene, tables.air, hour, float(source.elevation))
-        lit = place.lit_share * ~hidden(seen, self._caster, direction(source.elevation, source.azimuth))
-        kelvin = place.temperature(number, tables.band)
-        radiance, mean, distance = np.empty(count), np.full(count, np.nan), np.full(count, np.inf)
-        distance[seen.pixel] = seen.range
-        pixel, kind = self._kinds(place, lit, kelvin)
-        terms = [
-            self._pixels(place, pixel[start : start + _BLOCK], kelvin, lit, hour, tables, source)
-            for start in range(0, pixel.size, _BLOCK)
-        ]
-        if terms:
-            radiance[seen.pixel] = np.concatenate([part.radiance for part in terms])[kind]
-            mean[seen.pixel] = np.concatenate([part.temperature for part in terms])[kind]
-        self._fill_air(place, radiance, tables.air, source)
-        first, last = (float(limit) for limit in tables.air.attributes["wavelength_um"])
-        parts = [self._parts(place, values) for values in (radiance, mean, distance)]
-        met = np.maximum(np.isfinite(parts[1]).sum(axis=-1), 1)
-        kelvin = np.where(np.isfinite(parts[1]).any(axis=-1), np.nansum(parts[1], axis=-1) / met, np.nan)
-        seen_radiance = parts[0].mean(axis=-1)
-        apparent = equivalent_temperature(tables.band, seen_radiance)
-        return Frame(hour, tables.name, (first, last), seen_radiance, apparent, kelvin, parts[2].min(axis=-1))
-
-    def _parts(self, place: SeenScene, values: Floats) -> Floats:
-        """Values of the rays of each pixel, (rows, columns, rays of a pixel)."""
-        side = self.scene.model.camera.samples
-        columns, rows = (count // side for count in place.rays.size)
-        squares = values.reshape(rows, side, columns, side)
-        return squares.transpose(0, 2, 1, 3).reshape(rows, columns, side * side)
-
-    def _kinds(self, place: SeenScene, lit: Floats, kelvin: Floats) -> tuple[Integers, Integers]:
-        """Pixels that differ, and the kind of each; the pixels of a perspective all do."""
-        seen, rows = place.seen, np.arange(len(place.seen))
-        if place.rays.side == 0 or not rows.size:
-            return rows, rows
-        mixture = seen.materials
-        return alike(
-            seen.range, seen.altitude, seen.slope, seen.azimuth, mixture.number, mixture.share, kelvin, lit,
-            place.sky_view, place.exposure.walls,
-        )  # fmt: skip
-
-    def _pixels(
-        self,
-        place: SeenScene,
-        rows: Integers,
-        kelvin: Floats,
-        lit: Floats,
-        hour: float,
-        tables: BandTables,
-        source: SourceTrack,
-    ) -> PixelRadiance:
-        """Radiance of some of the pixels that meet the surface, by their rows."""
-        seen = place.seen
-        faces = self._faces(place, rows, kelvin[rows], lit[rows], hour)
-        view = _view(tables.air, place.rays, seen.pixel[rows], seen.range[rows], seen.normal[rows], source)
-        if place.walls is not None and faces.wall_temperature is not None:
-            kelvin_of_walls = self._wall_temperature(place, place.walls, rows, faces, view, tables)
-            faces = replace(faces, wall_temperature=kelvin_of_walls)
-        return pixel_radiance(self.tables.surface, tables.band, tables.air, faces, view)
-
-    def _wall_temperature(
-        self, place: SeenScene, walls: Walls, rows: Integers, faces: Faces, view: View, tables: BandTables
-    ) -> Floats:
-        """Temperature [K] of what hides the sky of some pixels, as it shines in a band; its light is that at the pixel
-        in the middle of the ranges.
-        """
-        exposure, hidden_sky = place.exposure, 1 - place.sky_view[rows]
-        known = np.divide(1 - exposure.sky_view[rows], hidden_sky, out=np.zeros(rows.size), where=hidden_sky > 0)
-        shares = exposure.walls[rows] * np.minimum(known, 1.0)[:, None]
-        middle = np.argsort(view.range)[[rows.size // 2]]
-        ground = faces.ground_temperature
-        if ground is None:
-            ground = tables.air.ground_temperature(self.tables.surface, time=faces.time)
-        assert faces.wall_temperature is not None
-        return walls.in_band(
-            tables,
-            shares,
-            float(faces.time[0]),
-            view.lines.take(middle),
-            float(faces.wall_temperature[middle[0]]),
-            float(np.broadcast_to(ground, faces.time.shape)[middle[0]]),
-            sun=self.scene.model.source == "sun",
-        )
-
-    def _fill_air(self, place: SeenScene, radiance: Floats, air: AtmosphereTable, source: SourceTrack) -> None:
-        """Write the radiance of pixels that meet nothing: of the air along the longest range of the table."""
-        missed = np.setdiff1d(np.arange(radiance.size), place.seen.pixel)
-        farthest = air.rules("beta_star")[0].nodes[-1]
-        for start in range(0, missed.size, _BLOCK):
-            pixel = missed[start : start + _BLOCK]
-            up = np.broadcast_to([0.0, 0.0, 1.0], (pixel.size, 3))
-            view = _view(air, place.rays, pixel, np.full(pixel.size, farthest), up, source)
-            radiance[pixel] = sky_radiance(air, view)
-
-    def _faces(self, place: SeenScene, rows: Integers, kelvin: Floats, lit: Floats, hour: float) -> Faces:
-        seen, table = place.seen, self.tables.surface
-        view = place.sky_view[rows]
-        count = view.size
-        wall = None
-        if np.any(view < 1):
-            nodes = np.asarray(table.root.axes["altitude"].values, float)
-            altitude = np.clip(seen.altitude[rows], nodes[0], nodes[-1])
-            wall = table.value("air_temperature", altitude=altitude, forcing_time=hour)
-        return Faces(
-            codes=self._codes[seen.materials.number[rows]],
-            shares=seen.materials.share[rows],
-            altitude=seen.altitude[rows],
-            azimuth=seen.azimuth[rows],
-            slope=seen.slope[rows],
-            time=np.full(count, hour),
-            temperature=kelvin,
-            lit=lit,
-            sky_view=None if wall is None else view,
-            wall_temperature=wall,
-        )
-
     def close(self) -> None:
         self._materials.close()
 
@@ -321,7 +358,7 @@ class Renderer:
         self.close()
 
 
-def check_hours(scene: LoadedScene, surface: TemperatureTable) -> None:
+def check_hours(scene: LoadedScene | LoadedFrame, surface: TemperatureTable) -> None:
     """Refuse hours at which a table holds no temperatures.
 
     Raises
@@ -338,7 +375,7 @@ def check_hours(scene: LoadedScene, surface: TemperatureTable) -> None:
         )
 
 
-def check_reach(scene: LoadedScene, air: AtmosphereTable, place: SeenScene) -> None:
+def check_reach(refuse: Refuse, air: AtmosphereTable, place: SeenScene) -> None:
     """Refuse lines of sight that a table does not hold.
 
     Raises
@@ -355,14 +392,14 @@ def check_reach(scene: LoadedScene, air: AtmosphereTable, place: SeenScene) -> N
         low, high = reach[axis]
         outside: Booleans = (values < low - 1e-9) | (values > high + 1e-9)
         if outside.any():
-            raise scene.error(
+            raise refuse(
                 ("camera",),
                 f"found {values[outside][0]:.6g} {units}; {air.path.name} holds {low:g} to {high:g}; move the camera,"
                 " or widen atmosphere_grid of the job and build again",
             )
 
 
-def check_source(scene: LoadedScene, air: AtmosphereTable, hour: float, elevation: float) -> None:
+def check_source(refuse: Refuse, source: str, air: AtmosphereTable, hour: float, elevation: float) -> None:
     """Refuse an hour at which the source stands higher than a table holds; below, the rule of the night is for it.
 
     Raises
@@ -376,9 +413,9 @@ def check_source(scene: LoadedScene, air: AtmosphereTable, hour: float, elevatio
         if rule.name == SOURCE_ELEVATION
     )
     if elevation > highest:
-        raise scene.error(
+        raise refuse(
             ("hours",),
-            f"found the {scene.model.source} at {elevation:.3g} degree at {clock_text(hour)}; {air.path.name} holds up"
+            f"found the {source} at {elevation:.3g} degree at {clock_text(hour)}; {air.path.name} holds up"
             f" to {highest:g}; change the hours, or widen atmosphere_grid.source_elevation_deg of the job and build"
             " again",
         )
@@ -391,10 +428,12 @@ def _view(
     nearest = float(air.rules("beta_star")[0].nodes[0])
     heading = rays.azimuth[pixel]
     lines = LinesOfSight(
-        distance,
+        np.maximum(distance, nearest),
         rays.altitude[pixel],
         rays.elevation[pixel],
         np.full(pixel.size, float(source.elevation)),
         source.azimuth - heading,
     )
-    return View.of(lines, heading, normal, nearest=nearest)
+    to_source = np.broadcast_to(direction(source.elevation, source.azimuth), (pixel.size, 3))
+    towards = np.full(pixel.size, float(source.azimuth))
+    return View(lines, distance, normal, to_source, -rays.direction[pixel], towards)

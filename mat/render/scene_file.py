@@ -224,6 +224,11 @@ class HourRange(StrictModel):
             raise ValueError(f"allowed: last after first, and at most {MAX_FRAMES} hours; change first, last or step")
         return self
 
+    def hours(self) -> list[float]:
+        """All of them."""
+        count = int(np.floor((self.last - self.first) / self.step + 1e-9)) + 1
+        return [self.first + self.step * number for number in range(count)]
+
 
 Hours = Annotated[
     Annotated[list[Hour], Field(min_length=1, max_length=MAX_FRAMES), pydantic.Tag("list")]
@@ -305,9 +310,7 @@ class LoadedScene:
             return [station.hour for station in perspective.track]
         if isinstance(hours, list):
             return hours
-        chosen = hours or HourRange(first=0.0, last=21.0, step=3.0)
-        count = int(np.floor((chosen.last - chosen.first) / chosen.step + 1e-9)) + 1
-        return [chosen.first + chosen.step * number for number in range(count)]
+        return (hours or HourRange(first=0.0, last=21.0, step=3.0)).hours()
 
     def error(self, location: tuple[str | int, ...], message: str) -> InputError:
         """An error at a key of the scene."""

@@ -83,6 +83,8 @@ class WallKinds:
         number = self._materials.of_faces(side // 2)[:, None]
         seen = SeenSurface(
             np.arange(side.size),
+            side // 2,
+            np.full((side.size, 3), 1 / 3),
             point,
             normal,
             point + normal * start_height(surface),

@@ -108,8 +108,8 @@ def _of_job(soil_moisture: float | str | dict[str, float | str], material: Mater
         return material
 
 
-def moist(material: Material, moisture: float, frozen: bool = False) -> Material:
-    """A material that has soil, with a volume fraction of water in it, up to its porosity; frozen, it is ice."""
+def moist(material: Material, moisture: float, frost: float = 0.0) -> Material:
+    """A material that has soil, with a volume fraction of water in it, up to its porosity: ice in kelvins of frost."""
     if material.soil is None:
         return material
     moisture = min(moisture, material.soil.porosity)
@@ -121,7 +121,7 @@ def moist(material: Material, moisture: float, frozen: bool = False) -> Material
     )
     return replace(
         material,
-        thermal=moist_stack(material.thermal, material.soil, moisture, frozen),
+        thermal=moist_stack(material.thermal, material.soil, moisture, frost),
         moisture=moisture,
         surface=surface,
         reflectance=reflectance,

@@ -168,9 +168,9 @@ def _surface_material(material: Material, operated: Mapping[str, Operation], wet
     film, by_moisture = None, None
     if wetting.soil_moisture is not None and material.soil is not None:
         dry = load_library()[material.name]
-        by_moisture, material = moist_skin(dry), moist(dry, wetting.soil_moisture, wetting.frozen)
-    elif wetting.frozen and material.moisture:
-        material = moist(load_library()[material.name], material.moisture, frozen=True)
+        by_moisture, material = moist_skin(dry), moist(dry, wetting.soil_moisture, wetting.frost)
+    elif wetting.frost and material.moisture:
+        material = moist(load_library()[material.name], material.moisture, wetting.frost)
     if wetting.rain:
         film = film_skin(material)
     thermal = material.thermal

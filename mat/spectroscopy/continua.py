@@ -52,9 +52,9 @@ class ContinuumModel(Protocol):
     Attributes
     ----------
     name : str
-        Of the water vapour continuum, as a job names it.
+        Name of the water vapour continuum in a job.
     label : str
-        As provenance names the model.
+        Label of the model in provenance.
     citation, terms, notice : str
         What to cite, on what terms figures may be used, and the notice that travels with them.
     changed_by_water : frozenset of str
@@ -107,14 +107,14 @@ class Coefficients:
         inside = (position >= 0) & (position <= self.values.size - 1)
         cell = np.clip(position.astype(int), 1, self.values.size - 3)
         fraction = position - cell
-        around = self.values[cell[..., None] + np.arange(-1, 3)]
+        samples = self.values[cell[..., None] + np.arange(-1, 3)]
         weights = lagrange_weights(np.arange(-1.0, 3.0), np.where(inside, fraction, 0.0))
-        value = np.sum(around * weights, axis=-1)
-        return np.asarray(np.where(inside, np.clip(value, around.min(-1), around.max(-1)), 0.0))
+        value = np.sum(samples * weights, axis=-1)
+        return np.asarray(np.where(inside, np.clip(value, samples.min(-1), samples.max(-1)), 0.0))
 
 
 class Continua:
-    """The continuum coefficients of a folder that holds MT_CKD's netCDF files."""
+    """The continuum coefficients of a folder with MT_CKD's netCDF files."""
 
     name = "mt_ckd_4.3"
     label = "MT_CKD"

@@ -1,9 +1,9 @@
 """Measured cross sections of gases without lines: heavy molecules in the infrared, ultraviolet and visible bands.
 
-A folder holds ``xs/*.gz``, tables at one temperature each in the format of the AER collection (a line of name, first
+A folder contains ``xs/*.gz``, tables at one temperature each in the format of the AER collection (a line of name, first
 and last wavenumber, number of values, temperature; then the values in cm2, ten a line), and
 ``crs_*_UBremen_cf.dat.gz``, second-degree polynomials in temperature at wavelengths in air. Outside the measured
-temperatures the nearest one stands: a polynomial fit is never continued.
+temperatures the nearest one is used: a polynomial fit is never continued.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def read_cross_sections(folder: str | os.PathLike[str]) -> list[CrossSectionSour
     Raises
     ------
     InputError
-        The folder holds none of the tables, or a file is damaged.
+        The folder contains none of the tables, or a file is damaged.
     """
     folder = Path(folder)
     tables: dict[str, dict[tuple[float, int], list[_Table]]] = {}
@@ -126,7 +126,7 @@ def read_cross_sections(folder: str | os.PathLike[str]) -> list[CrossSectionSour
             sources.append(CrossSectionSource(name, [read_fit(folder / file)], FIT_TEXT))
     if not sources:
         raise InputError(
-            "holds no cross sections (xs/*.gz, crs_*_UBremen_cf.dat.gz); --cross-sections needs their folder",
+            "contains no cross sections (xs/*.gz, crs_*_UBremen_cf.dat.gz); --cross-sections needs their folder",
             file=folder,
         )
     return sorted(sources, key=lambda source: source.name)
@@ -180,7 +180,7 @@ def spread(section: Floats, grid: Floats, wavenumber: Floats, weight: Floats) ->
     """Cross sections at the points of an interval whose weighted distribution is that of the whole interval.
 
     The points are put in the order of the cross section at their places; each then has the mean over the share of the
-    sorted cross sections that its weight stands for. So the interval's mean is exact, whatever the points were chosen
+    sorted cross sections that its weight represents. So the interval's mean is exact, whatever the points were chosen
     for.
 
     Parameters

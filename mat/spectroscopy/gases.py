@@ -16,7 +16,7 @@ from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.errors import InputError
 
 LONGEST_COLUMN = 300e3 * 2.5e25  # molecules of air m^-2: 300 km at sea level
-NEGLIGIBLE_DEPTH = 1e-4  # lines weaker than this at their centre on that path are left out
+NEGLIGIBLE_DEPTH = 1e-4  # lines weaker than this at their centre on that path are omitted
 MIXING = "CO2"
 HITRAN = "HITRAN2012 lines (Rothman et al. 2013, JQSRT 130, 4); partition sums TIPS-2021 (Gamache et al. 2021)"
 
@@ -77,7 +77,7 @@ class LineLibrary:
     Attributes
     ----------
     provenance, terms : str
-        Of the lines, as tables name them.
+        Provenance and terms of the lines, as tables name them.
     """
 
     provenance, terms = HITRAN, "figures computed from HITRAN, which asks to be cited (Rothman et al. 2013)"
@@ -124,7 +124,7 @@ class LineLibrary:
     def _single(self, name: str, low: float, high: float) -> LineList:
         """As `near`, without the lines of the bands that mix."""
         lines = self.near(name, low, high)
-        return lines.select(~self._mixed.holds(lines))
+        return lines.select(~self._mixed.includes(lines))
 
     def interval_spectrum(
         self,
@@ -188,7 +188,7 @@ class LineLibrary:
         """Whether [low, high] cm^-1 overlaps the lines of a file; a file counts as complete from its first line to its
         last.
         """
-        return any(first < high and last > low for first, last in self._read(name)[1])
+        return any(start < high and stop > low for start, stop in self._read(name)[1])
 
     def near(self, name: str, low: float, high: float) -> LineList:
         """The lines of a gas that reach into [low, high] cm^-1 (a pressure shift's width is added)."""

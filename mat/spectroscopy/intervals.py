@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.atmosphere.band.reference_paths import PathState, planck_ratio, slab_emission
 from skyshine.mat.atmosphere.band.selection import select_points
+from skyshine.mat.atmosphere.gases.path_states import PathState, planck_ratio, slab_emission
 from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, CrossSectionNodes, water_continuum
 from skyshine.mat.spectroscopy import linebyline, nodes
 from skyshine.mat.spectroscopy.continua import ContinuumModel
@@ -40,12 +40,12 @@ class IntervalPoints:
     continuum : (3, K) array
         Water vapour continuum at the points: self, foreign (m2/molecule per cm^-1), self exponent.
     error : (4,) array
-        On held-out paths: rms and largest error of the mixture's transmittance, rms and largest of single gases.
+        Errors on held-out paths: rms and largest error of the mixture's transmittance, rms and largest of single gases.
     gas_error : dict of float
-        On held-out paths: rms error of the transmittance by each gas.
+        Errors by gas on held-out paths: rms error of the transmittance.
     reference : (M, C) array or None
-        Line by line over the cells of the interval, for each state that `build_interval` is given for it: what
-        `PathState.values` are there.
+        Values line by line over the cells of the interval, for each state that `build_interval` is given for it, as
+        those of `PathState.values`.
     """
 
     low: float
@@ -120,9 +120,9 @@ def targets(spectra: Spectra, states: Sequence[PathState]) -> tuple[Singles, npt
         rows.append(np.exp(-np.asarray(sum(depth.values()))))
         kind += ["mixture"] * len(columns)
         for gas in spectra.tables:
-            one = np.exp(-depth[gas][state.apart])
-            matters = one.min(axis=1) < 0.998
-            rows.append(one[matters])
+            transmittance = np.exp(-depth[gas][state.apart])
+            matters = transmittance.min(axis=1) < 0.998
+            rows.append(transmittance[matters])
             kind += [gas] * int(matters.sum())
         total = np.asarray(sum(levels.values()))
         source = planck_ratio(0.5 * (spectra.low + spectra.high), state.temperature)
@@ -155,7 +155,7 @@ def build_interval(
         Scaled rms error at which no further points are added.
     max_points : int
     reference : list of PathState, optional
-        For `IntervalPoints.reference`.
+        States for `IntervalPoints.reference`.
     """
     spectra = Spectra(sources, continua, low, high)
     rows, kind = targets(spectra, training)

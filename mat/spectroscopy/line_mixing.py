@@ -1,4 +1,4 @@
-"""Line mixing of CO2's bands at 4.3 um: collisions move intensity from the wings of a band into its middle.
+"""Line mixing of CO2's bands at 4.3 um: collisions transfer intensity from the wings of a band to its centre.
 
 Lines of a band are coupled by a relaxation matrix W (energy-corrected sudden approximation: rates of the rotational
 levels from a power law, a correction for the rotation during a collision, and the sum rule that ties the matrix to the
@@ -29,7 +29,7 @@ from skyshine.schemas.arrays import Booleans, Floats, Integers
 
 Complexes = npt.NDArray[np.complex128]
 
-CO2 = 2
+CO2 = 2  # number in HITRAN
 SOURCE = (
     "line mixing by a relaxation matrix (energy-corrected sudden approximation, Rodrigues et al. 1999, JQSRT 61, 153;"
     " Niro et al. 2004, JQSRT 88, 483)"
@@ -38,12 +38,12 @@ RANGE = (2230.0, 2550.0)  # cm^-1, where the matrix takes the place of the lines
 WEAKEST_BAND = 5e-19  # cm^-1 / (molecule cm^-2), sum of the strengths of a band
 WEAKEST_LINE = 1e-27  # weaker ones stay single
 ROTATION = 0.39021  # cm^-1, B of CO2
-MASS_CO2 = 44.0
+MASS_CO2 = 44.0  # g/mol
 ATOMIC_MASS = 1.66053907e-27  # kg
 LIGHT = 2.99792458e10  # cm/s
 ATMOSPHERE = 101325.0  # Pa
 DOPPLER = 4.30140e-7  # as in `linebyline`
-CM2_TO_M2 = 1e-4
+CM2_TO_M2 = 1e-4  # m2 per cm2
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Partner:
     Attributes
     ----------
     share : float
-        In air.
+        Share in air.
     mass : float
         g/mol.
     scale, scale_exponent : float
@@ -62,7 +62,7 @@ class Partner:
         ``power (296 / T)^power_exponent`` is the exponent of L (L + 1).
     beta : float
     distance : float
-        Of the collision, angstrom.
+        Distance of the collision, angstrom.
     """
 
     share: float
@@ -109,22 +109,22 @@ def read_bands(paths: Sequence[str | Path]) -> list[Band]:
         near = np.flatnonzero((lines.wavenumber > RANGE[0] - 100) & (lines.wavenumber < RANGE[1]))
         above, below, local = (column(records[near], *span) for span in ((67, 82), (82, 97), (112, 127)))
         name = np.char.add(column(records[near], 2, 3), np.char.add(above, below))
-        for one in np.unique(name):
-            chosen = name == one
-            if lines.strength[near[chosen]].sum() < WEAKEST_BAND or not _is_parallel(one[1:]):
+        for label in np.unique(name):
+            chosen = name == label
+            if lines.strength[near[chosen]].sum() < WEAKEST_BAND or not _is_parallel(label[1:]):
                 continue
             chosen &= lines.strength[near] > WEAKEST_LINE
             chosen &= np.char.find(local, b"Q") < 0  # a thousandth of the others
             branch = np.array([{b"P": -1, b"R": 1}[text[5:6]] for text in local[chosen]])
             lower = np.array([int(text[6:9]) for text in local[chosen]])
             parity = np.array([text[9:10] == b"f" for text in local[chosen]])
-            bands.append(Band(lines.select(near[chosen]), lower, lower + branch, parity, int(one[26:28])))
+            bands.append(Band(lines.select(near[chosen]), lower, lower + branch, parity, int(label[26:28])))
     return bands
 
 
 def _is_parallel(name: bytes) -> bool:
     """Whether one quantum of the antisymmetric stretch is all that the levels v1 v2 l v3 r of a name differ by."""
-    upper, lower = ([int(name[first + k : first + k + 2]) for k in (6, 8, 10, 12)] for first in (0, 15))
+    upper, lower = ([int(name[start + k : start + k + 2]) for k in (6, 8, 10, 12)] for start in (0, 15))
     return upper[:3] == lower[:3] and upper[3] == lower[3] + 1
 
 
@@ -137,7 +137,7 @@ class MixedLines:
         self._matrices: dict[float, list[tuple[Floats, Floats, Floats]]] = {}
         self._states: dict[tuple[float, float], tuple[Complexes, Complexes, Floats]] = {}
 
-    def holds(self, lines: LineList) -> Booleans:
+    def includes(self, lines: LineList) -> Booleans:
         """Which of some lines (N,) are lines of these bands."""
         return np.isin(_names(lines), self._names)
 
@@ -220,7 +220,7 @@ def relaxation_matrix(band: Band, temperature: float, population: Floats, dipole
     band : Band of N lines
     temperature : float, K
     population, dipole : (N,) arrays
-        Of the lower levels, degeneracy included; reduced moments with their signs.
+        Populations of the lower levels, degeneracy included; reduced moments with their signs.
     width : (N,) array
         Pressure-broadened half widths at that temperature, cm^-1/atm: the diagonal.
 
@@ -256,9 +256,9 @@ def rates(partner: Partner, largest: int, temperature: float) -> tuple[Floats, F
 
 
 @njit(cache=True)
-def _three_j(first: int, second: int, momentum: int, out: Floats) -> None:
+def _three_j(j2: int, j3: int, momentum: int, out: Floats) -> None:
     """Set out[L] to the 3j symbol (L first second; 0 l -l), by recursion downwards (Schulten and Gordon 1975)."""
-    highest, lowest = first + second, abs(first - second)
+    highest, lowest = j2 + j3, abs(j2 - j3)
     out[:] = 0.0
     value, before = 1.0, 0.0
     total = 0.0
@@ -272,7 +272,7 @@ def _three_j(first: int, second: int, momentum: int, out: Floats) -> None:
         # Divided by L (L + 1): up f(L + 1) + middle f(L) + down f(L - 1) = 0.
         value, before = (2.0 * momentum * (2 * level + 1) * value - up * before) / down, value
     scale = 1.0 / math.sqrt(total)
-    if (first - second) % 2:
+    if (j2 - j3) % 2:
         scale = -scale
     for level in range(lowest, highest + 1):
         out[level] *= scale
@@ -289,9 +289,9 @@ def _six_j(a: int, b: int, d: int, e: int, f: int, logs: Floats) -> float:
     c = 1
     outer = _triangle(a, b, c, logs) + _triangle(a, e, f, logs) + _triangle(d, b, f, logs) + _triangle(d, e, c, logs)
     total = 0.0
-    first = max(a + b + c, a + e + f, d + b + f, d + e + c)
+    start = max(a + b + c, a + e + f, d + b + f, d + e + c)
     final = min(a + b + d + e, b + c + e + f, c + a + f + d)
-    for t in range(first, final + 1):
+    for t in range(start, final + 1):
         term = (
             logs[t + 1]
             - logs[t - a - b - c]
@@ -329,23 +329,23 @@ def _off_diagonal(
     matrix = np.zeros((count, count))
     below, above = np.zeros(2 * size), np.zeros(2 * size)
     for k in range(count):
-        for other in range(count):
+        for m in range(count):
             # From k down to the other line; upwards by detailed balance.
-            if other == k or lower[other] > lower[k] or (lower[other] == lower[k] and other > k):
+            if m == k or lower[m] > lower[k] or (lower[m] == lower[k] and m > k):
                 continue
-            if (parity[k] != parity[other]) != ((lower[k] - lower[other]) % 2 != 0):
+            if (parity[k] != parity[m]) != ((lower[k] - lower[m]) % 2 != 0):
                 continue
-            _three_j(lower[k], lower[other], momentum, below)
-            _three_j(upper[k], upper[other], momentum, above)
-            first = max(abs(lower[k] - lower[other]), abs(upper[k] - upper[other]), 2)
+            _three_j(lower[k], lower[m], momentum, below)
+            _three_j(upper[k], upper[m], momentum, above)
+            lowest_rank = max(abs(lower[k] - lower[m]), abs(upper[k] - upper[m]), 2)
             total = 0.0
-            for level in range(first + first % 2, min(lower[k] + lower[other], upper[k] + upper[other]) + 1, 2):
-                six = _six_j(lower[k], upper[k], upper[other], lower[other], level, logs)
+            for level in range(lowest_rank + lowest_rank % 2, min(lower[k] + lower[m], upper[k] + upper[m]) + 1, 2):
+                six = _six_j(lower[k], upper[k], upper[m], lower[m], level, logs)
                 total += (2 * level + 1) * below[level] * above[level] * six * rate[level]
-            total *= (2 * lower[other] + 1) * correction[lower[k]]
-            total *= math.sqrt((2.0 * upper[k] + 1) * (2.0 * upper[other] + 1))
-            matrix[other, k] = total
-            matrix[k, other] = total * population[k] / population[other]
+            total *= (2 * lower[m] + 1) * correction[lower[k]]
+            total *= math.sqrt((2.0 * upper[k] + 1) * (2.0 * upper[m] + 1))
+            matrix[m, k] = total
+            matrix[k, m] = total * population[k] / population[m]
     return matrix
 
 
@@ -356,23 +356,23 @@ def _with_sum_rule(matrix: Floats, order: Integers, population: Floats, dipole: 
     """
     result = np.zeros_like(matrix)
     count = order.size
-    for place in range(count):
-        k = order[place]
-        fixed, free = width[k] * dipole[k], 0.0
+    for rank in range(count):
+        k = order[rank]
+        scaled_sum, unscaled_sum = width[k] * dipole[k], 0.0
         result[k, k] = width[k]
         for i in range(count):
-            other = order[i]
-            if i < place:
-                fixed += dipole[other] * result[other, k]
-            elif i > place:
-                free += dipole[other] * matrix[other, k]
-        if free == 0.0:
+            m = order[i]
+            if i < rank:
+                scaled_sum += dipole[m] * result[m, k]
+            elif i > rank:
+                unscaled_sum += dipole[m] * matrix[m, k]
+        if unscaled_sum == 0.0:
             continue
-        factor = max(-fixed / free, 0.0)
-        for i in range(place + 1, count):
-            other = order[i]
-            result[other, k] = factor * matrix[other, k]
-            result[k, other] = result[other, k] * population[k] / population[other]
+        factor = max(-scaled_sum / unscaled_sum, 0.0)
+        for i in range(rank + 1, count):
+            m = order[i]
+            result[m, k] = factor * matrix[m, k]
+            result[k, m] = result[m, k] * population[k] / population[m]
     return result
 
 
@@ -393,7 +393,7 @@ def _sum_lines(out: Floats, nu: Floats, position: Complexes, strength: Complexes
     for j in range(position.size):
         inverse = 1.0 / doppler[j]
         y = max(-position[j].imag * inverse, 1e-9)
-        own, mixed = strength[j].real * inverse / SQRT_PI, strength[j].imag * inverse / SQRT_PI
+        unmixed, mixed = strength[j].real * inverse / SQRT_PI, strength[j].imag * inverse / SQRT_PI
         for k in range(nu.size):
             x = (nu[k] - position[j].real) * inverse
             if abs(x) + y > 15.0:
@@ -401,4 +401,4 @@ def _sum_lines(out: Floats, nu: Floats, position: Complexes, strength: Complexes
             else:
                 near = near_faddeeva(x, y)
                 real, imaginary = near.real, near.imag
-            out[k] += own * real - mixed * imaginary
+            out[k] += unmixed * real - mixed * imaginary

@@ -1,8 +1,8 @@
-"""Spectral points that stand for themselves: absorption summed line by line at every wavenumber of a fine grid.
+"""Monochromatic spectral points: absorption summed line by line at every wavenumber of a fine grid.
 
 They take the place of the band model's points where a spectrum is wanted finer than its intervals. Gases without line
 lists over the whole range (and the water vapour continuum, which is smooth) come from the band model, as the mean cross
-section of each of its intervals: true where a gas absorbs evenly, too opaque where its lines stand apart.
+section of each of its intervals: true where a gas absorbs evenly, too opaque where its lines are far apart.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class LineByLinePoints(SpectralPoints):
     _band: SpectralPoints
     _library: LineLibrary
     _continua: ContinuumModel
-    _kept: dict[tuple[str, int, bytes], Floats]
+    _cache: dict[tuple[str, int, bytes], Floats]
 
     @classmethod
     def of(
@@ -49,10 +49,10 @@ class LineByLinePoints(SpectralPoints):
         Parameters
         ----------
         band : SpectralPoints
-            Of the band model, over the same range.
+            Points of the band model, over the same range.
         library : LineLibrary
         continua : ContinuumModel
-            Of single gases; the continuum of water vapour is that of `band`.
+            Continua of single gases; the continuum of water vapour is that of `band`.
         low, high, width : float
             [cm^-1]; the last bin may reach beyond `high`, but not beyond the band's last interval.
 
@@ -92,7 +92,7 @@ class LineByLinePoints(SpectralPoints):
             _band=band,
             _library=library,
             _continua=continua,
-            _kept={},
+            _cache={},
         )
 
     @property
@@ -129,30 +129,30 @@ class LineByLinePoints(SpectralPoints):
         for name in (name for name in requested if name in self.summed):
             section = np.empty((pressure.size, self.wavenumber.size))
             for number in np.unique(self.interval):
-                place = self.interval == number
+                inside = self.interval == number
                 grid = linebyline.interval_grid(*map(float, self.interval_edges[number]))
-                whole = self._summed_lines(name, int(number), *levels)
-                section[:, place] = whole[:, np.searchsorted(grid, self.wavenumber[place])]
+                spectrum = self._summed_lines(name, int(number), *levels)
+                section[:, inside] = spectrum[:, np.searchsorted(grid, self.wavenumber[inside])]
             result[name] = section
         return {name: result[name] for name in requested}
 
     def _summed_lines(self, name: str, number: int, pressure: Floats, temperature: Floats, humidity: Floats) -> Floats:
         """Cross sections (L, K) of a gas on the grid of a bin; those of the last two bins are kept."""
         key = name, number, pressure.tobytes() + temperature.tobytes() + humidity.tobytes()
-        if key not in self._kept:
-            for old in [old for old in self._kept if old[1] < number - 1]:
-                del self._kept[old]
+        if key not in self._cache:
+            for old in [old for old in self._cache if old[1] < number - 1]:
+                del self._cache[old]
             gas, (low, high) = GASES[name], map(float, self.interval_edges[number])
             grid = linebyline.interval_grid(low, high)
             rows = []
             for p, t, q in zip(pressure, temperature, humidity, strict=True):
-                own = float(q) if name == "H2O" else gas.self_fraction
-                row = self._library.interval_spectrum(name, low, high, [p], [t], own)[0, 0]
+                self_fraction = float(q) if name == "H2O" else gas.self_fraction
+                row = self._library.interval_spectrum(name, low, high, [p], [t], self_fraction)[0, 0]
                 if name in self._continua.by_gas:
                     row = row + self._continua.by_gas[name](grid, float(p), float(t), float(q))
                 rows.append(row)
-            self._kept[key] = np.array(rows)
-        return self._kept[key]
+            self._cache[key] = np.array(rows)
+        return self._cache[key]
 
     def _of_intervals(
         self, pressure: Floats, temperature: Floats, fraction: Floats, gases: Sequence[str]

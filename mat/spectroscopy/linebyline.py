@@ -1,7 +1,7 @@
 """Line-by-line absorption cross sections: on a fine grid by nested grids, and at given wavenumbers directly.
 
 Near a line centre the profile changes within a Doppler width, far from it within its distance from the centre. So the
-profile is split: on each grid stands the part that the next coarser grid cannot follow, the coarser grid holding
+profile is split: each grid has the part that the next coarser grid cannot resolve, the coarser grid holding
 the profile with its centre replaced by an even quartic that matches value, slope and curvature at the radius of the
 split (the idea of Clough, Kneizys and Davies 1989, Atmos. Res. 23, 229). Coarse grids are interpolated with cubics.
 """
@@ -23,9 +23,9 @@ from skyshine.schemas.arrays import Floats, Integers
 CUT_OFF = 25.0  # cm^-1, the convention that MT_CKD is built on (Mlawer et al. 2012)
 ATMOSPHERE = 101325.0  # Pa
 DOPPLER = 4.30140e-7  # 1/e half width: DOPPLER * wavenumber * sqrt(T [K] / M [g/mol]); sqrt(2 R) / c, CODATA 2018
-CM2_TO_M2 = 1e-4
+CM2_TO_M2 = 1e-4  # m2 per cm2
 
-# Line shapes: Voigt; with the value at 25 cm^-1 taken off (H2O: MT_CKD holds that pedestal); with CO2's chi factor.
+# Line shapes: Voigt; with the value at 25 cm^-1 taken off (H2O: MT_CKD includes that pedestal); with CO2's chi factor.
 PLAIN, PEDESTAL_REMOVED, SUB_LORENTZIAN = 0, 1, 2
 
 _COARSEST = 256  # the number of fine points is a multiple of it
@@ -243,24 +243,24 @@ def _nested(
                 ia, ib, ic = 0.0, 0.0, 0.0  # quartic inside the inner radius
                 for level in range(start, levels):
                     outer = radius[level]
-                    last = level == levels - 1
+                    is_coarsest = level == levels - 1
                     if c + outer < low - _PAD * step * ratios[level] or c - outer > high + _PAD * step * ratios[level]:
-                        if not last:
+                        if not is_coarsest:
                             ia, ib, ic = _quartic(outer, gamma, inverse, y, b1, shape)
                         continue
                     h = step * ratios[level]
                     origin = low + 0.5 * step if level == 0 else low - _PAD * h
                     points = count if level == 0 else count // ratios[level] + 2 * _PAD + 1
                     oa, ob, oc = 0.0, 0.0, 0.0
-                    if last:
+                    if is_coarsest:
                         if shape == PEDESTAL_REMOVED:
                             oa = _wing(CUT_OFF, inverse, y, b1, shape)
                     else:
                         oa, ob, oc = _quartic(outer, gamma, inverse, y, b1, shape)
                     inner = radius[level - 1] if level > start else 0.0
-                    first = max(0, math.ceil((c - outer - origin) / h))
-                    final = min(points - 1, math.floor((c + outer - origin) / h))
-                    for i in range(first, final + 1):
+                    lowest = max(0, math.ceil((c - outer - origin) / h))
+                    highest = min(points - 1, math.floor((c + outer - origin) / h))
+                    for i in range(lowest, highest + 1):
                         d = abs(origin + i * h - c)
                         d2 = d * d
                         if d < inner:

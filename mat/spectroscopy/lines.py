@@ -16,7 +16,7 @@ import numpy.typing as npt
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import InputError
 
-RECORD_WIDTH = 160
+RECORD_WIDTH = 160  # characters, since HITRAN 2004
 UNPACKING_LIMIT = 100  # times the size of a packed file; line lists pack about tenfold
 # Columns of the 160-character record, Rothman et al. 2005, JQSRT 96, 139, Table 1: name, first, last (exclusive).
 _COLUMNS = {
@@ -73,8 +73,8 @@ class LineList:
 
     def between(self, low: float, high: float) -> LineList:
         """The lines with ``low <= wavenumber <= high`` (cm^-1)."""
-        first, last = np.searchsorted(self.wavenumber, [low, np.nextafter(high, np.inf)])
-        return self.select(slice(first, last))
+        start, stop = np.searchsorted(self.wavenumber, [low, np.nextafter(high, np.inf)])
+        return self.select(slice(start, stop))
 
 
 def read_lines(paths: str | Path | Sequence[str | Path]) -> LineList:
@@ -83,7 +83,8 @@ def read_lines(paths: str | Path | Sequence[str | Path]) -> LineList:
     Raises
     ------
     InputError
-        A file is missing, is not made of 160-column records, holds a field that is not a number, or another molecule.
+        A file is missing, is not made of 160-column records, contains a field that is not a number, or another
+        molecule.
     """
     return merge_lines([parse_records(Path(path)) for path in ([paths] if isinstance(paths, (str, Path)) else paths)])
 
@@ -105,7 +106,7 @@ def merge_lines(parts: Sequence[LineList]) -> LineList:
 def parse_records(path: Path) -> LineList:
     records = read_records(path)
     try:
-        values = {name: column(records, first, last).astype(float) for name, (first, last) in _COLUMNS.items()}
+        values = {name: column(records, start, stop).astype(float) for name, (start, stop) in _COLUMNS.items()}
         molecules = np.unique(column(records, 0, 2).astype(int))
         isotopologue = np.array([_ISOTOPOLOGUES[code] for code in records[:, 2]], dtype=np.int16)
     except (ValueError, KeyError) as error:
@@ -113,7 +114,7 @@ def parse_records(path: Path) -> LineList:
             f"a field of a record is not what HITRAN's 160-column format says ({error})", file=path
         ) from None
     if molecules.size != 1:
-        raise InputError(f"holds molecules {molecules.tolist()}; give one molecule a file", file=path)
+        raise InputError(f"contains molecules {molecules.tolist()}; give one molecule a file", file=path)
     return LineList(molecule=int(molecules[0]), isotopologue=isotopologue, **values)
 
 
@@ -128,7 +129,8 @@ def read_records(path: Path) -> npt.NDArray[np.uint8]:
         raise InputError(f"cannot be read: {error}; give a file of HITRAN records", file=path) from None
     if len(data) > max_bytes:
         raise InputError(
-            f"holds over {UNPACKING_LIMIT} times its size; line lists do not pack so well: give another file", file=path
+            f"unpacks to over {UNPACKING_LIMIT} times its size; line lists do not pack so well: give another file",
+            file=path,
         )
     end = data.find(b"\n")
     stride = end + 1 if end >= 0 else len(data)
@@ -144,5 +146,5 @@ def read_records(path: Path) -> npt.NDArray[np.uint8]:
     return np.frombuffer(data, dtype=np.uint8).reshape(-1, stride)[:, :RECORD_WIDTH]
 
 
-def column(records: npt.NDArray[np.uint8], first: int, last: int) -> npt.NDArray[np.bytes_]:
-    return np.ascontiguousarray(records[:, first:last]).view(f"S{last - first}").ravel()
+def column(records: npt.NDArray[np.uint8], start: int, stop: int) -> npt.NDArray[np.bytes_]:
+    return np.ascontiguousarray(records[:, start:stop]).view(f"S{stop - start}").ravel()

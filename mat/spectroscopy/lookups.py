@@ -64,7 +64,7 @@ class LookupSource:
         self._shape = band_parameters(lowtran, name)
 
     def covers(self, low: float, high: float) -> bool:
-        """Whether a band holds all of [low, high] cm^-1."""
+        """Whether a band contains all of [low, high] cm^-1."""
         return self._containing(low, high).size > 0
 
     def _containing(self, low: float, high: float) -> Integers:
@@ -87,7 +87,7 @@ class LookupSource:
         return table[member], None
 
     def _members_at(self, wavenumber: npt.ArrayLike, low: float, high: float) -> tuple[Floats, Integers]:
-        """Cross sections (M, P, T) of the representatives of an interval, and which stands at each wavenumber (K,)."""
+        """Cross sections (M, P, T) of the representatives of an interval, and the one at each wavenumber (K,)."""
         band = int(self._containing(low, high)[0])
         count = self._count[band]
         members, weights = self._members[:count, band], self._weights[:count, band]
@@ -128,9 +128,9 @@ class LookupSource:
         matter.
         """
         column, pressure, temperature = WHOLE_COLUMN[self.name]
-        place = np.abs(np.log(nodes.PRESSURE / pressure)).argmin(), np.abs(nodes.TEMPERATURE - temperature).argmin()
+        node = np.abs(np.log(nodes.PRESSURE / pressure)).argmin(), np.abs(nodes.TEMPERATURE - temperature).argmin()
         count = self._count[band]
-        depth = column * np.array([self._at_nodes(int(index))[place] for index in self._members[:count, band]])
+        depth = column * np.array([self._at_nodes(int(index))[node] for index in self._members[:count, band]])
         weight = self._weights[:count, band] / self._weights[:count, band].sum()
 
         def excess(part: float) -> float:

@@ -47,7 +47,7 @@ class LowtranContinua:
         self_exponent : (K,) array
         """
         nodes, *coefficients = self._water
-        self_continuum, foreign, exponent = (np.interp(wavenumber, nodes, one, right=0.0) for one in coefficients)
+        self_continuum, foreign, exponent = (np.interp(wavenumber, nodes, values, right=0.0) for values in coefficients)
         return self_continuum, foreign, exponent
 
     @property
@@ -76,6 +76,8 @@ class LowtranContinua:
     ) -> Floats:
         """Collision-induced band at 6.4 um per O2 molecule in air, m2 (SUBROUTINE O2CONT)."""
         nodes, *coefficients = self._oxygen
-        section, linear, quadratic = (np.interp(wavenumber, nodes, one, left=0.0, right=0.0) for one in coefficients)
+        section, linear, quadratic = (
+            np.interp(wavenumber, nodes, values, left=0.0, right=0.0) for values in coefficients
+        )
         excess = np.asarray(temperature) - OXYGEN_TEMPERATURE
         return np.asarray(section * np.exp(linear * excess + quadratic * excess**2) * pressure / ATMOSPHERE)

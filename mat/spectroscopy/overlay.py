@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.reference_paths import PathState
+from skyshine.mat.atmosphere.gases.path_states import PathState
 from skyshine.mat.spectroscopy import linebyline, nodes
 from skyshine.mat.spectroscopy.cross_sections import CrossSectionSource, spread
 from skyshine.mat.spectroscopy.gases import GASES, LONGEST_COLUMN
@@ -48,14 +48,14 @@ def overlay(
     return np.broadcast_to(section[:, None, :], shape), rms
 
 
-def _errors(fine: Floats, few: Floats, weight: Floats, state: PathState, gas: str) -> Floats:
+def _errors(fine: Floats, reduced: Floats, weight: Floats, state: PathState, gas: str) -> Floats:
     """Error (R,) of the mean transmittance on each path of a state whose transmittances by single gases are targets."""
     position = np.interp(state.temperature, nodes.TEMPERATURE, np.arange(nodes.TEMPERATURE.size))
     lower = np.minimum(position.astype(int), nodes.TEMPERATURE.size - 2)
     share = (position - lower)[:, None]
     columns = state.columns[state.apart] * state.fraction[gas]
     means = []
-    for table, shares in ((fine, None), (few, weight)):
+    for table, shares in ((fine, None), (reduced, weight)):
         depth = columns @ ((1 - share) * table[lower] + share * table[lower + 1])
         means.append(np.average(np.exp(-depth), axis=1, weights=shares))
     return np.asarray(means[1] - means[0])

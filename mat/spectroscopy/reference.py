@@ -1,4 +1,4 @@
-"""Line-by-line transmittance of a homogeneous path, interval by interval: what the band model is judged against.
+"""Line-by-line transmittance of a homogeneous path, interval by interval: the reference of the band model.
 
 `mat.maintain.atmospheres.line_by_line` writes it as CSV; the tests hold one such file.
 """

@@ -1,6 +1,4 @@
-"""Where the cross sections of a gas come from: its lines and the continuum that belongs to it, or what stands in for
-them.
-"""
+"""Sources of the cross sections of a gas: its lines and their continuum, or data that replace them."""
 
 from __future__ import annotations
 

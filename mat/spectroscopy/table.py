@@ -45,7 +45,7 @@ PART_VERSION = 2  # raised when the way from lines to points changes, so that fi
 # Steps of the packed logarithms: an error of half a step, 3.2e-4 of the cross section, is 1.2e-4 in transmittance at
 # most.
 LOG_STEP, LOG_OFFSET = 6.4e-4, -64.5
-RATIO_STEP = 1.0e-4
+RATIO_STEP = 1.0e-4  # of the logarithm of a ratio, which is clipped to 3 and fits int16 up to 3.28
 REFERENCE_STEP = 1.0e-4  # of transmittances, and of radiances over those of a black body; cells are averaged over bands
 # m2/molecule, the largest that fits: only centres of rotational lines of H2O above 50 km exceed it, where the air is
 # opaque (optical depth above 100) either way.
@@ -341,7 +341,10 @@ def _gas_group(gas: GasSources[Source], parts: Sequence[Part], interval: Axis) -
             {"scale_factor": RATIO_STEP, "add_offset": 0.0},
             chunks=(128, *humid.shape[1:]),
         )
-    about = {"sources": [one.provenance for one in gas.sources], "terms": [one.terms for one in gas.sources]}
+    about = {
+        "sources": [source.provenance for source in gas.sources],
+        "terms": [source.terms for source in gas.sources],
+    }
     return Group(axes=axes, variables=variables, attributes=about)
 
 
@@ -351,9 +354,9 @@ def _reference_group(parts: Sequence[Part], sources: Sequence[GasSources[Source]
     states = [*fit, *test]
     means = np.concatenate([part["reference"] for part in parts], axis=1)
     cells = [part["low"] + REFERENCE_CELL * (np.arange(part["reference"].shape[1]) + 0.5) for part in parts]
-    summed = [gas.name for gas in sources if not all(isinstance(one, CrossSectionSource) for one in gas.sources)]
+    summed = [gas.name for gas in sources if not all(isinstance(source, CrossSectionSource) for source in gas.sources)]
     deepest = max(len(slabs) for state in states for slabs in state.emission)
-    slabs = [[np.pad(one, ((deepest - len(one), 0), (0, 0))) for one in state.emission] for state in states]
+    slabs = [[np.pad(depths, ((deepest - len(depths), 0), (0, 0))) for depths in state.emission] for state in states]
     level = ("state", "level")
     return Group(
         axes={
@@ -450,11 +453,11 @@ def build(
     folder = Path(parts) if parts else Path(f"{out}.parts")
     edges = np.unique(np.concatenate([interval_edges(*pair, settings.width) for pair in ranges]), axis=0)
     builder = Builder(lines, continua, lookups, lowtran, cross_sections, settings, generated)
-    for done, (low, high) in enumerate(edges.tolist()):
+    for number, (low, high) in enumerate(edges.tolist()):
         key = builder.key(low, high)
         if not part_is_done(folder, low, key):
             write_part(folder, builder.interval(low, high), key)
         if progress:
-            progress(done + 1, len(edges))
+            progress(number + 1, len(edges))
     finished = [builder.with_measured(dict(np.load(part_path(folder, low)))) for low in edges[:, 0]]
     return assemble(finished, Path(out), sources=builder.gases, continua=builder.continua, settings=settings)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.reference_paths import PathState
+from skyshine.mat.atmosphere.gases.path_states import PathState
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.radiometry.constants import BOLTZMANN
 from skyshine.mat.surface.vapour import saturation_pressure
@@ -106,9 +106,9 @@ def _paths(density: Floats, rng: np.random.Generator) -> tuple[Floats, Booleans]
             apart.append(False)
     for level in (0, 0, 2, 5, 9, 12, 16, 19):
         for decade in (10.0, 100.0, 1e3, 1e4, 1e5):
-            one = np.zeros(LEVELS.size)
-            one[level] = density[level] * decade * 10 ** rng.uniform(0.0, 1.0 if decade < 1e5 else 0.48)
-            columns.append(one)
+            column = np.zeros(LEVELS.size)
+            column[level] = density[level] * decade * 10 ** rng.uniform(0.0, 1.0 if decade < 1e5 else 0.48)
+            columns.append(column)
             apart.append(level < 9)
     return np.array(columns), np.array(apart)
 

@@ -1,4 +1,4 @@
-"""How wide the intervals of the band model are, and how many points they may have, by wavenumber."""
+"""Widths of the intervals of the band model, and their maximum numbers of points, by wavenumber."""
 
 from __future__ import annotations
 

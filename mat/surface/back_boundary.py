@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.ground_year import GroundSeason, damping_depths
 from skyshine.mat.surface.material import SurfaceMaterial
@@ -38,9 +38,9 @@ def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: Floats, air: 
         give: the mean over all of a day or of some weeks, over the `SEASON` around each time of a longer record, whose
         ground follows the year.
     hours : (N,) ndarray
-        Of the clock.
+        Hours of the clock.
     air : (rows or columns, 1) ndarray, optional
-        In the place of the forcing's mean air temperature, that of more days than the forcing's [K].
+        Mean air temperature of more days than the forcing's, which replaces the forcing's [K].
 
     Returns
     -------
@@ -101,7 +101,7 @@ class BackFlux:
     source : ndarray, shape (columns, N or 1)
         Heat flux that the drive brings to a surface at 0 K [W m^-2].
     lowest, highest : ndarray, shape (columns, 1)
-        Of the temperature behind [K]; unbounded where heat drives it.
+        Bounds of the temperature behind [K]; unbounded where heat drives it.
     heat : tuple of float
         Least and most heat from inside at any time [W m^-2], what the depth of absorbed sunlight changes with it; 0
         where a temperature drives it and no light comes in.

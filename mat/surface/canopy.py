@@ -22,7 +22,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import expn
 
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.convection import AIR_HEAT_CAPACITY, air_density
 from skyshine.mat.surface.material import Canopy, SurfaceMaterial
 from skyshine.schemas.arrays import Floats, Integers, Reals
@@ -48,7 +49,7 @@ def gap_towards(leaf_area: float, cosine: npt.ArrayLike) -> Floats:
     leaf_area : float
         Leaf area index times clumping [m^2 m^-2].
     cosine : array_like
-        Of the angle between the direction and the normal of the ground, 0 to 1.
+        Cosine of the angle between the direction and the normal of the ground, 0 to 1.
 
     Examples
     --------
@@ -106,7 +107,7 @@ class CanopyBalance:
     forcing : Forcing
         Above the leaves.
     material : SurfaceMaterial
-        With a canopy.
+        Material with a canopy.
 
     Raises
     ------

@@ -31,7 +31,7 @@ def canopy_admittance(canopy: Canopy, s: Complexes) -> tuple[Complexes, Complexe
     ----------
     canopy : Canopy
     s : (n,) complex
-        As `conduction.surface_admittance` takes them.
+        Laplace variable, as in `conduction.surface_admittance`.
 
     Returns
     -------
@@ -62,7 +62,7 @@ class CanopyConduction:
     period : float
         [s]
     scheme : str
-        As `conduction.Conduction` has it.
+        Scheme, as in `conduction.Conduction`.
     """
 
     canopy: Canopy

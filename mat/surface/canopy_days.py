@@ -9,9 +9,9 @@ from functools import partial
 import numpy as np
 
 from skyshine.mat.surface.back_boundary import BackFlux, back_drive
-from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.canopy import CanopyBalance, seen_temperature
 from skyshine.mat.surface.canopy_conduction import CanopyConduction, CanopyDay
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import Conduction, delayed_responses
 from skyshine.mat.surface.day_blocks import day_block, left_by_days_before, mean_air
 from skyshine.mat.surface.film import solve_with_film
@@ -49,7 +49,7 @@ def solve_canopy(
     ----------
     material : SurfaceMaterial
     days : sequence of callables
-        As `days.solve_days` takes them; one repeats after the period.
+        Functions as in `days.solve_days`; a single one repeats after the period.
     steps, fine_steps, scheme
         As `solver.solve_columns` takes them; several days are solved by BDF2.
     period : float

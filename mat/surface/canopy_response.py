@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.canopy import CanopyBalance, gap_to_sky, gap_towards, light_shares, seen_temperature
 from skyshine.mat.surface.canopy_conduction import CanopyConduction
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import DAY
 from skyshine.schemas.arrays import Floats, Integers, Reals
@@ -23,13 +23,13 @@ class CanopyResponse:
     Parameters
     ----------
     material : SurfaceMaterial
-        With a canopy.
+        Material with a canopy.
     forcing : Forcing
-        At N steps.
+        Forcing at N steps.
     sources : (columns, 2 N) ndarray
         Temperatures of leaves and soil [K].
     scheme : str
-        As `conduction.Conduction` has it.
+        Scheme, as in `conduction.Conduction`.
     at : (H,) ndarray
         Numbers of the steps.
 
@@ -38,7 +38,7 @@ class CanopyResponse:
     kernel : (columns, H, N) ndarray
         Kelvin of the temperature seen per heat absorbed at each step [K m^2 W^-1].
     slope : (columns, H) ndarray
-        Of the heat loss with which the kernel was made, by the temperature seen [W m^-2 K^-1].
+        Slope of the heat loss with which the kernel was made, by the apparent temperature [W m^-2 K^-1].
 
     Notes
     -----

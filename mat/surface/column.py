@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.surface.back_boundary import back_drive
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
 from skyshine.mat.surface.canopy import CanopyBalance
 from skyshine.mat.surface.canopy_days import solve_canopy
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import depth_response, frequencies
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.forcing import Scene, Sky, plane_irradiance, sun_cosine
@@ -45,7 +46,7 @@ class ColumnResult:
     Attributes
     ----------
     time : list of float or str
-        In `time_units`: hours of the local clock, or ISO 8601 (UTC).
+        Times in `time_units`: hours of the local clock, or ISO 8601 (UTC).
     time_units : str
     temperature : ndarray
         [K]
@@ -57,13 +58,13 @@ class ColumnResult:
     method : str
     iterations : int
     depth_temperature : ndarray or None
-        At the depth that was asked for [K].
+        Temperature at the requested depth [K].
     notes : tuple of str
         What stands for what a record does not hold.
     film : ndarray or None
         Water on the surface, of an open stand on its leaves [kg m^-2]; None without rain.
     leaf_temperature, soil_temperature : ndarray or None
-        Of leaves and of the soil in their gaps [K], which `temperature` holds together; None of a skin.
+        Temperatures of leaves and of the soil in their gaps [K], which `temperature` combines; None for a single skin.
     """
 
     time: list[float] | list[str]

@@ -123,7 +123,7 @@ def stack_response(stack: ThermalStack, s: Complexes) -> tuple[Complexes, Comple
     ----------
     stack : ThermalStack
     s : (n,) complex
-        As `surface_admittance` takes them.
+        Laplace variable, as in `surface_admittance`.
 
     Returns
     -------
@@ -145,9 +145,9 @@ def between_faces(layer: Layer, s: Complexes) -> tuple[Complexes, Complexes]:
     Parameters
     ----------
     layer : Layer
-        Of finite thickness.
+        Layer of finite thickness.
     s : (n,) complex
-        As `surface_admittance` takes them.
+        Laplace variable, as in `surface_admittance`.
 
     Returns
     -------

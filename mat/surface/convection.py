@@ -53,8 +53,8 @@ class Wind:
     speed : array_like
         [m/s]
     height, air_height : array_like
-        At which wind, and temperature and humidity, were measured, above open ground or above the level from which a
-        canopy's roughness counts [m].
+        Heights at which wind, and temperature and humidity, were measured, above open ground or above the level from
+        which a canopy's roughness counts [m].
     """
 
     speed: npt.ArrayLike

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.schemas.arrays import Floats
 
 

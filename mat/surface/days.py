@@ -15,8 +15,8 @@ from functools import cached_property, lru_cache, partial
 import numpy as np
 
 from skyshine.mat.surface.back_boundary import BackFlux, back_drive
-from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.canopy_days import solve_canopy
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import Conduction, delayed_responses
 from skyshine.mat.surface.day_blocks import day_block, left_by_days_before, mean_air
 from skyshine.mat.surface.forcing import Scene

@@ -37,9 +37,10 @@ class GivenEmitter:
     Attributes
     ----------
     emissivity, albedo : float
-        For longwave and for sunlight.
+        Emissivity for longwave, and albedo for sunlight.
     temperature : SurfaceMaterial, float, tuple of float or None
-        Whose heat balance is solved; or in K, one or 24 at the hours 0 to 23; None takes that of the air.
+        Material whose heat balance is solved; or temperature in K, one or 24 at the hours 0 to 23; None: the air
+        temperature.
     """
 
     emissivity: float

@@ -33,11 +33,11 @@ class Emitter:
     Attributes
     ----------
     emissivity : float
-        For longwave, above 0 to 1; the rest is reflected evenly to all sides.
+        Emissivity for longwave, above 0 to 1; the rest is reflected evenly to all sides.
     albedo : float
-        For sunlight, reflected evenly to all sides.
+        Albedo for sunlight, reflected evenly to all sides.
     temperature : (L, 1 or 8, SUN_STEPS) ndarray or None
-        By altitude and aspect [K]; None takes that of the air.
+        Temperature by altitude and aspect [K]; None: the air temperature.
 
     Raises
     ------
@@ -68,7 +68,7 @@ class Enclosure:
     sky_view : float
         Open share of the sky above the horizon, 0 to 1; walls hide the rest, but no direct light.
     altitude : (L,) ndarray
-        Of the temperatures [m], increasing.
+        Altitudes of the temperatures [m], increasing.
     ground_under : callable or None
         Temperature (L, 1, SUN_STEPS) [K] of the ground in the shade and beside the walls of `Surroundings`; None where
         it does not follow its heat balance.
@@ -120,12 +120,12 @@ class Enclosure:
         Parameters
         ----------
         views : ViewFactors
-            Of the planes.
+            View factors of the planes.
         slope : (P,) ndarray
             [degree]
         sun : SunPath
         direct, diffuse : (A, P, SUN_STEPS) ndarray
-            Of Sun and sky without the enclosure [W m^-2].
+            Light of Sun and sky without the enclosure [W m^-2].
         level : (A, SUN_STEPS) ndarray
             Diffuse irradiance of a level surface without that from around the Sun [W m^-2]. What a plane has above its
             view of such a sky comes from around the Sun, and ends with the direct light.

@@ -13,7 +13,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solution import Solution
 from skyshine.mat.surface.vapour import surface_vapour
@@ -185,15 +186,15 @@ def solve_with_film(
     Parameters
     ----------
     skin : WetSkin
-        Of a material with a film.
+        Skin of a material with a film.
     forcing : Forcing
-        With rain.
+        Forcing with rain.
     step : float
         [s]
     solve : callable
         Solves some columns under a forcing with a film.
     before : (columns,) or (columns, sources) ndarray or None
-        As `film_of`.
+        Water before the period, as in `film_of`.
 
     Returns
     -------

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.canopy import CanopyBalance, gap_towards
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.film import LATENT_HEAT, WetSkin, evaporated, film_of
 from skyshine.mat.surface.solution import Solution
 from skyshine.mat.surface.vapour import surface_vapour

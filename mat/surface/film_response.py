@@ -11,7 +11,8 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.film import evaporated
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.schemas.arrays import Floats, Integers
@@ -70,7 +71,7 @@ def film_response(
     ----------
     material : SurfaceMaterial
     forcing : Forcing
-        With rain, at H hours.
+        Forcing with rain, at H hours.
     temperatures : sequence of O ndarray, shape (columns, H)
         Those of the offsets [K].
     before : ndarray, shape (columns,)

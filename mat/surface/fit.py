@@ -35,7 +35,7 @@ class Fit:
     ----------
     parameters : tuple of FreeParameter
     shares : (p,) ndarray
-        Of the way between their bounds.
+        Positions of the parameters between their bounds, 0 to 1.
     uncertainty : Uncertainty
     notes : tuple of str
         What the record cannot tell.
@@ -44,7 +44,7 @@ class Fit:
     fitted, held_out : (N,) ndarray of bool
         Readings that count.
     errors : tuple of SkinError
-        Of the fit, of the material as it was, of air temperature and of the day before.
+        Errors of the fit, of the material before it, of air temperature and of the day before.
     """
 
     parameters: tuple[FreeParameter, ...]
@@ -80,7 +80,7 @@ def fit_record(
         Gives the start, and all that is not free.
     measured : MeasuredRecord
     free : sequence of str
-        Of `free_parameters.PARAMETERS`.
+        Names out of `free_parameters.PARAMETERS`.
     held_out : float or str
         Share of the days, the last ones, that the fit does not see, or "alternate" for every second day.
     spin_up : float

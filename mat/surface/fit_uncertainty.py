@@ -54,9 +54,9 @@ def uncertainty(residual: Floats, derivatives: Floats, step: float) -> Uncertain
     Parameters
     ----------
     residual : (N,) ndarray
-        At equal steps [K]; NaN where none counts.
+        Residuals at equal steps [K]; NaN where none counts.
     derivatives : (N, p) ndarray
-        Of the residuals by the parameters.
+        Derivatives of the residuals with respect to the parameters.
     step : float
         [s]
 

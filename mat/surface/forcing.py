@@ -15,7 +15,7 @@ import numpy.typing as npt
 from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.surface.altitudes import between_altitudes
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.enclosure import AZIMUTHS, SLOPES, Emitter, Enclosure
 from skyshine.mat.surface.horizon import ViewFactors
 from skyshine.mat.surface.step_means import step_means
@@ -51,7 +51,7 @@ class Sky:
     emissivity : ndarray, shape (L,)
         Longwave irradiance over that of a black body at the temperature of the air there.
     ground_albedo : float
-        Of the surroundings, for sunlight.
+        Albedo of the surroundings, for sunlight.
     enclosure : Enclosure or None
         Ground and walls around all surfaces; None: an open plain that is as warm as the air.
     """
@@ -138,7 +138,7 @@ class Sky:
         Parameters
         ----------
         air_temperature : (A, SUN_STEPS) ndarray
-            Of the time [K]; the emissivity of the clear sky does not depend on it.
+            Air temperature at the time [K]; the emissivity of the clear sky does not depend on it.
         cloud_fraction : float or (SUN_STEPS,) ndarray
             0 to 1.
         altitude : (A,) ndarray
@@ -173,7 +173,7 @@ def plane_irradiance(
     Parameters
     ----------
     slope, azimuth : array_like
-        Of the plane [degree]: 0 faces up, 180 down; azimuth it faces, from north eastward.
+        Slope and azimuth of the plane [degree]: 0 faces up, 180 down; azimuth of its normal from north eastward.
     solar_elevation, solar_azimuth : array_like
         [degree]
     direct, diffuse : array_like
@@ -233,9 +233,9 @@ class Scene:
     weather : NearSurfaceAir
     sky : Sky
     altitude : ndarray, shape (A,)
-        Of the surfaces [m].
+        Altitudes of the surfaces [m].
     slope, azimuth : ndarray, shape (P,)
-        Of the planes [degree].
+        Slope and azimuth of the planes [degree].
     surroundings : Surroundings or None
         Shade and obstructions of all planes.
 

@@ -87,7 +87,7 @@ def free_parameters(material: SurfaceMaterial, names: Sequence[str], mean_air: f
     ----------
     material : SurfaceMaterial
     names : sequence of str
-        Of `PARAMETERS`.
+        Names out of `PARAMETERS`.
     mean_air : float
         Air temperature of the record [K], at which a back without a temperature of its own starts.
 

@@ -27,7 +27,7 @@ class GroundSeason:
     Attributes
     ----------
     mean, amplitude : float or ndarray
-        Of the year [K].
+        Mean and amplitude of the year [K].
     since_coldest : float or ndarray
         Time since the surface was coldest [d].
 
@@ -83,7 +83,7 @@ def annual_harmonic(day: Floats, temperature: Floats) -> tuple[float, float, flo
     Parameters
     ----------
     day : (n,) ndarray
-        Of the year, 1 at noon of 1 January [d].
+        Day of the year, 1 at noon of 1 January [d].
     temperature : (n,) ndarray
         Any unit; not a number where it is missing.
 

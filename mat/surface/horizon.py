@@ -21,7 +21,7 @@ class Horizon:
     Attributes
     ----------
     azimuth : tuple of float
-        From north eastward, increasing, 0 to below 360 [degree].
+        Azimuths from north eastward, increasing, 0 to below 360 [degree].
     elevation : tuple of float
         0 (level) to 90 (no sky there) [degree].
 
@@ -73,11 +73,11 @@ class ViewFactors:
     Attributes
     ----------
     sky : (P,) ndarray
-        Of the open sky.
+        View factor of the open sky.
     walls : (P, 8) ndarray
-        Of walls that face each of `ASPECTS`: those that stand in the opposite direction.
+        View factors of walls that face each of `ASPECTS`: those in the opposite direction.
     ground : (P,) ndarray
-        Of what is below the level horizon.
+        View factor of everything below the level horizon.
     """
 
     sky: Floats

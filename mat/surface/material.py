@@ -19,18 +19,18 @@ class SurfaceMaterial:
     Attributes
     ----------
     name : str
-        For messages.
+        Name, for messages.
     thermal : ThermalStack
     surface : SurfaceProperties
     solar_absorptance, thermal_emissivity : float
         0 to 1.
     film : FilmSkin or None
-        Under a film of water, where rain or dew may bring one.
+        Skin under a film of water, where rain or dew may form one.
     moist : MoistSkin or None
-        By soil moisture, where that changes through the day; the stack has its mean.
+        Skin by soil moisture, where that changes through the day; the stack has its mean.
     canopy : Canopy or None
-        Of leaves through whose gaps soil is seen, whose absorptance and emissivity are those of both together. None:
-        one skin.
+        Canopy of leaves with soil visible through its gaps; absorptance and emissivity are those of both together.
+        None: one skin.
 
     Raises
     ------

@@ -29,7 +29,7 @@ class MeasuredRadiation:
     direct, diffuse : (n,) ndarray
         Direct normal and diffuse horizontal irradiance [W m^-2].
     longwave : (n,) ndarray or None
-        Of the sky on a level surface [W m^-2]; None takes that of the state.
+        Longwave irradiance of the sky on a level surface [W m^-2]; None: that of the state.
     """
 
     hours: Floats
@@ -44,7 +44,7 @@ class MeasuredRadiation:
         Parameters
         ----------
         hours, total, longwave : (n,) ndarray
-            As the attributes, `total` global horizontal irradiance [W m^-2].
+            Arrays as the attributes, `total` global horizontal irradiance [W m^-2].
         sun : SunPath
 
         Notes
@@ -92,7 +92,8 @@ class MeasuredRadiation:
         ----------
         sun : SunPath
         direct, diffuse : (SUN_STEPS,) ndarray
-            Of the clear sky at the altitude of the weather [W m^-2]: how light is shared within an interval.
+            Irradiance of the clear sky at the altitude of the weather [W m^-2], by which light is distributed within an
+            interval.
 
         Raises
         ------

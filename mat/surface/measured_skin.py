@@ -39,7 +39,7 @@ class MeasuredRecord:
     radiometric : bool
         Whether `skin` is longwave.
     file : Path or None
-        Where it was read, for messages.
+        File of the record, for messages.
     """
 
     record: Record

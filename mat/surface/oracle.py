@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.surface.back_boundary import back_drive
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.symbolic_balance import SymbolicMaterial, forcing_rows
 from skyshine.mat.surface.symbolic_column import Collocation, cell_shares, collocation_points, grid, rate_function
@@ -49,9 +49,9 @@ def solve_oracle(
     period : float
         [s]
     intervals, degree : int
-        Of the Radau collocation.
+        Number of intervals, and degree of the Radau collocation.
     cells : int
-        In each layer.
+        Number of cells in each layer.
     start : float, optional
         Uniform temperature at the beginning [K], in place of periodicity.
 

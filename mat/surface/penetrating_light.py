@@ -13,7 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from skyshine.mat.surface.balance import Forcing, skin_of
+from skyshine.mat.surface.balance import skin_of
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import (
     Complexes,
     Conduction,

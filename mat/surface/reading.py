@@ -17,7 +17,7 @@ def at_hours_of_day(values: Reals, hours: Floats) -> Reals:
     Parameters
     ----------
     values : (columns, N) ndarray
-        At k / N of the day.
+        Values at k / N of the day.
     hours : (T,) ndarray
         Clock hours [h].
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.convection import AIR_HEIGHT, STANDARD_PRESSURE, WIND_HEIGHT
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.vapour import saturation_pressure
@@ -29,7 +29,7 @@ class Record:
     Attributes
     ----------
     start : numpy.datetime64
-        Of the first step (UTC).
+        Time of the first step (UTC).
     step : float
         [s]; the record repeats after N steps.
     values : dict of str to ndarray
@@ -55,10 +55,10 @@ class Record:
         seconds : (n,) ndarray
             Increasing, since 1970.
         values : mapping of str to (n,) ndarray
-            As `Record.values`, those that were measured, and "cloud_fraction". Heights are by default those of
-            WMO-No. 8, pressure that of ISO 2533, longwave that of `sky_longwave`.
+            Measured values as in `Record.values`, and "cloud_fraction". Heights are by default those of WMO-No. 8,
+            pressure that of ISO 2533, longwave that of `sky_longwave`.
         altitude : float
-            Of the place [m].
+            Altitude of the site [m].
         """
         step, steps = equal_steps(seconds)
         grid = seconds[0] + step * np.arange(steps)
@@ -96,8 +96,8 @@ class Record:
     def wetting(self) -> Wetting:
         """What of it the skin of a surface needs to know beforehand."""
         moisture = self.values.get("soil_moisture")
-        frozen = float(np.mean(self.values["air_temperature"])) < ZERO_CELSIUS
-        return Wetting("rain" in self.values, None if moisture is None else float(np.mean(moisture)), frozen)
+        frost = max(ZERO_CELSIUS - float(np.mean(self.values["air_temperature"])), 0.0)
+        return Wetting("rain" in self.values, None if moisture is None else float(np.mean(moisture)), frost)
 
     @property
     def steps(self) -> int:
@@ -206,7 +206,7 @@ def record_forcing(
     surroundings : Surroundings, optional
         Its wall changes the longwave; its shade must be in `shortwave`.
     sun_cosine : (N,) ndarray, optional
-        As in `Forcing`.
+        Cosine as in `Forcing`.
 
     Returns
     -------

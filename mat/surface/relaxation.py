@@ -14,7 +14,8 @@ from typing import Protocol, Self
 import numpy as np
 
 from skyshine.mat.surface.acceleration import Anderson, OwnSlopes, steeper
-from skyshine.mat.surface.balance import MELTING_POINT, Balance, Forcing
+from skyshine.mat.surface.balance import MELTING_POINT, Balance
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.newton import HeatFlux, HeatLoss
@@ -101,7 +102,7 @@ class Relaxation:
     stiffness : ndarray, shape (N,)
         Diagonal of C [W m^-2 K^-1].
     coarse : Relaxation or None
-        In coarse steps, in which the iteration begins.
+        Relaxation in coarse steps, in which the iteration begins.
     """
 
     slope: Reals
@@ -309,7 +310,7 @@ class Relaxation:
         source : (columns, N or 1) ndarray
             Less C of the origin [W m^-2].
         unknown : (columns, N) ndarray
-            To begin with, less the origin [K].
+            Initial values, less the origin [K].
         max_iterations : int
         tolerance : float
             Largest change of an unknown [K] at which the iteration ends.

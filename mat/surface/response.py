@@ -15,8 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
 from skyshine.mat.surface.canopy_response import CanopyResponse
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.film_response import DRY_FILM, FilmResponse, film_response, under_film
@@ -62,7 +63,7 @@ class SurfaceResponse:
     kernel : ndarray, shape (columns, 24, L)
         Kelvin at `RESPONSE_HOURS` per mean change of absorbed heat over each cell of lag [K m^2 W^-1].
     temperature : ndarray, shape (columns, 24)
-        From which `OFFSETS` count [K]: that of the air, of the surface itself where there is none.
+        Temperature to which `OFFSETS` are added [K]: that of the air, or of the surface itself where there is none.
     loss_slope : ndarray, shape (columns, 24)
         Mean over the day of the derivative of the heat loss f by temperature [W m^-2 K^-1].
     loss_excess : ndarray, shape (columns, 24, O)
@@ -142,7 +143,7 @@ def surface_response(
     ----------
     material : SurfaceMaterial
     days : sequence of callables
-        As `skyshine.mat.surface.days.solve_days` takes them.
+        Functions as in `skyshine.mat.surface.days.solve_days`.
     steps : int
         Solver times of a day.
 
@@ -239,13 +240,13 @@ class ResponseTable:
     temperature, loss_slope : ndarray, shape (M, A, S, 24)
     loss_excess : ndarray, shape (M, A, S, 24, O)
     melt : ndarray, shape (M, A, S, 24)
-        As in `SurfaceResponse`.
+        Heat spent on melting, as in `SurfaceResponse`.
     solar_absorptance, thermal_emissivity : ndarray, shape (M,)
-        Of sunlight, what becomes heat: less the power that cells deliver at 25 C.
+        Share of sunlight that becomes heat, less the power that cells deliver at 25 C, and thermal emissivity.
     highest : ndarray, shape (M,)
         Melting point of surfaces that cannot exceed it [K]; `NO_LIMIT` of others.
     film : FilmTable or None
-        As in `SurfaceResponse`.
+        Film, as in `SurfaceResponse`.
     """
 
     altitudes_m: Floats
@@ -269,13 +270,13 @@ class FilmTable:
     ----------
     heat_loss, evaporation : ndarray, shape (M, A, S, 24, O)
     sunlight, dry_sunlight : ndarray, shape (M, A, S, 24)
-        As in `FilmResponse`.
+        Absorbed sunlight, as in `FilmResponse`.
     before : ndarray, shape (M, A, S), or None
-        As in `FilmResponse`; None: the day repeats, and its film with it.
+        Water before the day, as in `FilmResponse`; None: the day repeats, and its film with it.
     capacity : ndarray, shape (M,)
         Water that stays on a surface [kg m^-2]; 0 where none does.
     rain : ndarray, shape (FINE_STEPS,)
-        On level ground [kg m^-2 s^-1].
+        Rain on level ground [kg m^-2 s^-1].
     """
 
     heat_loss: Singles

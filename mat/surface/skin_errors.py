@@ -26,7 +26,7 @@ class SkinError:
     bias, rms : float
         Predicted less measured [K].
     count : int
-        Of readings.
+        Number of readings.
     """
 
     part: str

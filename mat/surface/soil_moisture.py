@@ -2,13 +2,14 @@
 
 References
 ----------
-Conductivity: Cote and Konrad (2005), Can. Geotech. J. 42, 443-458, equations (14), (15) and table of kappa, chi and eta
-for unfrozen and frozen soils; saturated conductivity as the geometric mean of solids and water or ice (Johansen 1975).
-Heat capacity: de Vries (1963), in van Wijk, Physics of Plant Environment: parts add by volume. Supply of water to a
-drying surface: Gardner and Hillel (1962), J. Geophys. Res. 67, 4319-4325, with the diffusivity of van Genuchten (1980),
-Soil Sci. Soc. Am. J. 44, 892-898, equation (11), parameters by texture of Carsel and Parrish (1988), Water Resour. Res.
-24, 755-769, of organic soil those of HYPRES (Wosten et al. 1999, Geoderma 90, 169-185). Resistance of wet soil: van de
-Griend and Owe (1994), Water Resour. Res. 30, 181-188.
+Conductivity: Cote and Konrad (2005), Can. Geotech. J. 42, 443-458, equations (14), (15) and table of kappa, chi and
+eta for unfrozen and frozen soils; saturated conductivity as the geometric mean of solids and water or ice (Johansen
+1975). Heat capacity: de Vries (1963), in van Wijk, Physics of Plant Environment: parts add by volume. Water that
+stays unfrozen: Anderson and Tice (1972), Highway Research Record 393, 12-18, by the surface of the grains. Supply of
+water to a drying surface: Gardner and Hillel (1962), J. Geophys. Res. 67, 4319-4325, with the diffusivity of van
+Genuchten (1980), Soil Sci. Soc. Am. J. 44, 892-898, equation (11), parameters by texture of Carsel and Parrish
+(1988), Water Resour. Res. 24, 755-769, of organic soil those of HYPRES (Wosten et al. 1999, Geoderma 90, 169-185).
+Resistance of wet soil: van de Griend and Owe (1994), Water Resour. Res. 30, 181-188.
 """
 
 from __future__ import annotations
@@ -27,6 +28,9 @@ WATER_CONDUCTIVITY = 0.60  # W m^-1 K^-1, at 20 C: as Cote and Konrad take it
 WATER_DENSITY, WATER_HEAT_CAPACITY = 1000.0, 4180.0  # kg m^-3, J kg^-1 K^-1
 # Of ice: W m^-1 K^-1, as Cote and Konrad take it; J kg^-1 K^-1 at -10 C, of the mass of the water that froze.
 ICE_CONDUCTIVITY, ICE_HEAT_CAPACITY = 2.24, 2030.0
+HEAT_OF_FUSION = 3.337e5  # J kg^-1 of ice at 0 C
+# K: below less frost soil is taken to swing over its freezing point, where the law has no bound; chosen.
+_LEAST_FROST = 1.0
 # s m^-1: of a soil that is wet to its surface, van de Griend and Owe (1994), equation (8).
 _LEAST_RESISTANCE = 10.0
 DEPTH = 0.1  # m: over which the moisture of a soil is the mean, and which supplies its surface
@@ -54,6 +58,9 @@ class _Texture:
         Van Genuchten's [m^-1] and [1].
     flow : float
         Hydraulic conductivity of full pores [m s^-1].
+    grains : float
+        Surface of the grains over their mass [m^2 g^-1]: of the silts and clays that Anderson and Tice measured, 18 to
+        84, and chosen between them; of sand and gravel 1, of organic soil that of silt, chosen.
     """
 
     kappa: float
@@ -65,6 +72,7 @@ class _Texture:
     alpha: float
     n: float
     flow: float
+    grains: float
 
 
 _GRAVEL, _SAND = (4.60, 1.70, 1.70, 1.80), (3.55, 0.95, 0.75, 1.20)
@@ -72,13 +80,13 @@ _FINE, _ORGANIC = (1.90, 0.85, 0.75, 1.20), (0.60, 0.25, 0.30, 0.87)
 _DAY = 0.01 / 86400.0  # m s^-1 in a cm/d
 # Gravel is drained as sand, the coarsest class of Carsel and Parrish.
 TEXTURES = {
-    "gravel": _Texture(*_GRAVEL, 0.045, 0.43, 14.5, 2.68, 712.8 * _DAY),
-    "sand": _Texture(*_SAND, 0.045, 0.43, 14.5, 2.68, 712.8 * _DAY),
-    "sandy_loam": _Texture(*_SAND, 0.065, 0.41, 7.5, 1.89, 106.1 * _DAY),
-    "loam": _Texture(*_FINE, 0.078, 0.43, 3.6, 1.56, 24.96 * _DAY),
-    "silt": _Texture(*_FINE, 0.034, 0.46, 1.6, 1.37, 6.0 * _DAY),
-    "clay": _Texture(*_FINE, 0.068, 0.38, 0.8, 1.09, 4.8 * _DAY),
-    "organic": _Texture(*_ORGANIC, 0.010, 0.766, 1.3, 1.2039, 8.0 * _DAY),
+    "gravel": _Texture(*_GRAVEL, 0.045, 0.43, 14.5, 2.68, 712.8 * _DAY, 1.0),
+    "sand": _Texture(*_SAND, 0.045, 0.43, 14.5, 2.68, 712.8 * _DAY, 1.0),
+    "sandy_loam": _Texture(*_SAND, 0.065, 0.41, 7.5, 1.89, 106.1 * _DAY, 10.0),
+    "loam": _Texture(*_FINE, 0.078, 0.43, 3.6, 1.56, 24.96 * _DAY, 40.0),
+    "silt": _Texture(*_FINE, 0.034, 0.46, 1.6, 1.37, 6.0 * _DAY, 18.0),
+    "clay": _Texture(*_FINE, 0.068, 0.38, 0.8, 1.09, 4.8 * _DAY, 60.0),
+    "organic": _Texture(*_ORGANIC, 0.010, 0.766, 1.3, 1.2039, 8.0 * _DAY, 18.0),
 }
 
 
@@ -106,6 +114,43 @@ def conductivity(soil: Soil, moisture: npt.ArrayLike, frozen: bool = False) -> F
     relative = kappa * saturation / (1 + (kappa - 1) * saturation)
     whole: Floats = dry + (saturated - dry) * relative
     return whole
+
+
+def unfrozen_water(texture: str, dry_density: float, frost: float) -> float:
+    """Volume fraction of water that stays liquid in frozen soil.
+
+    Parameters
+    ----------
+    texture : str
+        A name of `TEXTURES`.
+    dry_density : float
+        Of the soil [kg m^-3].
+    frost : float
+        Below 0 C, above 0 [K].
+
+    References
+    ----------
+    Anderson and Tice (1972): ln w = .2618 + .5519 ln S - 1.449 S^-.264 ln frost, w in per cent of the dry mass.
+
+    Examples
+    --------
+    >>> round(unfrozen_water("silt", 1600.0, 5.0), 3), round(unfrozen_water("clay", 1600.0, 5.0), 3)
+    (0.035, 0.09)
+    """
+    percent = 0.2618 + 0.5519 * np.log(TEXTURES[texture].grains) - _freezing_power(texture) * np.log(frost)
+    return float(1e-2 * np.exp(percent) * dry_density / WATER_DENSITY)
+
+
+def _freezing_power(texture: str) -> float:
+    return float(1.449 * TEXTURES[texture].grains ** -0.264)
+
+
+def freezing_capacity(texture: str, dry_density: float, moisture: float, frost: float) -> float:
+    """Heat of the water that freezes as a frozen soil cools by a kelvin, its apparent heat capacity [J m^-3 K^-1]."""
+    frost = max(frost, _LEAST_FROST)
+    liquid = unfrozen_water(texture, dry_density, frost)
+    freezing = _freezing_power(texture) * liquid / frost if liquid < moisture else 0.0
+    return HEAT_OF_FUSION * WATER_DENSITY * freezing
 
 
 def diffusivity(texture: str, moisture: npt.ArrayLike) -> Floats:
@@ -146,7 +191,7 @@ def supply(texture: str, moisture: npt.ArrayLike) -> Floats:
     Millimetres a day, of loam and of sand:
 
     >>> (86400 * supply("loam", [0.15, 0.25])).round(2), (86400 * supply("sand", [0.05, 0.10])).round(2)
-    (array([0.66, 19.4 ]), array([0.  , 7.15]))
+    (array([ 0.44, 21.14]), array([0.  , 7.19]))
     """
     wet = np.maximum(np.asarray(moisture, float) - TEXTURES[texture].residual, 0.0)
     whole: Floats = WATER_DENSITY * diffusivity(texture, moisture) * wet * np.pi**2 / (4 * DEPTH)
@@ -182,18 +227,19 @@ def dry_layer(texture: str, moisture: float) -> float:
     return DEPTH * min(max((moist - moisture) / (moist - residual), 0.0), 1.0)
 
 
-def moist_stack(stack: ThermalStack, soil: Soil, moisture: float, frozen: bool = False) -> ThermalStack:
+def moist_stack(stack: ThermalStack, soil: Soil, moisture: float, frost: float = 0.0) -> ThermalStack:
     """A dry stack with water in its soil.
 
     Parameters
     ----------
     stack : ThermalStack
-        Whose skin and first layer are dry.
+        Stack with dry skin and dry first layer.
     soil : Soil
     moisture : float
         Volume fraction of water, 0 to the porosity.
-    frozen : bool
-        Whether that is ice.
+    frost : float
+        How far the soil is below 0 C in the mean [K]; above 0 the water is ice, and freezes and thaws a little as the
+        soil cools and warms.
 
     Returns
     -------
@@ -206,8 +252,10 @@ def moist_stack(stack: ThermalStack, soil: Soil, moisture: float, frozen: bool =
     def moist(layer: Layer, moisture: float) -> Layer:
         density = stack.layers[0].density + moisture * WATER_DENSITY
         capacity = stack.layers[0].density * stack.layers[0].heat_capacity
-        capacity += moisture * WATER_DENSITY * (ICE_HEAT_CAPACITY if frozen else WATER_HEAT_CAPACITY)
-        return Layer(layer.thickness, float(conductivity(soil, moisture, frozen)), density, capacity / density)
+        capacity += moisture * WATER_DENSITY * (ICE_HEAT_CAPACITY if frost else WATER_HEAT_CAPACITY)
+        if frost:
+            capacity += freezing_capacity(soil.texture, stack.layers[0].density, moisture, frost)
+        return Layer(layer.thickness, float(conductivity(soil, moisture, frost > 0)), density, capacity / density)
 
     first, second = stack.layers
     if soil.layers == 1:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.schemas.arrays import Floats, Integers
 

@@ -14,7 +14,8 @@ from collections.abc import Callable
 import numpy as np
 
 from skyshine.mat.surface.back_boundary import BackFlux
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.film import WetSkin, solve_with_film
 from skyshine.mat.surface.material import SurfaceMaterial
@@ -114,7 +115,7 @@ def by_sturdier_schemes(
     Parameters
     ----------
     scheme : str
-        To begin with.
+        Scheme of the first attempt.
     columns : int
     solve : callable
         Solves an index array of columns by a scheme.
@@ -162,7 +163,7 @@ def solve_by(
     conduction : Conduction
     back_flux : BackFlux
     method : Method
-        That of the scheme, without Newton.
+        Method of the scheme, without Newton iterations.
     names : (columns,) ndarray
         Numbers of the columns in messages.
     film_before : (columns,) ndarray, optional

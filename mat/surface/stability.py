@@ -30,7 +30,8 @@ class Stability:
     free : ndarray
         Weight of free convection in warm ground's law [1].
     share : ndarray
-        Of stability in the factor: 1 on level to upright faces, less on those that hang, 0 on those that face down.
+        Share of stability in the factor: 1 on level to upright faces, less on overhanging ones, 0 on those that face
+        down.
 
     Notes
     -----

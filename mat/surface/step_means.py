@@ -16,7 +16,7 @@ def step_means(values: Floats, steps: int) -> Floats:
     values : (..., n or 1) ndarray
         Samples through the period, or a constant.
     steps : int
-        Of the solver.
+        Number of steps of the solver.
 
     Returns
     -------

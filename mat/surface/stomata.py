@@ -29,11 +29,11 @@ def canopy_resistance(
     Parameters
     ----------
     least : float
-        In full light and humid air of 25 C [s m^-1].
+        Resistance in full light and humid air of 25 C [s m^-1].
     roughness_length : float
         Tells trees from lower plants [m].
     sunlight : ndarray
-        On open level ground [W m^-2]: the light of the hour, whichever way a face looks and whatever shades it.
+        Sunlight on open level ground [W m^-2]: the light of the hour, whatever the orientation and the shade of a face.
     air_temperature : ndarray
         [K]
     air : (ndarray, ndarray)

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack

@@ -25,9 +25,9 @@ class SunPath:
     Attributes
     ----------
     altitude : float
-        Of the ground [m].
+        Altitude of the ground [m].
     solar_elevation, solar_azimuth : ndarray, shape (SUN_STEPS,)
-        At the local clock hours `sun_hours()` [degree]; azimuth from north eastward.
+        Position of the Sun at the local clock hours `sun_hours()` [degree]; azimuth from north eastward.
     sun_distance : float
         [au]
     """

@@ -32,7 +32,7 @@ class Surroundings:
     facing : float or None
         Temperature of the wall [K]; None takes that of the air. The wall reflects no sunlight.
     facing_emissivity : float
-        Of the wall, 0 to 1; it reflects longwave of sky and ground in equal parts, as an upright wall does.
+        Emissivity of the wall, 0 to 1; it reflects longwave of sky and ground in equal parts, as an upright wall does.
 
     Raises
     ------
@@ -74,7 +74,7 @@ class Surroundings:
         Parameters
         ----------
         direct, diffuse : ndarray
-            On the unobstructed surface [W m^-2].
+            Irradiance on the unobstructed surface [W m^-2].
         even : ndarray
             Diffuse irradiance on it from the evenly bright part of the sky [W m^-2]. What is above that comes from
             around the Sun and ends with the direct light.
@@ -89,7 +89,8 @@ class Surroundings:
         Parameters
         ----------
         view : float or ndarray
-            Of the whole sky, from the surface without obstructions, 0 to 1; the rest is ground at air temperature.
+            View factor of the whole sky, from the surface without obstructions, 0 to 1; the rest is ground at air
+            temperature.
         sky : ndarray
             Irradiance of the whole sky on a level surface [W m^-2].
         air_temperature : ndarray
@@ -114,11 +115,11 @@ class Exposure:
     shaded : (P, n) ndarray
         Share of each step in which no light comes from the direction of the Sun; P or 1.
     sky_view : (P, 1) ndarray
-        As in `Surroundings`; P or 1.
+        View of the sky, as in `Surroundings`; P or 1.
     facing : float, (P, n) ndarray or None
-        As in `Surroundings`, or of each surface at each step [K].
+        Temperature of the walls, as in `Surroundings`, or of each surface at each step [K].
     facing_emissivity : float
-        As in `Surroundings`.
+        Emissivity of the walls, as in `Surroundings`.
     wall_light : float or (P, n) ndarray
         Sunlight that leaves the walls, per area of theirs [W m^-2].
     """

@@ -13,7 +13,8 @@ import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
-from skyshine.mat.surface.balance import Forcing, skin_of
+from skyshine.mat.surface.balance import skin_of
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.convection import AIR_GAS_CONSTANT, AIR_HEAT_CAPACITY, TREE_ROUGHNESS, natural_coefficients
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.materials.records import SurfaceProperties, ThermalStack

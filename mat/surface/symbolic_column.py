@@ -47,9 +47,9 @@ def cell_shares(material: SymbolicMaterial, cells: int, period: float, infinity:
     ----------
     material : SymbolicMaterial
     cells : int
-        In each layer.
+        Number of cells in each layer.
     period : float
-        Of the waves that the cells resolve [s].
+        Period of the waves that the cells resolve [s].
     infinity : float
         Longest period [s]: 12 of its damping depths stand for a layer without end.
     """
@@ -89,7 +89,7 @@ def rate_function(ca: Any, material: SymbolicMaterial, cells: Sequence[Cell], fr
     free : casadi.SX
         Column of parameters, or of none.
     drive : casadi.SX, optional
-        Of the back, in place of the last value of the forcing.
+        Drive of the back, which replaces the last value of the forcing.
 
     Returns
     -------
@@ -168,11 +168,11 @@ class Collocation:
     rate : casadi.Function
         See `rate_function`.
     forcing : (fields, intervals * degree) ndarray
-        At the points of the intervals.
+        Forcing at the points of the intervals.
     interval : float
         [s]
     degree : int
-        Of the Radau collocation.
+        Degree of the Radau collocation.
     start : float or None
         Uniform temperature at the beginning [K], in place of periodicity.
     """

@@ -85,7 +85,7 @@ def temperature_table(
     sun, weather, sky
         See `skyshine.mat.surface.sun_path`, `weather` and `forcing`.
     altitudes_m : (A,) sequence
-        Of the surfaces above sea level.
+        Altitudes of the surfaces above sea level.
     azimuths_deg : (Z,) sequence
         Direction a surface faces, from north eastward.
     slopes_deg : (S,) sequence

@@ -26,13 +26,13 @@ _HORIZON = 0.0  # degree; the Sun counts as up above it
 
 @dataclass(frozen=True)
 class Wetting:
-    """Whether a film of water may lie on surfaces, the mean moisture of soil where it is given by time, and whether the
-    ground is frozen.
+    """Whether a film of water may lie on surfaces, the mean moisture of soil where it is given by time, and by how much
+    the mean of the ground is below 0 C [K], 0 where it is not frozen.
     """
 
     rain: bool = False
     soil_moisture: float | None = None
-    frozen: bool = False
+    frost: float = 0.0
 
 
 DRY = Wetting()
@@ -45,7 +45,7 @@ class NearSurfaceAir:
     Attributes
     ----------
     altitude : float
-        At which the air is described [m].
+        Altitude at which the air is described [m].
     air_temperature : ndarray
         [K]
     vapour_pressure : ndarray
@@ -59,7 +59,7 @@ class NearSurfaceAir:
     radiation : MeasuredRadiation or None
         None takes sunlight and sky longwave of the atmospheric state.
     wind_height, air_height : float
-        At which wind, and temperature and humidity, are given [m].
+        Heights at which wind, and temperature and humidity, are given [m].
     before : tuple of (SunPath, NearSurfaceAir)
         The days before this one that its ground remembers, oldest first; empty: the day repeats.
     rain : ndarray or None
@@ -69,7 +69,7 @@ class NearSurfaceAir:
     snow_age : ndarray or None
         Time since snow fell [d]; None takes snow as it is.
     ground : GroundSeason or None
-        At `altitude`; None: backs of ground have the mean temperature of the air.
+        Ground temperature at `altitude`; None: backs of ground have the mean temperature of the air.
     """
 
     altitude: float
@@ -92,15 +92,14 @@ class NearSurfaceAir:
         """What of it the skins of surfaces need to know beforehand."""
         moistures = [air.soil_moisture for _, air in self.before] + [self.soil_moisture]
         known = [moisture for moisture in moistures if moisture is not None]
-        return Wetting(self.rain is not None, float(np.mean(known)) if known else None, self._frozen)
+        return Wetting(self.rain is not None, float(np.mean(known)) if known else None, self._frost)
 
     @property
-    def _frozen(self) -> bool:
-        """Whether the surface of the ground is below 0 C by its season, or else the mean air of all days."""
-        if self.ground is not None:
-            return bool(self.ground.below(0.0) < ZERO_CELSIUS)
+    def _frost(self) -> float:
+        """How much the surface of the ground is below 0 C by its season, or else the mean air of all days [K]."""
         air = [weather.air_temperature for _, weather in self.before] + [self.air_temperature]
-        return float(np.mean(air)) < ZERO_CELSIUS
+        kelvin = float(np.mean(air)) if self.ground is None else float(self.ground.below(0.0))
+        return max(ZERO_CELSIUS - kelvin, 0.0)
 
     def ground_at(self, altitude: Floats) -> dict[str, Floats]:
         """Fields of `Forcing` of the ground's season at altitudes (A,) [m], mean (A, 1) and others (1, 1): cooler
@@ -122,7 +121,7 @@ class NearSurfaceAir:
         altitude : (A,) ndarray
             [m]
         pressure : (A + 1,) ndarray
-            Of the atmospheric state [Pa] at these altitudes and, last, at the altitude of the weather.
+            Pressure of the atmospheric state [Pa] at these altitudes and, last, at the altitude of the weather.
 
         Returns
         -------
@@ -153,7 +152,8 @@ def from_extremes(
     low, high : float
         [K]
     relative_humidity : float
-        At the mean of both temperatures [percent]; the vapour pressure is constant but where the air is saturated.
+        Relative humidity at the mean of both temperatures [percent]; the vapour pressure is constant except where the
+        air is saturated.
     wind_speed : float
         [m/s]
     cloud_fraction : float
@@ -185,10 +185,10 @@ def from_hours(
     Parameters
     ----------
     altitude : float
-        At which the air is described [m].
+        Altitude at which the air is described [m].
     hours : (n,) ndarray
-        Of the local clock, increasing; without hours before 0 and from 24 on, of the days before and after, the day
-        repeats.
+        Hours of the local clock, increasing; without hours before 0 and from 24 on, of the days before and after, the
+        day repeats.
     air_temperature, relative_humidity, wind_speed, cloud_fraction : float or (n,) array_like
         [K], [percent], [m/s], [1]
     pressure : float or (n,) array_like, optional

@@ -49,7 +49,7 @@ class Form:
     mark : str
         Regular expression that its text begins with, at the latest in the line of column names.
     columns : dict of str to (str, str)
-        By folded name of a column: the quantity of `WEATHER_COLUMNS`, dew_point or sky_cover, and its unit.
+        Columns by folded name: the quantity of `WEATHER_COLUMNS`, dew_point or sky_cover, and its unit.
     centred : bool
         Whether light is of the time about a row; otherwise it is of the time that ends there.
     typical : bool

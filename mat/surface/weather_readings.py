@@ -256,7 +256,7 @@ def read_record(file: str | os.PathLike[str], altitude: float = 0.0) -> Record:
         `WEATHER_COLUMNS`, and one of `SURFACE_COLUMNS`; in any order. ``name[unit]`` in the header names another unit.
         Those of `SKIN_COLUMNS` may be there too. Empty lines and lines that begin with # are skipped.
     altitude : float
-        Of the place [m], for a pressure that the file does not give.
+        Altitude of the site [m], for a pressure that the file does not give.
 
     Returns
     -------

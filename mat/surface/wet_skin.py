@@ -56,9 +56,9 @@ class MoistSkin:
     Attributes
     ----------
     texture : str
-        Of its grains.
+        Texture of the soil grains.
     moisture : tuple of float
-        From 0 to the porosity.
+        Moisture from 0 to the porosity.
     solar_absorptance, thermal_emissivity : tuple of float
     """
 

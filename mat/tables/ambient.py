@@ -1,4 +1,4 @@
-"""What an atmospheric table states of the ground around faces."""
+"""Properties of the surrounding ground that an atmospheric table states."""
 
 from __future__ import annotations
 

@@ -36,6 +36,7 @@ _READ_BY = {
     GROUND_HARMONICS: (*_PATH, "ground_temperature", "zonal_harmonic"),
 }
 _OF_THE_BAND = ("beta_star", "path_radiance_ratio")  # not parted by wavelength
+# Km, first node of range above 0, and number of nodes, of `nodes_of`: equal steps of the logarithm.
 _NEAREST_KM, _SHOWN = 1e-3, 40
 _FARTHEST_KM = 100_000.0  # of observers in space
 _SHOWN_ELEVATIONS = (-90, -60, -40, -20, -10, -5, -3, -2, -1, 0, 1, 2, 3, 5, 10, 20, 40, 60, 90)
@@ -104,20 +105,20 @@ class AtmosphereTable(Table):
         angle = where.pop(ANGLE, None) if AXES[-1] in rules else None
         self._refuse_axes(quantity, where, besides=() if angle is None else (AXES[-1],))
         names = [*(name for name in rules if name in where), *(() if angle is None else (ANGLE,))]
-        place = np.broadcast_arrays(*(np.asarray(where.get(name, angle), float) for name in names))
-        shape, read = place[0].shape, f"{quantity}_by_angle" if angle is not None else quantity
+        coordinates = np.broadcast_arrays(*(np.asarray(where.get(name, angle), float) for name in names))
+        shape, read = coordinates[0].shape, f"{quantity}_by_angle" if angle is not None else quantity
         with messages():
-            flat = [values.ravel() for values in place]
+            flat = [values.ravel() for values in coordinates]
             values = kernel_tables(air=self).quantity(read, flat, by_wavelength=by_wavelength)
         return values.reshape((*shape, *values.shape[1:]))
 
     def _refuse_axes(self, quantity: str, where: Mapping[str, Any], besides: Collection[str] = ()) -> None:
         """Refuse axes that a quantity does not have, or lacks."""
-        wanted = {rule.name for rule in self.rules(quantity)} - set(besides)
+        allowed = {rule.name for rule in self.rules(quantity)} - set(besides)
         for name in where:
-            if name not in wanted:
-                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(wanted))}", file=self.path)
-        if missing := sorted(wanted - set(where)):
+            if name not in allowed:
+                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(allowed))}", file=self.path)
+        if missing := sorted(allowed - set(where)):
             raise InputError(f"the axis '{missing[0]}' is missing; give a value for it", file=self.path)
 
     def value_by_wavelength(self, quantity: str, **where: Any) -> npt.NDArray[np.float64]:
@@ -141,9 +142,9 @@ class AtmosphereTable(Table):
         InputError
             As `value`; or the file cannot part its light.
         """
-        parted = [DEPTH, *(name for name in self.quantities if name not in _OF_THE_BAND)]
-        if quantity not in parted:
-            raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, parted)}", file=self.path)
+        spectral = [DEPTH, *(name for name in self.quantities if name not in _OF_THE_BAND)]
+        if quantity not in spectral:
+            raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, spectral)}", file=self.path)
         return self._read(quantity, where, by_wavelength=True)
 
     def nodes_of(self, axis: str) -> npt.NDArray[np.float64]:
@@ -182,11 +183,12 @@ class AtmosphereTable(Table):
         slope : degree
             0 faces up, 180 down.
         azimuth : degree
-            Of the face relative to the azimuth of the source.
+            Azimuth of the face relative to the azimuth of the source.
         ground_temperature : K, optional
-            Of the ground around, as from the method `ground_temperature`; by default the one that the file states.
+            Temperature of the surrounding ground, as from the method `ground_temperature`; by default the one that the
+            file states.
         band : BandTable, optional
-            Of the same band; needed with `ground_temperature`.
+            Table of the same band; required with `ground_temperature`.
         by_wavelength : bool
             Parted by wavelength along a last axis, as `value_by_wavelength`.
         **where
@@ -208,10 +210,10 @@ class AtmosphereTable(Table):
         if AMBIENT_HARMONICS in self.quantities:
             stated_ground(self.path, self.attributes)
         self._refuse_axes("ambient_radiance", where)
-        given = [*(where[name] for name in AXES[:4]), slope, azimuth]
-        given += [] if ground_temperature is None else [ground_temperature]
-        place = np.broadcast_arrays(*(np.asarray(values, float) for values in given))
-        flat, shape = [values.ravel() for values in place], place[0].shape
+        arguments = [*(where[name] for name in AXES[:4]), slope, azimuth]
+        arguments += [] if ground_temperature is None else [ground_temperature]
+        coordinates = np.broadcast_arrays(*(np.asarray(values, float) for values in arguments))
+        flat, shape = [values.ravel() for values in coordinates], coordinates[0].shape
         ground = flat[6] if ground_temperature is not None else None
         with messages():
             light = kernel_tables(band=band, air=self).ambient(
@@ -245,8 +247,8 @@ class AtmosphereTable(Table):
             ("beta_star", beta, ~(beta > 0)),
         ):
             if np.any(wrong):
-                least = "0 km or more" if name == "range" else "above 0 km"
-                raise InputError(f"{name}: found {np.ravel(values)[np.argmax(wrong)]:g}; allowed: {least}")
+                limit = "0 km or more" if name == "range" else "above 0 km"
+                raise InputError(f"{name}: found {np.ravel(values)[np.argmax(wrong)]:g}; allowed: {limit}")
         depth = BETA_FACTOR * length / beta
         return np.asarray(np.exp(-depth))
 

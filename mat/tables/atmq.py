@@ -112,11 +112,11 @@ def tables_on_axes(air: Table, grid: PathGrid) -> dict[str, Gridded]:
     parts: dict[str, list[np.ndarray]] = {name: [] for name in (VALID, *QUANTITIES)}
     light = air.clamped(_CLAMPED)
     for altitude in grid.altitude_km:  # one at a time, for all channels of all nodes would take much memory
-        place = nodes | {"altitude": np.full((1,) * len(AXES), altitude)}
+        coordinates = nodes | {"altitude": np.full((1,) * len(AXES), altitude)}
         for name, values in parts.items():
             count = QUANTITIES.get(name, ("", len(PATH)))[1]
             behind = (slice(None),) * count + (0,) * (len(AXES) - count)
-            values.append(light.value(name, **{axis: place[axis][behind] for axis in AXES[:count]}))
+            values.append(light.value(name, **{axis: coordinates[axis][behind] for axis in AXES[:count]}))
     arrays = {name: np.concatenate(values, axis=1) for name, values in parts.items()}
     arrays["beta_star"] = _falling(arrays["beta_star"], grid.range_km)
     arrays = {name: values.astype(np.float32) for name, values in arrays.items()}
@@ -137,7 +137,7 @@ def grid_group(tables: Mapping[str, Gridded], accuracy: Group) -> Group:
     Parameters
     ----------
     tables : mapping of str to Gridded
-        By the names of `gridded.QUANTITIES`, on the same axes.
+        Tables by the names of `gridded.QUANTITIES`, on the same axes.
     accuracy : Group
         The measured errors of interpolation between their nodes.
     """

@@ -1,4 +1,4 @@
-"""The axes of the tables: names, units, and how a reader interpolates and leaves them."""
+"""The axes of the tables: names, units, and rules of interpolation and of values outside."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class AxisRule:
     out_of_range : str
         ``error`` or ``clamp``.
     dark_below : float
-        Of elevations of a source: at and below it the air holds no light of the source; NaN where the file does not
-        say.
+        Elevation of a source at and below which the air has no light of the source; NaN where the file does not state
+        it.
     """
 
     name: str
@@ -53,7 +53,7 @@ class AxisRule:
         Raises
         ------
         InputError
-            The nodes are not ascending numbers, or the rule is none that this reader knows.
+            The nodes are not ascending numbers, or this reader does not support the rule.
         """
         attributes, nodes = axis.attributes, np.asarray(axis.values)
         rule = cls(
@@ -71,7 +71,7 @@ class AxisRule:
             rule.interpolation in (PERIODIC, FOLDED) and not 0 < rule.period < np.inf
         ):
             raise InputError(
-                f"the axis '{name}' is read by '{rule.interpolation}' with period {rule.period:g}; this reader knows "
+                f"the axis '{name}' is read by '{rule.interpolation}' with period {rule.period:g}; supported: "
                 f"{', '.join(RULES)}; upgrade skyshine, or build the file again"
             )
         if rule.out_of_range not in POLICIES:
@@ -112,8 +112,8 @@ class AxisRule:
             values = np.abs(np.mod(values + self.period / 2, self.period) - self.period / 2)
             values = self._bounded(values, nodes, values.min(initial=nodes[0]), values.max(initial=nodes[0]))
         elif self.period > 0:
-            given, values = values, values - self.period * np.floor((values - nodes[0]) / self.period)
-            values = self._bounded(values, nodes, values.min(initial=nodes[0]), values.max(initial=nodes[0]), given)
+            original, values = values, values - self.period * np.floor((values - nodes[0]) / self.period)
+            values = self._bounded(values, nodes, values.min(initial=nodes[0]), values.max(initial=nodes[0]), original)
         else:
             values = self._bounded(values, nodes, lowest, highest)
         if nodes.size == 1:
@@ -126,12 +126,14 @@ class AxisRule:
         return lower, upper % self.nodes.size if self.interpolation == PERIODIC else upper, weight
 
     def _bounded(
-        self, values: np.ndarray, nodes: np.ndarray, lowest: float, highest: float, given: np.ndarray | None = None
+        self, values: np.ndarray, nodes: np.ndarray, lowest: float, highest: float, original: np.ndarray | None = None
     ) -> np.ndarray:
         if lowest >= nodes[0] and highest <= nodes[-1]:
             return values
         if self.out_of_range == ERROR:
-            outside = np.ravel((values if given is None else given)[(values < nodes[0]) | (values > nodes[-1])])[0]
+            outside = np.ravel((values if original is None else original)[(values < nodes[0]) | (values > nodes[-1])])[
+                0
+            ]
             raise InputError(
                 f"{self.name}: found {outside:g}; allowed: {nodes[0]:g} to {nodes[-1]:g}; stay inside, or read "
                 "the nearest node with table.clamped() or --clamp"
@@ -145,8 +147,8 @@ class AxisRule:
         wrong = self.nodes[position] != values
         if np.any(wrong):
             unknown = np.ravel(np.asarray(values)[wrong])[0] if values.ndim else values
-            known = ", ".join(f"{node:g}" for node in self.nodes[:64])
-            raise InputError(f"{self.name}: found {unknown}; allowed: {known}; name one of them")
+            allowed = ", ".join(f"{node:g}" for node in self.nodes[:64])
+            raise InputError(f"{self.name}: found {unknown}; allowed: {allowed}; name one of them")
         return position, position, np.zeros(values.shape)
 
 

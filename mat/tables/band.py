@@ -1,4 +1,4 @@
-"""The ``.band`` database, written and read: what a runtime needs of a band beside the atmosphere."""
+"""The ``.band`` database, written and read: band-averaged data of sensor and materials that a runtime needs."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def band_group(
     materials : (M,) sequence of Material
         Codes ascending.
     irradiance : (wavelength, spectral irradiance)
-        Of the Sun, in um and W m^-2 um^-1, for the solar-weighted reflectance.
+        Spectrum of the Sun, in um and W m^-2 um^-1, for the solar-weighted reflectance.
     """
     axes = {
         "wavelength": Axis(response.wavelength, "um", "wavelength"),

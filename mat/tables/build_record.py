@@ -1,4 +1,4 @@
-"""Reading ``build.json``: what each file of a folder cost."""
+"""Reader of ``build.json``: the cost of each file of a folder."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ NAME = "build.json"
 
 
 def cost_of(path: Path) -> dict[str, Any] | None:
-    """What a database cost by the record beside it; None where that does not know it."""
+    """Cost of a database from the record beside it; None where the record has no such file."""
     try:
         entry = json.loads((path.parent / NAME).read_text(encoding="utf-8"))["files"][path.name]
         return entry if isinstance(entry["stages"], dict) and entry["stages"] else None

@@ -51,7 +51,7 @@ class Entry(pydantic.BaseModel):
     state, band : int or None
         Counted from 1, as in the job; None for a database that belongs to none.
     state_name, band_name : str or None
-        That the job gives.
+        Names of state and band in the job.
     date : datetime.date or None
         Local day.
     source : str or None
@@ -86,7 +86,7 @@ class Catalog:
     ----------
     folder : Path
     entries : tuple of Entry
-        In the order of their names.
+        Entries in the order of their names.
     """
 
     folder: Path
@@ -100,8 +100,8 @@ class Catalog:
 
         def values(key: str) -> npt.NDArray[Any]:
             empty = 0 if key in ("state", "band") else ""
-            found = [getattr(entry, key) or empty for entry in self.entries]
-            return np.array(found if empty == 0 else [str(value) for value in found])
+            column = [getattr(entry, key) or empty for entry in self.entries]
+            return np.array(column if empty == 0 else [str(value) for value in column])
 
         return dataset(
             {"file": ("1", values("file"))},
@@ -125,7 +125,7 @@ class Catalog:
         filetype : str, optional
             'htt', 'band', 'atmq', 'lunar_atmq' or 'tmm'.
         state, band : int or str, optional
-            By number, from 1, or by the name that the job gives.
+            Number, from 1, or name in the job.
         date : datetime.date or str, optional
             Local day, such as 2026-07-28.
         source : {'sun', 'moon'}, optional
@@ -135,26 +135,26 @@ class Catalog:
         InputError
             No database of the folder has one of them.
         """
-        found = self.entries
-        for key, wanted in (
+        entries = self.entries
+        for key, criterion in (
             ("filetype", filetype),
             ("state", state),
             ("band", band),
             ("date", date),
             ("source", source),
         ):
-            if wanted is None:
+            if criterion is None:
                 continue
             values = [_values(entry, key) for entry in self.entries]
-            if not any(str(wanted) in value for value in values):
-                known = list(dict.fromkeys(text for value in values for text in value))
-                allowed = nearest(str(wanted), known) if len(known) <= _LISTED else f"{known[0]} to {known[-1]}"
-                raise InputError(f"holds no {key} '{wanted}'; {allowed}", file=self.folder / CATALOG)
-            having = {entry.file for entry, value in zip(self.entries, values, strict=True) if str(wanted) in value}
-            found = tuple(entry for entry in found if entry.file in having)
-        return found
+            if not any(str(criterion) in value for value in values):
+                names = list(dict.fromkeys(text for value in values for text in value))
+                allowed = nearest(str(criterion), names) if len(names) <= _LISTED else f"{names[0]} to {names[-1]}"
+                raise InputError(f"contains no {key} '{criterion}'; {allowed}", file=self.folder / CATALOG)
+            having = {entry.file for entry, value in zip(self.entries, values, strict=True) if str(criterion) in value}
+            entries = tuple(entry for entry in entries if entry.file in having)
+        return entries
 
-    def open(self, filetype: str | None = None, **wanted: Any) -> Table:
+    def open(self, filetype: str | None = None, **criteria: Any) -> Table:
         """The only database that has all of what is given, as `find`.
 
         Raises
@@ -162,16 +162,16 @@ class Catalog:
         InputError
             There is none, or more than one; as `find` and `loader.open_table`.
         """
-        found = self.find(filetype, **wanted)
-        if len(found) != 1:
-            asked = ", ".join(f"{key} {value}" for key, value in {"filetype": filetype, **wanted}.items() if value)
-            names = ", ".join(entry.file for entry in found[:4]) + (" ..." if len(found) > 4 else "")
+        entries = self.find(filetype, **criteria)
+        if len(entries) != 1:
+            words = ", ".join(f"{key} {value}" for key, value in {"filetype": filetype, **criteria}.items() if value)
+            names = ", ".join(entry.file for entry in entries[:4]) + (" ..." if len(entries) > 4 else "")
             raise InputError(
-                f"has {len(found)} databases of {asked or 'all'}{': ' + names if found else ''}; allowed: one; ask for"
-                " filetype, state, band, date or source",
+                f"has {len(entries)} databases of {words or 'all'}{': ' + names if entries else ''}; allowed: one;"
+                " specify filetype, state, band, date or source",
                 file=self.folder / CATALOG,
             )
-        return open_table(self.folder / found[0].file)
+        return open_table(self.folder / entries[0].file)
 
 
 def open_catalog(folder: StrPath) -> Catalog:
@@ -192,7 +192,7 @@ def open_catalog(folder: StrPath) -> Catalog:
     """
     path = Path(folder) / CATALOG
     if not path.is_file():
-        raise InputError(f"holds no {CATALOG}; run mat build, or name the folder it wrote", file=folder)
+        raise InputError(f"contains no {CATALOG}; run mat build, or name the folder it wrote", file=folder)
     try:
         files = json.loads(path.read_text(encoding="utf-8"))["files"]
         entries = tuple(Entry.model_validate(entry) for entry in files)
@@ -212,7 +212,7 @@ def write_catalog(folder: Path, names: Sequence[str]) -> Path:
 
 
 def _values(entry: Entry, key: str) -> list[str]:
-    """What a database is asked for by: a number, a name."""
+    """Criteria for a database: a number, a name."""
     values = [getattr(entry, key), getattr(entry, f"{key}_name", None)]
     return [str(value) for value in values if value is not None]
 

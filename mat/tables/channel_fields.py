@@ -1,4 +1,4 @@
-"""Names, axes, units and words of the arrays of atmospheric databases, as their writer, reader and laws take them."""
+"""Names, axes, units and descriptions of the arrays of atmospheric databases, for their writer, reader and laws."""
 
 from __future__ import annotations
 

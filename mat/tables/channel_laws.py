@@ -1,4 +1,4 @@
-"""What an atmospheric database in channels must state and hold before anything is read from it."""
+"""Attributes and arrays that an atmospheric database in channels must have before it is read."""
 
 from __future__ import annotations
 
@@ -35,18 +35,18 @@ def broken_channel_laws(root: Group) -> Iterator[str]:
     Parameters
     ----------
     root : Group
-        With the root attributes of the file.
+        Root group, with the root attributes of the file.
     """
     yield from _attributes(root.attributes)
-    wanted = _wanted(root)
-    for name, dims in wanted.items():
+    dimensions = _required_dimensions(root)
+    for name, dims in dimensions.items():
         if name not in root.variables:
             yield f"the array '{name}' is missing; a file in channels must hold it"
         elif tuple(root.variables[name].dims) != dims:
             yield f"'{name}' is on the axes {', '.join(root.variables[name].dims)}; allowed: {', '.join(dims)}"
-    for name in sorted({dim for dims in wanted.values() for dim in dims} - set(root.axes)):
+    for name in sorted({dim for dims in dimensions.values() for dim in dims} - set(root.axes)):
         yield f"the axis '{name}' is missing; a file in channels must hold it"
-    yield from _axes(root, wanted)
+    yield from _axes(root, dimensions)
     axis = root.axes.get(SOURCE_ELEVATION)
     if axis is not None and np.isnan(AxisRule.of(SOURCE_ELEVATION, axis).dark_below):
         yield f"the axis '{SOURCE_ELEVATION}' does not state dark_below; allowed: -90 to 0 degree"
@@ -55,22 +55,22 @@ def broken_channel_laws(root: Group) -> Iterator[str]:
         yield f"channel_weight: the weights sum to {1 + total:g}; allowed: 1"
     for name in (THERMAL_SHARE, SOURCE_SHARE):
         shares = root.variables.get(name)
-        if shares is not None and tuple(shares.dims) == wanted[name]:
+        if shares is not None and tuple(shares.dims) == dimensions[name]:
             off = np.abs(np.asarray(shares.data, float).sum(axis=1) - 1).max(initial=0.0)
             if not off <= ROUNDING:
                 yield f"{name}: the shares of a channel sum to 1 within {off:g} only; allowed: 1"
 
 
-def _wanted(root: Group) -> dict[str, tuple[str, ...]]:
+def _required_dimensions(root: Group) -> dict[str, tuple[str, ...]]:
     """Axes of the arrays that the file must hold."""
     harmonics = bool({*HARMONIC_LIGHT, GROUND_EMISSION} & set(root.variables))
     fields = fields_of(harmonics=harmonics, bent=END_RISE in root.variables)
     return {name: field.dims for name, field in fields.items() if name != NOT_READ}
 
 
-def _axes(root: Group, wanted: dict[str, tuple[str, ...]]) -> Iterator[str]:
+def _axes(root: Group, dimensions: dict[str, tuple[str, ...]]) -> Iterator[str]:
     """Numbers of parts and codes of harmonics; no axis of a file in channels repeats."""
-    for name in sorted({dim for dims in wanted.values() for dim in dims} & set(root.axes)):
+    for name in sorted({dim for dims in dimensions.values() for dim in dims} & set(root.axes)):
         rule = AxisRule.of(name, root.axes[name])
         nodes = tuple(rule.nodes.tolist())
         if rule.period:

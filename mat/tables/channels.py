@@ -47,21 +47,21 @@ _BEAM_BITS = 16  # of direct light, whose parts cancel each other
 
 @dataclass(frozen=True, eq=False)
 class ChannelContent:
-    """What a database in channels holds.
+    """Content of a database in channels.
 
     Attributes
     ----------
     rays : RayCoordinates
     nodes : ChannelNodes
     wavenumber, weight : (P,) arrays
-        Of the channels, cm^-1, and in the band, of any sum.
+        Wavenumbers of the channels, cm^-1, and their weights in the band, of any sum.
     absorbers : Parts
     light : BandLight
     fields : PathFields
     sources : SourceParts
     surface : SurfaceLight
     shares : WavelengthShares
-        Of the light of the channels.
+        Wavelength shares of the light of the channels.
     bends_paths : bool
         Whether the file says how refraction lowers the ends of paths.
     range_km, altitude_km : pairs of float
@@ -100,17 +100,17 @@ def channel_group(content: ChannelContent, accuracy: Group, attributes: Mapping[
     attributes : mapping
         Band edges, state and source, for the root.
     """
-    known = fields_of(harmonics=content.surface.thermal_harmonics is not None, bent=content.bends_paths)
+    fields = fields_of(harmonics=content.surface.thermal_harmonics is not None, bent=content.bends_paths)
     arrays = _paths(content) | _sources(content) | _surfaces(content)
     arrays |= {THERMAL_SHARE: content.shares.thermal, SOURCE_SHARE: content.shares.source}
-    own = {
+    root_attributes = {
         "ground_altitude_km": content.rays.ground_km,
         "scale_height_km": content.rays.scale_height_km,
         "range_km": list(content.range_km),
         "altitude_km": list(content.altitude_km),
     }
-    variables = {name: known[name].variable(values) for name, values in arrays.items()}
-    return Group(_axes(content), variables, {"accuracy": accuracy}, dict(attributes) | own)
+    variables = {name: fields[name].variable(values) for name, values in arrays.items()}
+    return Group(_axes(content), variables, {"accuracy": accuracy}, dict(attributes) | root_attributes)
 
 
 def _axes(content: ChannelContent) -> dict[str, Axis]:
@@ -172,13 +172,13 @@ def _paths(content: ChannelContent) -> dict[str, Floats]:
 
 def _sources(content: ChannelContent) -> dict[str, Floats]:
     """Scattered light of paths; one direction without light where there is none."""
-    sources, lit = content.sources, content.sources.chosen_angle.size > 0
+    sources, sunlit = content.sources, content.sources.chosen_angle.size > 0
     return {
         "source_reference": content.light.source,
         "scattered_ratio": _rounded(
-            content.fields.scattered if lit else np.zeros((1, *content.nodes.shape)), step=content.radiance_step
+            content.fields.scattered if sunlit else np.zeros((1, *content.nodes.shape)), step=content.radiance_step
         ),
-        "source_factor": sources.factor if lit else np.zeros((1, *sources.factor.shape[1:])),
+        "source_factor": sources.factor if sunlit else np.zeros((1, *sources.factor.shape[1:])),
     }
 
 
@@ -220,6 +220,6 @@ def _rounded(values: Floats, bits: int = _KEPT_BITS, *, step: float = 0.0) -> Fl
     _, exponent = np.frexp(values)
     # The power of two at or below the step; values that single precision takes for 0 have no digits.
     smallest = np.frexp(step)[1] - 1 if step > 0 else _LAST_DIGIT
-    last = np.maximum(exponent - bits, smallest)
-    rounded: Floats = np.round(values * 2.0**-last) * 2.0**last
+    last_bit = np.maximum(exponent - bits, smallest)
+    rounded: Floats = np.round(values * 2.0**-last_bit) * 2.0**last_bit
     return rounded

@@ -23,10 +23,10 @@ def dataset(
     Parameters
     ----------
     coordinates : dict of str to (units, (n,) values)
-        Of each dimension.
+        Units and values of each dimension.
     variables : dict of str to (dimensions, units, values)
     attributes : dict
-        Of the whole dataset.
+        Attributes of the whole dataset.
 
     Raises
     ------

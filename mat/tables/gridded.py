@@ -33,9 +33,9 @@ class Gridded:
     ----------
     grid : PathGrid
     values : array
-        On as many axes of the grid as the quantity has, in their order.
+        Values on as many axes of the grid as the quantity has, in their order.
     valid : (R, A, E) bool array
-        As in `AtmosphericQuantities`.
+        Validity of the paths, as in `AtmosphericQuantities`.
     """
 
     grid: PathGrid
@@ -52,11 +52,12 @@ class Gridded:
         """Nodes of each axis of `values`."""
         return [getattr(self.grid, field) for field in FIELDS][: self.values.ndim]
 
-    def read(self, places: dict[str, np.ndarray]) -> np.ndarray:
+    def read(self, coordinates: dict[str, np.ndarray]) -> np.ndarray:
         """Interpolated values at places by the names of `AXES`, broadcast against each other.
 
-        Beyond an axis those at its end: observers in space stand at the top of the air when errors are measured.
+        Coordinates beyond an axis take its end: observers in space are moved to the top of the air when errors are
+        measured.
         """
         axes = list(zip(self.axes, self.nodes, strict=True))
-        inside = {name: np.clip(places[name], nodes[0], nodes[-1]) for name, nodes in axes}
+        inside = {name: np.clip(coordinates[name], nodes[0], nodes[-1]) for name, nodes in axes}
         return interpolate(self.values, [AxisRule(name, nodes) for name, nodes in axes], inside)

@@ -65,14 +65,14 @@ def htt_group(
     table : SurfaceTemperatures
         temperature (M, A, Z, S, T) and one diagnostic of each column (M, A, Z, S).
     codes, names : (M,)
-        Of the materials, codes ascending.
+        Codes and names of the materials, codes ascending.
     axes : dict
         altitude_km, azimuth_deg, slope_deg, time_h.
     accuracy : Group
     attributes : dict
         State, site and weather, for the root.
     midnight : str, optional
-        At which the day of the table begins, as `midnight_of` writes it; without it the hours are of no day.
+        Time at which the day of the table begins, as `midnight_of` writes it; without it the hours belong to no date.
     whole_day : bool
         The times close to a day; otherwise they are a part of it, from 0 on and beyond 24 after midnight.
     shade : tuple of dict, optional
@@ -297,7 +297,7 @@ class TemperatureTable(Table):
         material : int, str or array
             Code or name.
         altitude : km
-            By default the lowest of the table.
+            Altitude of the surface; by default the lowest of the table.
         azimuth, slope : degree
             The face looks towards `azimuth`, from north eastward; by default level. A tilted face needs its azimuth.
         time : h
@@ -312,21 +312,21 @@ class TemperatureTable(Table):
         InputError
             A value is missing or outside its axis, or there is a change and the file holds no response to it.
         """
-        place = self._place(slope, altitude=altitude, azimuth=azimuth, time=time)
-        sunlit = self.value("temperature", material=material, **place)
+        coordinates = self._place(slope, altitude=altitude, azimuth=azimuth, time=time)
+        sunlit = self.value("temperature", material=material, **coordinates)
         if absorbed_change is None:
             return sunlit
-        return self._heated(material, place, np.asarray(absorbed_change, float))
+        return self._heated(material, coordinates, np.asarray(absorbed_change, float))
 
-    def _heated(self, material: Any, place: Mapping[str, npt.ArrayLike], absorbed: Floats) -> Floats:
+    def _heated(self, material: Any, coordinates: Mapping[str, npt.ArrayLike], absorbed: Floats) -> Floats:
         """Temperatures at places under a change of absorbed heat (..., n); a column is computed once."""
         response.need_response(self.root)
         if absorbed.ndim == 0 or absorbed.shape[-1] == 0:
             raise InputError(
                 "absorbed_change: found no steps or a value that is not finite; allowed: finite W m^-2 by time"
             )
-        columns = [self.material_codes(material), *(np.asarray(place[name], float) for name in _PLACE)]
-        hours, changes = np.asarray(place["time"], float), absorbed[..., 0]
+        columns = [self.material_codes(material), *(np.asarray(coordinates[name], float) for name in _PLACE)]
+        hours, changes = np.asarray(coordinates["time"], float), absorbed[..., 0]
         shape = np.broadcast_shapes(*(values.shape for values in (*columns, hours, changes)))
         once = all(values.ndim == 0 or values.shape[-1] == 1 for values in (*columns, changes))
         rows = (*shape[:-1], 1) if once and shape else shape
@@ -368,8 +368,8 @@ class TemperatureTable(Table):
         (..., 288) ndarray
             Of the broadcast shape of the arguments, for `temperature`.
         """
-        around = Surroundings(tuple((float(a), float(b)) for a, b in shade), sky_view, facing, facing_emissivity)
-        shaded = Exposure.of(around, response.forcing_hours(), response.DAY_H / response.FORCING_STEPS)
+        surroundings = Surroundings(tuple((float(a), float(b)) for a, b in shade), sky_view, facing, facing_emissivity)
+        shaded = Exposure.of(surroundings, response.forcing_hours(), response.DAY_H / response.FORCING_STEPS)
         return self.exposed_change(shaded, material=material, altitude=altitude, azimuth=azimuth, slope=slope)
 
     def exposed_change(
@@ -386,14 +386,16 @@ class TemperatureTable(Table):
         Parameters
         ----------
         exposure : Exposure
-            Of the P surfaces, in 288 steps of the day, each centred on its time, the first on midnight.
+            Exposure of the P surfaces, in 288 steps of the day, each centred on its time, the first on midnight.
         material, altitude, azimuth, slope
             As in `temperature`; together of the shape (P,).
         """
-        place = self._place(slope, altitude=altitude, azimuth=azimuth)
+        coordinates = self._place(slope, altitude=altitude, azimuth=azimuth)
         response.need_response(self.root)
         response.need_parts(self.root, light.LIGHT)
-        columns = np.broadcast_arrays(self.material_codes(material), *(np.asarray(place[name]) for name in _PLACE))
+        columns = np.broadcast_arrays(
+            self.material_codes(material), *(np.asarray(coordinates[name]) for name in _PLACE)
+        )
         faces, view = [values.ravel() for values in columns], np.asarray(exposure.sky_view, float)
         of_each = isinstance(exposure.facing, np.ndarray)
         facing = None if of_each else exposure.facing
@@ -407,21 +409,21 @@ class TemperatureTable(Table):
             change = change + OpenAir.of(self.root).heat_of_walls(walls, faces[1], faces[3], absorptance, emissivity)
         return change.reshape(*columns[0].shape, response.FORCING_STEPS)
 
-    def _place(self, slope: npt.ArrayLike | None, **given: npt.ArrayLike | None) -> dict[str, npt.ArrayLike]:
+    def _place(self, slope: npt.ArrayLike | None, **arguments: npt.ArrayLike | None) -> dict[str, npt.ArrayLike]:
         """Values by axis: those given; else slope 0, the lowest altitude, of level faces any azimuth, the only hour."""
         nodes = {name: np.asarray(axis.values) for name, axis in self.root.axes.items()}
         if slope is None:
             slope = 0.0 if nodes["slope"].size > 1 else nodes["slope"][0]
         level = not np.any(np.asarray(slope))
-        place: dict[str, npt.ArrayLike] = {"slope": slope}
-        for name, value in given.items():
-            known = name == "altitude" or (name == "azimuth" and level) or nodes[name].size == 1
-            if value is None and not known:
+        coordinates: dict[str, npt.ArrayLike] = {"slope": slope}
+        for name, value in arguments.items():
+            optional = name == "altitude" or (name == "azimuth" and level) or nodes[name].size == 1
+            if value is None and not optional:
                 units = CLOCK_UNIT if name == "time" else self.root.axes[name].units
                 span = f"{nodes[name][0]:g} to {nodes[name][-1]:g} {units}"
                 raise InputError(f"a temperature needs '{name}'; give {name}, {span}", file=self.path)
-            place[name] = nodes[name][0] if value is None else value
-        return place
+            coordinates[name] = nodes[name][0] if value is None else value
+        return coordinates
 
     def shaded_temperature(
         self,

@@ -22,7 +22,7 @@ def interpolate(values: np.ndarray, rules: Sequence[AxisRule], where: Mapping[st
     values : (n1, n2, ...) ndarray
     rules : one AxisRule for each axis of `values`
     where : mapping of axis name to values
-        Broadcast against each other; axes of one node may be left out.
+        Coordinates, broadcast against each other; axes of one node may be omitted.
 
     Returns
     -------
@@ -67,7 +67,7 @@ def _sum_corners(
     base : (...) int
         Index of the lowest corner.
     corners : list of (step, weight)
-        For each axis that moves: how far the upper node is in `flat`, and its weight.
+        Step to the upper node in `flat`, and its weight, for each axis on which the corners differ.
     """
     lowest = np.broadcast_to(base, shape).reshape(-1)
     moves = [(np.broadcast_to(step, shape).reshape(-1), np.broadcast_to(w, shape).reshape(-1)) for step, w in corners]

@@ -1,4 +1,4 @@
-"""Open databases as the tables of the library in C, kept with the table that they are of; its refusals as messages."""
+"""Open databases as tables of the C library, cached with their Python table; its refusals become messages."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _RULES = {PERIODIC: kernel.PERIODIC, EXACT: kernel.EXACT}
 _GROUND = ("ground_emissivity", "ground_temperature", "ground_radiance", "ground_albedo")
+_ALWAYS = ("temperature",)  # of a surface without response to shade
 _HEIGHTS = ("ground_altitude_km", "scale_height_km")
 _KEPT, _MOST = "_kernel_tables", 4  # with a table: those of it and of so many others
 
@@ -30,38 +31,39 @@ def kernel_tables(surface: Table | None = None, band: Table | None = None, air: 
     InputError
         Atmosphere and band are of different bands, or an array does not fit its axes.
     """
-    given = surface, band, air
+    arguments = surface, band, air
     owner = next(table for table in (air, band, surface) if table is not None)
-    kept: dict[Any, tuple[Any, kernel.Tables]] = owner.__dict__.setdefault(_KEPT, {})
-    key = tuple(id(table) for table in given)
-    if key not in kept:
-        databases = [None if table is None else _database(kind, table, surface) for kind, table in enumerate(given)]
+    cache: dict[Any, tuple[Any, kernel.Tables]] = owner.__dict__.setdefault(_KEPT, {})
+    key = tuple(id(table) for table in arguments)
+    if key not in cache:
+        databases = [None if table is None else _database(kind, table, surface) for kind, table in enumerate(arguments)]
         with messages(None if band is None else band.path):
-            made = kernel.Tables(*databases)
-        if len(kept) == _MOST:
-            del kept[next(iter(kept))]
-        kept[key] = given, made
-    return kept[key][1]
+            tables = kernel.Tables(*databases)
+        if len(cache) == _MOST:
+            del cache[next(iter(cache))]
+        cache[key] = arguments, tables
+    return cache[key][1]
 
 
 def _database(kind: int, table: Table, surface: Table | None) -> kernel.Database:
     root, database = table.root, kernel.Database(kind)
+    lacks_response = kind == kernel.SURFACE and "response_kernel" not in root.variables
     for number, (name, axes) in enumerate(kernel.array_names(kind)):
-        if name not in root.variables:
+        if name not in root.variables or (lacks_response and name not in _ALWAYS):
             continue
         data = root.variables[name].data
         missing = [axis for axis in axes if axis not in root.axes]
         if missing or data.shape != tuple(np.size(root.axes[axis].values) for axis in axes):
             raise InputError(f"'{name}' does not fit its axes; build the file again", file=table.path)
         database.set_array(number, data)
-        for place, axis in enumerate(axes):
+        for position, axis in enumerate(axes):
             rule = table.out_of_range.applied(
                 AxisRule.of(axis, root.axes[axis]), "source_elevation" if axis == "sky_source_elevation" else None
             )
             number_of_rule = _RULES.get(rule.interpolation, kernel.LINEAR)
             nodes = np.asarray(rule.nodes, float)
             clamps = rule.out_of_range == "clamp"
-            database.set_axis(number, place, nodes, number_of_rule, rule.period, rule.dark_below, clamps)
+            database.set_axis(number, position, nodes, number_of_rule, rule.period, rule.dark_below, clamps)
     database.set_numbers(_numbers(kind, table, surface))
     return database
 
@@ -75,8 +77,8 @@ def _numbers(kind: int, table: Table, surface: Table | None) -> dict[str, float]
     if kind != kernel.AIR:
         return numbers
     for name in ("range", "altitude"):
-        first, last = (float(value) for value in attributes[f"{name}_km"])
-        numbers |= {f"{name}_first": first, f"{name}_last": last}
+        low, high = (float(value) for value in attributes[f"{name}_km"])
+        numbers |= {f"{name}_first": low, f"{name}_last": high}
     clamped = table.out_of_range
     return numbers | {
         f"clamp_{name}": float(clamped.everywhere or name in clamped.axes)
@@ -129,6 +131,7 @@ _TEXTS: dict[int, Callable[[kernel.KernelRefusal], str]] = {
     kernel.NOT_FINITE: lambda r: (
         f"{r.name}: found no steps or a value that is not finite; allowed: finite W m^-2 by time"
     ),
+    kernel.LACKS: lambda r: f"lacks '{r.name}', or an axis of it; build the file again",
     kernel.NODES: lambda r: f"the axis '{r.name}' has nodes that are not those of the format; build the file again",
     kernel.BANDS: lambda r: (
         f"spans {r.least:g} to {r.most:g} um, at {r.found:g} wavelengths that are not those of the atmosphere; allowed:"

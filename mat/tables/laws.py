@@ -56,24 +56,24 @@ def broken_texture_laws(file: h5py.File) -> Iterator[str]:
         yield from _where("usage/share", share.sum(), share.sum() > 1 + ROUNDING, "sum to at most 1")
 
 
-def _level(place: str, level: h5py.Group, codes: npt.NDArray[np.integer]) -> Iterator[str]:
+def _level(path: str, level: h5py.Group, codes: npt.NDArray[np.integer]) -> Iterator[str]:
     if "mix_weight" in level and "mix_code" in level and "code" in level:
         total = int(level["mix_weight"].attrs.get("total", 0))
         pieces = (bands(level[plane], TEXEL_ROWS) for plane in ("code", "mix_code", "mix_weight"))
         for code, mix_code, mix_weight in zip(*pieces, strict=False):
             sums = mix_weight.astype(np.int64).sum(axis=-1)
-            known = np.isin(mix_code, codes)
+            is_material = np.isin(mix_code, codes)
             problems = [
-                *_where(f"{place}/mix_weight", sums, (sums != total) & (sums != 0), f"sum to {total}"),
-                *_where(f"{place}/mix_code", mix_code, ~known, "name codes of the file's materials"),
-                *_where(f"{place}/code", code, code != mix_code[..., 0], "equal the first code of the mixture"),
+                *_where(f"{path}/mix_weight", sums, (sums != total) & (sums != 0), f"sum to {total}"),
+                *_where(f"{path}/mix_code", mix_code, ~is_material, "name codes of the file's materials"),
+                *_where(f"{path}/code", code, code != mix_code[..., 0], "equal the first code of the mixture"),
             ]
             if problems:
                 yield from problems
                 break
     for name in ("confidence", "typicality"):
         for values in parts(level[name]) if name in level else ():
-            if bad := [*_where(f"{place}/{name}", values, ~((values >= 0) & (values <= 1)), "lie in 0 to 1")]:
+            if bad := [*_where(f"{path}/{name}", values, ~((values >= 0) & (values <= 1)), "lie in 0 to 1")]:
                 yield from bad
                 break
 
@@ -82,10 +82,10 @@ def _where(name: str, values: npt.ArrayLike, wrong: npt.ArrayLike, law: str) -> 
     """The line of a law that some values break."""
     values, wrong = np.asarray(values), np.asarray(wrong)
     if wrong.any():
-        place = tuple(int(i) for i in np.argwhere(wrong)[0])
+        index = tuple(int(i) for i in np.argwhere(wrong)[0])
         yield (
-            f"{name}: {np.count_nonzero(wrong)} of {wrong.size} values do not {law}; the first is {values[place]:g} at"
-            f" {list(place)}"
+            f"{name}: {np.count_nonzero(wrong)} of {wrong.size} values do not {law}; the first is {values[index]:g} at"
+            f" {list(index)}"
         )
 
 
@@ -104,21 +104,21 @@ def broken_rules_of_axes(root: Group) -> Iterator[str]:
         except InputError as error:
             yield error.message
             continue
-        first, last = float(rule.nodes[0]), float(rule.nodes[-1])
-        if rule.interpolation == PERIODIC and last - first >= rule.period:
-            yield f"{name}: the nodes span {last - first:g}; allowed: less than the period {rule.period:g}"
-        if rule.interpolation == FOLDED and not 0 <= first <= last <= rule.period / 2:
-            yield f"{name}: the nodes span {first:g} to {last:g}; allowed: 0 to half the period {rule.period:g}"
+        low, high = float(rule.nodes[0]), float(rule.nodes[-1])
+        if rule.interpolation == PERIODIC and high - low >= rule.period:
+            yield f"{name}: the nodes span {high - low:g}; allowed: less than the period {rule.period:g}"
+        if rule.interpolation == FOLDED and not 0 <= low <= high <= rule.period / 2:
+            yield f"{name}: the nodes span {low:g} to {high:g}; allowed: 0 to half the period {rule.period:g}"
     yield from _harmonics(root)
 
 
 def _harmonics(root: Group) -> Iterator[str]:
     """Codes of harmonics are those of the format, and as many of both kinds as belong together."""
     names = [name for name in ("harmonic", "zonal_harmonic") if name in root.axes]
-    found = [tuple(np.ravel(root.axes[name].values).tolist()) for name in names]
-    known = [[HARMONICS[:count] if name == "harmonic" else zonal(count) for name in names] for count in COUNTS]
-    if names and found not in known:
-        allowed = " or ".join(" with ".join(str(codes) for codes in pair) for pair in known)
+    file_codes = [tuple(np.ravel(root.axes[name].values).tolist()) for name in names]
+    allowed_codes = [[HARMONICS[:count] if name == "harmonic" else zonal(count) for name in names] for count in COUNTS]
+    if names and file_codes not in allowed_codes:
+        allowed = " or ".join(" with ".join(str(codes) for codes in pair) for pair in allowed_codes)
         yield f"{' and '.join(names)}: found codes that are not those of the format; allowed: {allowed}"
 
 
@@ -137,9 +137,12 @@ def _accuracy(root: Group) -> Iterator[str]:
             yield from _where(f"accuracy/{name}", values, values < 0, "lie at 0 or above")
         for smaller in ("p95", "rms"):
             if values is not None and name.startswith("maximum"):
-                other = _values(group, name.replace("maximum", smaller))
-                if other is not None and group.variables[name.replace("maximum", smaller)].dims == variable.dims:
-                    wrong = other > values * (1 + ROUNDING)
+                smaller_values = _values(group, name.replace("maximum", smaller))
+                if (
+                    smaller_values is not None
+                    and group.variables[name.replace("maximum", smaller)].dims == variable.dims
+                ):
+                    wrong = smaller_values > values * (1 + ROUNDING)
                     yield from _where(f"accuracy/{name}", values, wrong, f"reach the {smaller} of the same errors")
 
 
@@ -151,7 +154,7 @@ def _falls_with_range(root: Group) -> Iterator[str]:
     span = np.asarray(root.axes[PATH[0]].values, float)
     yield from _where("beta_star over range", span, span < 0, "lie at 0 or above")
     depth = span[:, None, None] / beta  # -ln(transmittance), but for a factor
-    # beta* at its cap says that the path holds no air: its depth is a bound, not a value.
+    # beta* at its cap means that the path contains no air: its depth is a bound, not a value.
     thin = beta[1:] >= BETA_CAP_KM * (1 - ROUNDING)
     grows = (depth[1:] >= depth[:-1] * (1 - ROUNDING)) | thin
     air = True if valid is None or valid.shape != beta.shape else (valid[1:] == 1) & (valid[:-1] == 1)
@@ -183,7 +186,7 @@ def _materials(root: Group) -> Iterator[str]:
     if names is not None and names.kind == "O":
         texts = [str(text) for text in np.ravel(names.data)]
         if len(set(texts)) < len(texts) or "" in texts:
-            yield "material_name: a name is empty or stands twice"
+            yield "material_name: a name is empty or occurs twice"
 
 
 def broken_spectrum_laws(root: Group) -> Iterator[str]:
@@ -222,9 +225,11 @@ def _band(root: Group) -> Iterator[str]:
     flat, emitted = _values(root, "reflectance"), _values(root, "emissivity")
     if flat is not None and emitted is not None:
         yield from _where("emissivity", emitted, np.abs(emitted + flat - 1) > ROUNDING, "equal 1 - reflectance")
-    warm, emitted = _values(root, "reflectance_planck"), _values(root, "emissivity_planck")
-    if warm is not None and emitted is not None:
-        yield from _where("emissivity_planck", emitted, emitted + warm > 1 + ROUNDING, "stay below 1 - reflectance")
+    reflectance, emitted = _values(root, "reflectance_planck"), _values(root, "emissivity_planck")
+    if reflectance is not None and emitted is not None:
+        yield from _where(
+            "emissivity_planck", emitted, emitted + reflectance > 1 + ROUNDING, "stay below 1 - reflectance"
+        )
 
 
 def _classifier(root: Group) -> Iterator[str]:
@@ -234,8 +239,8 @@ def _classifier(root: Group) -> Iterator[str]:
         skew = np.abs(covariance - covariance.swapaxes(1, 2)).max(axis=(1, 2))
         size = np.abs(covariance).max(axis=(1, 2))
         yield from _where("colour/covariance", skew, skew > ROUNDING * size, "form a symmetric matrix")
-        least = np.linalg.eigvalsh(covariance).min(axis=-1)
-        yield from _where("colour/covariance", least, ~(least > 0), "form a positive definite matrix")
+        smallest = np.linalg.eigvalsh(covariance).min(axis=-1)
+        yield from _where("colour/covariance", smallest, ~(smallest > 0), "form a positive definite matrix")
     if prior is not None and not abs(np.exp(prior).sum() - 1) <= 1e-3:
         yield f"colour/log_prior: the probabilities sum to {np.exp(prior).sum():g}; allowed: 1"
     scale = _values(root.groups.get("network", Group()), "scale")

@@ -115,14 +115,14 @@ LIMITS: dict[str, Limits] = {
 
 
 def refuse_values(path: StrPath, name: str, values: npt.NDArray[np.number]) -> None:
-    """Refuse an array that holds what no database may hold.
+    """Refuse an array with values that no database may contain.
 
     Parameters
     ----------
     path : path
         Named in messages.
     name : str
-        Of the array in the file, with the groups that it stands in.
+        Name of the array in the file, with its groups.
     values : ndarray
 
     Raises
@@ -134,7 +134,7 @@ def refuse_values(path: StrPath, name: str, values: npt.NDArray[np.number]) -> N
     if values.dtype.kind != "f" or "accuracy/" in name:
         return
     if not np.isfinite(values).all():
-        raise InputError(f"'{name}' holds values that are not finite; build the file again", file=path)
+        raise InputError(f"'{name}' contains values that are not finite; build the file again", file=path)
     limits = LIMITS.get(name.removeprefix("grid/"))
     if limits is not None and limits.outside(values).any():
-        raise InputError(f"'{name}' holds values that do not {limits.words}; build the file again", file=path)
+        raise InputError(f"'{name}' contains values that do not {limits.words}; build the file again", file=path)

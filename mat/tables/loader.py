@@ -1,6 +1,6 @@
 """Opens databases of the table builder, each as the table of its type.
 
-Arrays are read from their file when they are first asked for (a flat export stays on disk, memory-mapped).
+Arrays are read from their file at their first use (a flat export stays on disk, memory-mapped).
 """
 
 from __future__ import annotations
@@ -75,7 +75,9 @@ def open_table(path: StrPath, *, grid: bool = False) -> Table:
         root, attributes = read_file(path, lazy=True, check_layout=refuse_layout, check_values=refuse_values)
     filetype, version = (str(attributes.get(name)) for name in ("filetype", "format_version"))
     if filetype not in FORMATS:
-        raise InputError(f"holds '{filetype}'; {nearest(filetype, FORMATS)}; name another file", file=path)
+        raise InputError(
+            f"is of the file type '{filetype}'; {nearest(filetype, FORMATS)}; name another file", file=path
+        )
     check_version(path, filetype, version, FORMATS[filetype].major)
     for line in (*broken_rules_of_axes(root), *(broken_spectrum_laws(root) if filetype == BAND.name else ())):
         raise InputError(f"{line}; build the file again", file=path)
@@ -84,14 +86,14 @@ def open_table(path: StrPath, *, grid: bool = False) -> Table:
             raise InputError(f"{line}; build the file again", file=path)
         if grid and GRID not in root.groups:
             raise InputError(
-                "holds no tables on five axes; write range_km, altitude_km, elevation_deg, source_elevation_deg and"
+                "contains no tables on five axes; write range_km, altitude_km, elevation_deg, source_elevation_deg and"
                 " source_azimuth_deg under atmosphere_grid of the job and build it again, or use mat export --to axes",
                 file=path,
             )
         if grid:
             return GridTable(path, filetype, root.groups[GRID], attributes)
     elif grid:
-        raise InputError(f"holds '{filetype}'; allowed with grid: atmq, lunar_atmq; leave grid out", file=path)
+        raise InputError(f"is of the file type '{filetype}'; allowed with grid: atmq, lunar_atmq; omit grid", file=path)
     kind = next(kind for kind in _KINDS if filetype in kind.filetypes)
     return kind(path, filetype, root, attributes)
 
@@ -114,5 +116,7 @@ def open_as(kind: type[TableType], path: StrPath, remedy: str) -> TableType:
     """
     table = open_table(path)
     if table.filetype not in kind.filetypes:
-        raise InputError(f"holds '{table.filetype}'; allowed: {', '.join(kind.filetypes)}; {remedy}", file=table.path)
+        raise InputError(
+            f"is of the file type '{table.filetype}'; allowed: {', '.join(kind.filetypes)}; {remedy}", file=table.path
+        )
     return cast(TableType, table)

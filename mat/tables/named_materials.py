@@ -22,5 +22,5 @@ def with_names(variables: Mapping[str, Variable]) -> dict[str, Variable]:
 
 
 def needs_names(name: str, dims: tuple[str, ...]) -> bool:
-    """Whether an array of a group that holds `NAMES` has them as a coordinate."""
+    """Whether an array of a group with `NAMES` has them as a coordinate."""
     return name != NAMES and AXIS in dims

@@ -1,4 +1,4 @@
-"""Atmospheric tables while their source is below the lowest of its elevations: what the air emits stays.
+"""Atmospheric tables while their source is below its lowest elevation: only the emission of the air remains.
 
 Between the lowest node and the elevation `dark_below` at which twilight ends, the light of the source falls linearly to
 0, if the node lies in deep twilight; from a higher node it would fall far too slowly, and such elevations are refused.

@@ -1,5 +1,4 @@
-"""Light, longwave and air over surfaces without surroundings, of a ``.htt`` database, and what walls of known
-temperature and light add."""
+"""Light, longwave and air over open surfaces, of a ``.htt`` database; heat from walls of known state."""
 
 from __future__ import annotations
 

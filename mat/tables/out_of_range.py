@@ -1,4 +1,4 @@
-"""What a reader does with values outside the axes of a file: a policy of the whole table."""
+"""Policy of a table for values outside the axes of its file: refuse or clamp."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class OutOfRange:
     axes: frozenset[str] = frozenset()
 
     @classmethod
-    def clamping(cls, names: Collection[str], known: Collection[str]) -> OutOfRange:
+    def clamping(cls, names: Collection[str], axes: Collection[str]) -> OutOfRange:
         """The policy that clamps some of the known axes, or all where none is named.
 
         Raises
@@ -35,8 +35,8 @@ class OutOfRange:
             An axis that does not exist.
         """
         for name in names:
-            if name not in known:
-                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(known))}")
+            if name not in axes:
+                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(axes))}")
         return cls(not names, frozenset(names))
 
     def rule(self, name: str, axis: Axis) -> AxisRule:

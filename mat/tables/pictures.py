@@ -153,9 +153,9 @@ def _atmosphere(figure: Figure, table: AtmosphereTable) -> None:
     _sky(figure, table, low)
     source = figure.add_axes((0.6, 0.06, 0.3, 0.36))
     up = table.nodes_of("source_elevation")
-    place = {"range": table.nodes_of("range")[0], "altitude": low, "elevation": table.nodes_of("elevation")[-1]}
-    source.semilogy(up, table.value("ambient_radiance", **place, source_elevation=up), label="ambient")
-    direct = table.value("direct_radiance", **place, source_elevation=up)
+    coordinates = {"range": table.nodes_of("range")[0], "altitude": low, "elevation": table.nodes_of("elevation")[-1]}
+    source.semilogy(up, table.value("ambient_radiance", **coordinates, source_elevation=up), label="ambient")
+    direct = table.value("direct_radiance", **coordinates, source_elevation=up)
     source.semilogy(up[direct > 0], direct[direct > 0], label="direct")
     source.set(xlabel="source elevation, °", ylabel=RADIANCE, title=f"light of sky and source at {low:.4g} km")
     _plain_powers(source.yaxis)
@@ -206,22 +206,22 @@ def _section(figure: Figure, table: AtmosphereTable, altitude: float) -> None:
     axis = _disc(figure, (0.56, 0.53, 0.18, 0.37), title, (0.0, 1.0))
     if ranges.size < 2 or elevations.size < 2:
         return
-    first, last = np.log(ranges[[0, -1]])
+    low, high = np.log(ranges[[0, -1]])
     steps = np.unique(np.concatenate([elevations, np.linspace(elevations[0], elevations[-1], 91)]))
     tau = _transmittance(table, ranges, altitude, steps[:, np.newaxis])
     drawn = (share <= 1) & (up >= steps[0]) & (up <= steps[-1])
     # The exponential of a logarithm may round beyond the range.
-    reach = np.clip(np.exp(first + share * (last - first)), ranges[0], ranges[-1])
+    reach = np.clip(np.exp(low + share * (high - low)), ranges[0], ranges[-1])
     inside = np.clip(up, steps[0], steps[-1])
     drawn &= table.value("valid", range=reach, altitude=altitude, elevation=inside) > 0
     rows, columns = np.interp(inside, steps, np.arange(steps.size)), np.clip(share, 0, 1) * (ranges.size - 1)
-    shown = np.where(drawn, _between(tau, rows, columns), np.nan)
-    image = axis.imshow(shown, extent=(0, 1, -1, 1), origin="lower", cmap=AMOUNT, vmin=0, vmax=1)
+    pixels = np.where(drawn, _between(tau, rows, columns), np.nan)
+    image = axis.imshow(pixels, extent=(0, 1, -1, 1), origin="lower", cmap=AMOUNT, vmin=0, vmax=1)
     for angle in (-90, -60, -30, 0, 30, 60, 90):
         _at_the_rim(axis, 90.0 - angle, f"{angle}°")
-    for power in np.arange(np.ceil(first / np.log(10)), np.floor(last / np.log(10)) + 1):
-        place = (power * np.log(10) - first) / (last - first)
-        axis.text(-0.04, -place, f"{10.0**power:g} km", fontsize=7, ha="right", va="center")
+    for power in np.arange(np.ceil(low / np.log(10)), np.floor(high / np.log(10)) + 1):
+        position = (power * np.log(10) - low) / (high - low)
+        axis.text(-0.04, -position, f"{10.0**power:g} km", fontsize=7, ha="right", va="center")
     figure.colorbar(image, cax=figure.add_axes((0.86, 0.57, 0.012, 0.3)), label="transmittance")
 
 
@@ -241,14 +241,14 @@ def _sky(figure: Figure, table: AtmosphereTable, low: float) -> None:
     x, y = np.meshgrid(np.linspace(-1, 1, _PIXELS), np.linspace(-1, 1, _PIXELS))
     up, turn = 90 * (1 - np.minimum(np.hypot(x, y), 1.0)), np.degrees(np.arctan2(np.abs(x), y))
     rows, columns = (np.interp(at, steps, np.arange(steps.size)) for at, steps in ((up, ups), (turn, turns)))
-    shown = np.where(np.hypot(x, y) <= 1, _between(radiance, rows, columns), np.nan)
-    image = axis.imshow(shown, extent=(-1, 1, -1, 1), origin="lower", cmap=AMOUNT)
+    pixels = np.where(np.hypot(x, y) <= 1, _between(radiance, rows, columns), np.nan)
+    image = axis.imshow(pixels, extent=(-1, 1, -1, 1), origin="lower", cmap=AMOUNT)
     axis.plot(0, (90 - sun) / 90, "o", markersize=7, markerfacecolor="none", markeredgecolor="white")
     for angle in range(0, 360, 45):
         _at_the_rim(axis, angle, f"{min(angle, 360 - angle)}°")
     for elevation in (30, 60):
-        around = np.radians(np.linspace(0, 360, 121))
-        axis.plot(*((90 - elevation) / 90 * np.array([np.sin(around), np.cos(around)])), color="white", lw=0.5, ls="-")
+        circle = np.radians(np.linspace(0, 360, 121))
+        axis.plot(*((90 - elevation) / 90 * np.array([np.sin(circle), np.cos(circle)])), color="white", lw=0.5, ls="-")
         axis.text(0.0, (elevation - 90) / 90, f"{elevation}°", color="white", fontsize=7, ha="center", va="bottom")
     figure.colorbar(image, cax=figure.add_axes((0.43, 0.08, 0.012, 0.3)), label=RADIANCE)
 
@@ -264,16 +264,18 @@ def _between(
     values: npt.NDArray[np.float64], rows: npt.NDArray[np.float64], columns: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.float64]:
     """Values between their rows and columns, linear."""
-    low, left = (np.clip(at.astype(int), 0, size - 2) for at, size in zip((rows, columns), values.shape, strict=True))
-    above, right = rows - low, columns - left
-    lower, upper = (values[row, left] * (1 - right) + values[row, left + 1] * right for row in (low, low + 1))
+    low, column = (np.clip(at.astype(int), 0, size - 2) for at, size in zip((rows, columns), values.shape, strict=True))
+    above, weight = rows - low, columns - column
+    lower, upper = (values[row, column] * (1 - weight) + values[row, column + 1] * weight for row in (low, low + 1))
     between: npt.NDArray[np.float64] = lower * (1 - above) + upper * above
     return between
 
 
-def _disc(figure: Figure, place: tuple[float, float, float, float], title: str, across: tuple[float, float]) -> Axes:
+def _disc(
+    figure: Figure, rectangle: tuple[float, float, float, float], title: str, across: tuple[float, float]
+) -> Axes:
     """A chart without axes, for what is drawn around a middle: from -1 to 1 upwards."""
-    axis = figure.add_axes(place, aspect="equal", xlim=across, ylim=(-1.0, 1.0))
+    axis = figure.add_axes(rectangle, aspect="equal", xlim=across, ylim=(-1.0, 1.0))
     axis.set_axis_off()
     axis.set_title(title, pad=18)
     return axis

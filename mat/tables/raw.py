@@ -1,6 +1,6 @@
 """Flat export for engines without HDF5: a JSON header and the arrays as little-endian float32 in one file beside it.
 
-Axes and texts stand in the header in full; `schemas/formats/raw-1.md` describes both files.
+The header contains axes and texts in full; `schemas/formats/raw-1.md` describes both files.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def export_raw(path: StrPath, folder: StrPath) -> Path:
     Returns
     -------
     Path
-        Of the header, which is written last: where it stands, both files are whole.
+        Path of the header, which is written last: if it exists, both files are complete.
 
     Raises
     ------
@@ -52,8 +52,8 @@ def export_raw(path: StrPath, folder: StrPath) -> Path:
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with parts[0].open("wb") as file:
-            for place, group in _walk(root, ""):
-                header["groups"][place] = _write_group(file, group, Path(path), place)
+            for group_path, group in _walk(root, ""):
+                header["groups"][group_path] = _write_group(file, group, Path(path), group_path)
             header["bytes"] = file.tell()
         header["groups"][""]["attributes"] = _plain_all(attributes)
         parts[1].write_text(json.dumps(header, indent=1, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
@@ -69,13 +69,13 @@ def export_raw(path: StrPath, folder: StrPath) -> Path:
     return target
 
 
-def _walk(group: Group, place: str) -> Iterator[tuple[str, Group]]:
-    yield place, group
+def _walk(group: Group, path: str) -> Iterator[tuple[str, Group]]:
+    yield path, group
     for name, child in group.groups.items():
-        yield from _walk(child, f"{place}/{name}".lstrip("/"))
+        yield from _walk(child, f"{path}/{name}".lstrip("/"))
 
 
-def _write_group(file: BinaryIO, group: Group, path: Path, place: str) -> dict[str, Any]:
+def _write_group(file: BinaryIO, group: Group, path: Path, group_path: str) -> dict[str, Any]:
     axes = {
         name: {**_described(axis), "type": _type(axis.values), "values": [_plain(v) for v in axis.values.tolist()]}
         for name, axis in group.axes.items()
@@ -91,14 +91,16 @@ def _write_group(file: BinaryIO, group: Group, path: Path, place: str) -> dict[s
         if variable.data.dtype.kind == "O":
             entry["values"] = variable.data.ravel().tolist()
         else:
-            entry["offset"] = _append(file, variable.data, f"{place}/{name}".lstrip("/"), path)
+            entry["offset"] = _append(file, variable.data, f"{group_path}/{name}".lstrip("/"), path)
         arrays[name] = entry
     return {"attributes": _plain_all(group.attributes), "axes": axes, "arrays": arrays}
 
 
 def _append(file: BinaryIO, data: np.ndarray, name: str, path: Path) -> int:
     if data.dtype.kind in "iu" and data.size and max(abs(int(data.min())), abs(int(data.max()))) > INTEGER_LIMIT:
-        raise InputError(f"'{name}' holds an integer beyond {INTEGER_LIMIT}, which float32 cannot hold", file=path)
+        raise InputError(
+            f"'{name}' contains an integer beyond {INTEGER_LIMIT}, which float32 cannot represent", file=path
+        )
     file.write(b"\0" * (-file.tell() % ALIGNMENT))
     offset = file.tell()
     file.write(np.ascontiguousarray(data, "<f4").tobytes())
@@ -149,7 +151,7 @@ def read_header(path: Path, form: str, version: str) -> tuple[dict[str, Any], Pa
     if header["format"] != form or header["format_version"].split(".")[0] != version.split(".")[0]:
         kind = f"{header['format']} {header['format_version']}"
         allowed = f"{form} {version.split('.')[0]}.x"
-        raise InputError(f"holds {kind}; this reader reads {allowed}; export the database again", file=path)
+        raise InputError(f"contains {kind}; this reader reads {allowed}; export the database again", file=path)
     data = path.with_name(Path(header["data"]).name)
     refuse_special_file(data)
     if (size := data.stat().st_size) != header["bytes"]:
@@ -175,11 +177,11 @@ def read_raw(path: StrPath) -> tuple[Group, dict[str, Any]]:
     try:
         header, data = read_header(path, FORMAT, FORMAT_VERSION)
         flat = np.memmap(data, np.uint8, "r") if header["bytes"] else np.zeros(0, np.uint8)
-        groups = {place: _read_group(entry, flat) for place, entry in header["groups"].items()}
-        for place in sorted(groups, key=lambda p: -p.count("/")):
-            if place:
-                parent, _, name = place.rpartition("/")
-                groups[parent].groups[name] = groups[place]
+        groups = {group_path: _read_group(entry, flat) for group_path, entry in header["groups"].items()}
+        for group_path in sorted(groups, key=lambda p: -p.count("/")):
+            if group_path:
+                parent, _, name = group_path.rpartition("/")
+                groups[parent].groups[name] = groups[group_path]
         return groups[""], header["groups"][""]["attributes"]
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}; check the path", file=path) from None

@@ -1,4 +1,4 @@
-"""Temperatures under a change of absorbed heat: what a runtime computes from the response in a ``.htt`` database.
+"""Temperatures under a change of absorbed heat: computed from the response in a ``.htt`` database.
 
 ``schemas/formats/htt-1.md`` gives the formulas.
 """
@@ -26,7 +26,7 @@ ALTITUDE, SLOPE, HOUR, LAG, OFFSET = (
 )
 
 FORCING_STEPS = 288  # of a day, at which changes of heat and temperature are computed
-DAY_H = 24.0
+DAY_H = 24.0  # h
 
 
 def forcing_hours() -> Floats:

@@ -39,9 +39,9 @@ def write_spectrum(path: StrPath, columns: Columns, attributes: Mapping[str, Any
     columns : mapping
         Units and values (B,) by name; wavenumber becomes the axis.
     attributes : mapping of str to str or float
-        Of the whole file.
+        Attributes of the whole file.
     data_version : str
-        Of the data that the spectrum was computed from.
+        Version of the data that the spectrum was computed from.
     job : str
         What was computed, as YAML.
 

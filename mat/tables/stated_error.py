@@ -1,4 +1,4 @@
-"""The error that a table states about itself, and the group that holds it."""
+"""The stated error of a table, and the group in which it is stored."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ class ErrorMeasure:
     quantity : str
     points : int
     maximum, p99, p95, rms : float
-        In the quantity's own units.
+        Errors in the units of the quantity.
     maximum_kelvin, p99_kelvin, p95_kelvin, rms_kelvin : float
-        As equivalent temperature.
+        Errors as equivalent temperature.
     maximum_percent, p99_percent : float
-        Of the light that the scene sends, where that is defined.
+        Errors in percent of the light that the scene sends, where that is defined.
     regions : dict of str to ErrorMeasure
-        Over the points of a region alone, by its name.
+        Errors over the points of each region alone, by its name.
     """
 
     quantity: str
@@ -57,20 +57,20 @@ def measure(
     """Summarise errors in own units, in kelvin and in percent, (n,) each; not a number where there was no point to
     measure at. Regions (n,) say which points lie in each.
     """
-    own, as_kelvin = (np.abs(np.ravel(values)) for values in (error, kelvin))
-    as_percent = np.full(own.size, np.nan) if percent is None else np.abs(np.ravel(percent))
-    if not own.size:
-        none = float("nan")
-        return ErrorMeasure(quantity, 0, none, none, none, none, none, none, none, none, none, none)
-    top, p99, p95, rms = _summary(own)
+    magnitudes, as_kelvin = (np.abs(np.ravel(values)) for values in (error, kelvin))
+    as_percent = np.full(magnitudes.size, np.nan) if percent is None else np.abs(np.ravel(percent))
+    if not magnitudes.size:
+        nan = float("nan")
+        return ErrorMeasure(quantity, 0, nan, nan, nan, nan, nan, nan, nan, nan, nan, nan)
+    top, p99, p95, rms = _summary(magnitudes)
     top_k, p99_k, p95_k, rms_k = _summary(as_kelvin)
     top_percent, p99_percent, _, _ = _summary(as_percent)
     parts = {
-        name: measure(quantity, own[inside.ravel()], as_kelvin[inside.ravel()], as_percent[inside.ravel()])
+        name: measure(quantity, magnitudes[inside.ravel()], as_kelvin[inside.ravel()], as_percent[inside.ravel()])
         for name, inside in (regions or {}).items()
     }
     return ErrorMeasure(
-        quantity, own.size, top, p99, p95, rms, top_k, p99_k, p95_k, rms_k, top_percent, p99_percent, parts
+        quantity, magnitudes.size, top, p99, p95, rms, top_k, p99_k, p95_k, rms_k, top_percent, p99_percent, parts
     )
 
 
@@ -88,7 +88,7 @@ def with_independent(
     kelvin, percent : mappings
         The others by region and then by "max", "p99", "p95" and "rms"; none where there are no others.
     region : str
-        That of all points. Regions of `measured` without others of their own have those of all points.
+        Name of the region of all points. Regions of `measured` without independent errors get those of all points.
     """
     if not kelvin:
         return measured
@@ -162,8 +162,8 @@ def accuracy_group(
 
 
 def _by_region(measures: Sequence[ErrorMeasure], regions: Sequence[str], in_percent: bool) -> dict[str, Variable]:
-    none = measure("", np.empty(0), np.empty(0))
-    rows = [[m.regions.get(name, none) for name in regions] for m in measures]
+    empty = measure("", np.empty(0), np.empty(0))
+    rows = [[m.regions.get(name, empty) for name in regions] for m in measures]
     dims = ("quantity", "region")
     points = np.array([[part.points for part in row] for row in rows], np.int64)
     variables = {"region_points": Variable(dims, points, "1", "points of each part")}

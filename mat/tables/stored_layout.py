@@ -22,15 +22,15 @@ def layout_problems(file: h5py.File) -> Iterator[str]:
     filetype, version = str(file.attrs["filetype"]), str(file.attrs.get("format_version", ""))
     schema = _schema(filetype, version)
     if schema is None:
-        known = sorted(p.name.removesuffix(".layout.json") for p in schemas.path("").glob("*.layout.json"))
-        yield f"no layout is known for {filetype} {version}; known: {', '.join(known)}"
+        layouts = sorted(p.name.removesuffix(".layout.json") for p in schemas.path("").glob("*.layout.json"))
+        yield f"no layout is known for {filetype} {version}; known: {', '.join(layouts)}"
         return
     content = describe(file) | {"attributes": {k: str(v) for k, v in file.attrs.items()}}
     yield from _lines(_validator(json.dumps(schema)), content)
 
 
 def refuse_layout(file: h5py.File) -> None:
-    """Refuse a file in which an array or axis that the format knows has another type, order or rule.
+    """Refuse a file in which an array or axis of the format has another type, order or rule.
 
     Axes, arrays and groups that the format does not know are those of a later minor version: they are passed over.
 
@@ -41,13 +41,13 @@ def refuse_layout(file: h5py.File) -> None:
     schema = _schema(str(file.attrs["filetype"]), str(file.attrs.get("format_version", "")))
     if schema is None:
         return  # of another type or major version, which the caller refuses
-    known = {part: schema["properties"][part]["properties"] for part in ("axes", "variables")}
+    properties = {part: schema["properties"][part]["properties"] for part in ("axes", "variables")}
     content = {
-        part: {name: described for name, described in items.items() if name in known[part]}
+        part: {name: described for name, described in items.items() if name in properties[part]}
         for part, items in describe(file).items()
-        if part in known
+        if part in properties
     }
-    subset = {"properties": {part: {"properties": rules} for part, rules in known.items()}}
+    subset = {"properties": {part: {"properties": rules} for part, rules in properties.items()}}
     for line in _lines(_validator(json.dumps(subset)), content):
         raise InputError(f"is not laid out as its format has it ({line[:200]}); build it again", file=file.filename)
 
@@ -99,5 +99,5 @@ def _units(dataset: h5py.Dataset) -> str:
 
 def _reading(dataset: h5py.Dataset) -> dict[str, Any]:
     """How a runtime reads an axis, where the file says so."""
-    said = {key: as_text(dataset.attrs[key]) for key in ("interpolation", "period") if key in dataset.attrs}
-    return {key: value if isinstance(value, str) else float(value) for key, value in said.items()}
+    rules = {key: as_text(dataset.attrs[key]) for key in ("interpolation", "period") if key in dataset.attrs}
+    return {key: value if isinstance(value, str) else float(value) for key, value in rules.items()}

@@ -77,7 +77,7 @@ class Table:
         return replace(self, out_of_range=OutOfRange.clamping(axes, self._axis_names()))
 
     def _axis_names(self) -> set[str]:
-        """Names by which the axes of all quantities are asked for."""
+        """Names of the axes of all quantities, as arguments."""
         return {rule.name for quantity in self.quantities for rule in self.rules(quantity)}
 
     def rules(self, quantity: str) -> list[AxisRule]:
@@ -178,13 +178,13 @@ class Table:
         names = self.root.variables["material_name"].data
         return dict(zip(names.tolist(), (int(code) for code in self.root.axes["material"].values), strict=True))
 
-    def material_codes(self, given: Any) -> npt.NDArray[Any]:
+    def material_codes(self, materials: Any) -> npt.NDArray[Any]:
         """Codes of materials given by code or by name."""
-        array = np.asarray(given)
+        array = np.asarray(materials)
         if array.dtype.kind not in "UO":
             return array
-        known = self.materials
+        codes = self.materials
         for name in array.ravel():
-            if name not in known:
-                raise InputError(f"found the material '{name}'; {nearest(name, known)}", file=self.path)
-        return np.array([known[name] for name in array.ravel()], dtype=int).reshape(array.shape)
+            if name not in codes:
+                raise InputError(f"found the material '{name}'; {nearest(name, codes)}", file=self.path)
+        return np.array([codes[name] for name in array.ravel()], dtype=int).reshape(array.shape)

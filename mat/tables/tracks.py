@@ -1,4 +1,4 @@
-"""Where Sun and Moon stand through a day and the night after it, in a ``.htt`` database."""
+"""Positions of Sun and Moon through a day and the night after it, in a ``.htt`` database."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 TRACK_TIME = "track_time"
-TRACK_END_H, TRACK_STEP_H = 36.0, 1 / 12
+TRACK_END_H, TRACK_STEP_H = 36.0, 1 / 12  # h: the day and the night after it, every 5 minutes
 SOURCES = ("sun", "moon")
 _ABOVE = "above the horizon, without refraction"
 _DESCRIBED = {
@@ -32,18 +32,18 @@ _DESCRIBED = {
 
 @dataclass(frozen=True, eq=False)
 class SourceTrack:
-    """Where a source stands at some times.
+    """Positions of a source at given times.
 
     Attributes
     ----------
     elevation, azimuth : ndarray
         Geometric; from north eastward, 0 to 360 [degree].
     distance : ndarray
-        From the observer: of the Sun [au], of the Moon [km].
+        Distance from the observer: of the Sun [au], of the Moon [km].
     phase_angle : ndarray
         Angle Sun - Moon - observer, 0 for the Sun [degree].
     illuminated_fraction : ndarray
-        Of the disc.
+        Illuminated fraction of the disc.
     """
 
     elevation: Floats
@@ -83,7 +83,7 @@ def source_track(root: Group, source: str, time: npt.ArrayLike) -> SourceTrack:
     Parameters
     ----------
     root : Group
-        Of a ``.htt`` database.
+        Root group of a ``.htt`` database.
     source : {'sun', 'moon'}
     time : array_like
         Local clock [h], 0 to 36.
@@ -96,7 +96,7 @@ def source_track(root: Group, source: str, time: npt.ArrayLike) -> SourceTrack:
     if source not in SOURCES:
         raise InputError(f"found the source '{source}'; allowed: {', '.join(SOURCES)}")
     if TRACK_TIME not in root.axes or any(name not in root.variables for name in _DESCRIBED):
-        raise InputError("the file holds no tracks of Sun and Moon; build it again")
+        raise InputError("the file contains no tracks of Sun and Moon; build it again")
     rule = AxisRule.of(TRACK_TIME, root.axes[TRACK_TIME])
 
     def at(name: str) -> Floats:

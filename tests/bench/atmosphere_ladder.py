@@ -17,7 +17,8 @@ from typing import TypeVar
 import numpy as np
 
 from skyshine.mat.atmosphere.band.compile import compile_band
-from skyshine.mat.atmosphere.band.points import BandPoints, band_points
+from skyshine.mat.atmosphere.band.points import BandPoints
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import CloudLayer
@@ -96,7 +97,7 @@ def bench_band(
     """
     state = AtmosphericState.from_profile(PROFILE, aerosol=Aerosol("rural", visibility_km=VISIBILITY))
     response = SpectralResponse.rectangular(*limits)
-    everything = band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
+    everything = points_of_band(AbsorptionTable.open(), response)
     sun = solar_irradiance(everything.wavenumber, everything.width)
     compiled = compile_band(state, everything, GRID, sun)
     few = sun[compiled.index]

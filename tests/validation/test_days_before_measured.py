@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from test_surface_measured import STEFAN_BOLTZMANN, albedo, bsrn, canopy
 
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.record import Record, record_forcing
 from skyshine.mat.surface.solver import solve_columns

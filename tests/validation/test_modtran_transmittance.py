@@ -32,7 +32,7 @@ import numpy as np
 import pytest
 from light_parts import scattered_again
 
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.gases.spectral_points import water_continuum
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
@@ -197,7 +197,7 @@ def test_points_against_modtran(spectra, state, name, continuum, limit_tau, limi
     black = np.zeros(edges.size - 1)
     for b, (first, last) in enumerate(itertools.pairwise(edges)):
         response = bin_response(first, last)
-        band = band_points(table.points(*response.wavenumber_range), response)
+        band = points_of_band(table, response)
         air = SpectralAir.of(state, band.points)
         black[b] = band_radiance(response, SURFACE_TEMPERATURE) / np.trapezoid(response.response, response.wavelength)
         for p, segments in enumerate(lines_of_sight(air.shells, paths)):
@@ -228,7 +228,7 @@ def test_aerosol_of_sunlight(spectra, state):
     ours, gases = np.zeros((2, len(paths), edges.size - 1))
     for b, (first, last) in enumerate(itertools.pairwise(edges)):
         response = bin_response(first, last)
-        band = band_points(table.points(*response.wavenumber_range), response)
+        band = points_of_band(table, response)
         air, weight = SpectralAir.of(state, band.points), band.weight / band.weight.sum()
         for p, segments in enumerate(lines_of_sight(air.shells, paths)):
             ours[p, b] = np.exp(-segments.column(air.optics.extinction).sum(axis=0)) @ weight
@@ -255,7 +255,7 @@ def test_scattered_sunlight(spectra, state):
     ours, once, azimuthal = np.zeros((3, len(paths), edges.size - 1))
     for b, (first, last) in enumerate(itertools.pairwise(edges)):
         response = SpectralResponse.rectangular(first, last)
-        band = band_points(table.points(*response.wavenumber_range), response)
+        band = points_of_band(table, response)
         albedo = float(np.mean(np.interp(np.linspace(first, last, 101), *FOREST.T)))
         air = SpectralAir.of(replace(state, surface_albedo=albedo), band.points)
         mean = replace(air, azimuthal=1)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.api.spectrum import spectrum
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.builder.tasks import run_task
 from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.plan import Kind, make_plan
@@ -92,7 +92,7 @@ def of_all_points(loaded, lines):
     """The same by the computation of the tables, with all points of the band; (n,) arrays."""
     job, response = loaded.trimmed, response_of(loaded.trimmed.bands[0])
     written = job.states[0]
-    points = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
+    points = points_of_band(absorption_table(job.water_continuum), response)
     state = over_ground(atmospheric_state(job.site, written), written, response, load_library())
     sun = source_irradiance(job, "sun", points.wavenumber, points.width)
     air = BandAtmosphere.of(state, points)

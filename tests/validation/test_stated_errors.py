@@ -10,11 +10,11 @@ import pytest
 import yaml
 from click.testing import CliRunner
 
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.builder.build import build
 from skyshine.mat.cli import main
 from skyshine.mat.job.load import load_job
-from skyshine.mat.measure.sampling import random_places
+from skyshine.mat.measure.sampling import random_coordinates
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight
@@ -60,7 +60,7 @@ def rebuilt(loaded, band):
     job, base = loaded.trimmed, path_grid(loaded.trimmed)
     response = response_of(job.bands[band - 1])
     state = over_ground(atmospheric_state(job.site, job.states[0]), job.states[0], response, load_library())
-    points = band_points(absorption_table().points(*response.wavenumber_range), response)
+    points = points_of_band(absorption_table(), response)
     compiled, _ = compiled_band(loaded, job.states[0], response, state, points)
     sun = source_irradiance(job, "sun", compiled.band.wavenumber, compiled.band.width)
     return BandAtmosphere.of(state, compiled.band), sun, base, Scale.kelvin(response)
@@ -71,7 +71,7 @@ def fresh_points(air, sun, base, points, sky_points):
     of them.
     """
     generator = np.random.default_rng(987654)
-    places = [random_places(getattr(base, name), points, generator) for name in FIELDS]
+    places = [random_coordinates(getattr(base, name), points, generator) for name in FIELDS]
     distance, altitude, elevation, *source = places
     truth = air.along_lines(
         distance[:, None], altitude, elevation, *(a[:, None] for a in source), np.zeros(sky_points, int), sun
@@ -139,7 +139,7 @@ def own_truth(loaded, band, region, count):
     job = loaded.trimmed
     response = response_of(job.bands[band - 1])
     state = over_ground(atmospheric_state(job.site, job.states[0]), job.states[0], response, load_library())
-    points = band_points(absorption_table().points(*response.wavenumber_range), response)
+    points = points_of_band(absorption_table(), response)
     air, sun = BandAtmosphere.of(state, points), source_irradiance(job, "sun", points.wavenumber, points.width)
     base, generator, ground = path_grid(job), np.random.default_rng(20260727), job.site.altitude_km
     height, sine, distance = (values[:count] for values in own_lines(region, base, ground, 4 * count, generator))

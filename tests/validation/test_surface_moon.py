@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import solve_columns
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from showers import random_rain
 
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.film import TOLERANCE as FILM_TOLERANCE
 from skyshine.mat.surface.film import evaporated
 from skyshine.mat.surface.oracle import solve_oracle

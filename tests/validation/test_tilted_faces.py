@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from face_light import facet_irradiance
 
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.job.load import load_job
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities import facet_light
@@ -57,12 +57,12 @@ def test_harmonics_hold_their_kelvin(loaded, state, band, monkeypatch):
     monkeypatch.setattr(facet_light, "AZIMUTHS", 24)
     job = loaded.trimmed
     air, response = atmospheric_state(job.site, job.states[state - 1]), response_of(job.bands[band - 1])
-    everything = band_points(absorption_table().points(*response.wavenumber_range), response)
+    everything = points_of_band(absorption_table(), response)
     atmosphere = BandAtmosphere.of(air, compiled_band(loaded, job.states[state - 1], response, air, everything)[0].band)
     points = atmosphere.band
     sunlight = source_irradiance(job, "sun", points.wavenumber, points.width)
     grid = PathGrid([0.0], [0.0], [0.0], SUNS, [0.0])
-    level = atmosphere.table(grid, sunlight, wanted=("ambient",)).ambient[0, 0, 0]
+    level = atmosphere.table(grid, sunlight, quantities=("ambient",)).ambient[0, 0, 0]
     normal = np.random.default_rng(state).normal(size=(FACES, 3))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     normals, ground = np.broadcast_to(normal, (SUNS.size, FACES, 3)), np.full(SUNS.size, GROUND_K)

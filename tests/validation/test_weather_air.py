@@ -9,7 +9,8 @@ the ground, at every 16th spectral point of the band.
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.points import BandPoints, band_points
+from skyshine.mat.atmosphere.band.points import BandPoints
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
 from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
@@ -68,7 +69,7 @@ def airs(tmp_path_factory):
 def test_path_radiance_follows_the_weather_as_it_follows_a_sounding(airs, band):
     job, states = airs
     response = response_of(job.bands[band - 1])
-    everything = band_points(absorption_table().points(*response.wavenumber_range), response)
+    everything = points_of_band(absorption_table(), response)
     every = np.arange(0, everything.weight.size, STEP)
     weight = everything.weight[every] * everything.weight.sum() / everything.weight[every].sum()
     points = BandPoints(everything.points.subset(every), weight, everything.gases)
@@ -76,7 +77,7 @@ def test_path_radiance_follows_the_weather_as_it_follows_a_sounding(airs, band):
     dark = np.zeros(points.weight.size)
     kelvin = []
     for state in states:
-        table = BandAtmosphere.of(state, points).table(grid, dark, wanted=("beta_star", "path_radiance_ratio"))
+        table = BandAtmosphere.of(state, points).table(grid, dark, quantities=("beta_star", "path_radiance_ratio"))
         through = np.exp(-5.5 * np.array(RANGES) / table.beta_star.reshape(-1))
         kelvin.append(table.path_radiance_ratio.reshape(-1) * (1 - through) * kelvin_per_radiance(response))
     change, difference, warmth = kelvin[1] - kelvin[0], kelvin[2] - kelvin[1], kelvin[3] - kelvin[0]

@@ -88,7 +88,7 @@ typedef struct {
     double range, centre_range, centre_elevation, altitude;
     double source_elevation, source_azimuth;
     double source_heading;   /* NaN: the sky of a level face */
-    int32_t ground_material; /* 0: the ground that the atmosphere file states */
+    int32_t ground_material; /* 0: the ground that the atmosphere file names, at `time`, or states */
     double normal[3], to_source[3], to_observer[3]; /* of any length, in any frame */
     double hidden_sky; /* share of the sky above it that something as warm as the air hides; 0: none */
     double shade;      /* share of it in the shade all day, of `skyshine_texture_shade`; 0: none, and the next two are not read */
@@ -107,7 +107,7 @@ typedef struct {
     double altitude;                                       /* of the observer */
     double centre_range, centre_elevation, centre_heading; /* the line of sight at which the atmosphere is read */
     double source_elevation, source_heading, time;
-    int32_t ground_material;                               /* 0: the ground that the atmosphere file states */
+    int32_t ground_material;                               /* 0: the ground that the atmosphere file names, at `time`, or states */
     double ground_altitude;                                /* of `ground_material` */
 } skyshine_view;
 
@@ -160,12 +160,11 @@ SKYSHINE_API skyshine_status skyshine_apparent_temperature(const skyshine_tables
 
 /* ---- A frame: many pixels of one observer, one source and one time. ---- */
 
-/* Resolve all that the pixels of a frame share: the atmosphere at its centre, the temperatures at its time, and the
- * emission of each material over a fine lattice of range, from which `skyshine_frame_radiance` differs by less than 1e-6
- * of the radiance of `skyshine_pixel_radiance`. The frame reads `tables`, which must outlive it. */
+/* Take what the pixels of a frame share, and refuse a centre, a source or a ground that the tables do not hold. The frame
+ * reads `tables`, which must outlive it. */
 SKYSHINE_API skyshine_status skyshine_frame_open(const skyshine_tables *tables, const skyshine_view *view, skyshine_frame **frame, skyshine_error *error);
 
-/* Radiances of `count` pixels, in one thread; of a range of 0 to 4095 km. */
+/* Radiances of `count` pixels, in one thread. */
 SKYSHINE_API skyshine_status skyshine_frame_radiance(const skyshine_frame *frame, const skyshine_pixels *pixels, size_t count, double *radiance,
                                                      skyshine_error *error);
 SKYSHINE_API void skyshine_frame_close(skyshine_frame *frame);

@@ -55,12 +55,13 @@ function shadedSteps(shade) {
   if (!shade.flat().every(Number.isFinite)) throw new SkyshineError("surroundings must be finite numbers");
   const step = DAY_H / STEPS;
   return Array.from({ length: STEPS }, (_, k) => {
-    const [first, last] = [(k - 0.5) * step, (k + 0.5) * step];
+    const hour = (k * DAY_H) / STEPS;
+    const [first, last] = [hour - step / 2, hour + step / 2];
     const covered = shade.flatMap(([begin, given]) => {
       const end = given < begin ? given + DAY_H : given;
       return [-DAY_H, 0, DAY_H].map((turn) => Math.max(Math.min(last, end + turn) - Math.max(first, begin + turn), 0));
     });
-    return Math.min(covered.reduce((total, hours) => total + hours / step, 0), 1);
+    return Math.min(covered.reduce((total, hours) => total + hours, 0) / step, 1);
   });
 }
 
@@ -121,6 +122,7 @@ export class Tables {
   }
 
   heatedTemperature(face, absorbed) {
+    if (!absorbed.length) throw new SkyshineError("absorbed_change must be a list of finite numbers");
     const put = (values) => this.kernel.put(Float64Array, values);
     return this.one("skyshine_heated", (to) => [1, this.faces(face), put(absorbed), absorbed.length, put([face.time]), 1, to, this.scratch]);
   }

@@ -74,17 +74,16 @@ class CompiledBand:
     total_points : int
         Number of all points of the band.
     errors : dict
-        By quantity (`targets.KINDS`): {"max", "p95", "rms"}, relative, on paths the points were not fitted to,
-        against all points and all gases. Below 10 % of a quantity's largest value (of 1 for transmittance) errors count
+        Errors by quantity (`targets.KINDS`): {"max", "p95", "rms"}, relative, on paths the points were not fitted to,
+        against all points and all gases. Below 10 % of a quantity's largest value (of 1 for transmittance) errors are
         relative to that.
     dropped : dict
         Omitted gases: largest change of an in-band transmittance by each.
     ladder : (n,) array
         Error of the fit with 1, 2, ... points.
     absolute : dict
-        By quantity, for each source, by region (`EVERYWHERE` and those of `REGIONS` with some lines): {"max", "p99",
-        "p95", "rms"} of the same errors as they are: of transmittance in 1, of the others in band, W m^-2 sr^-1 or
-        W m^-2.
+        Errors by quantity, for each source, by region (`EVERYWHERE` and those of `REGIONS` with some lines): {"max",
+        "p99", "p95", "rms"}, absolute: of transmittance in 1, of the others in band, W m^-2 sr^-1 or W m^-2.
     """
 
     band: BandPoints
@@ -126,7 +125,7 @@ class FittedBand:
     ----------
     chosen : ChosenPoints
     exact, approximate : targets.Responses
-        Of all points and of the chosen ones, on paths that the points were not fitted to.
+        Responses of all points and of the chosen ones, on paths that the points were not fitted to.
     """
 
     chosen: ChosenPoints
@@ -141,7 +140,7 @@ class FittedBand:
         surface_temperature : float
             K, of the ground.
         source_irradiance : (P,) or (B, P) array
-            As `compile_band`.
+            Irradiance as in `compile_band`.
 
         Returns
         -------
@@ -200,13 +199,13 @@ def compile_band(
     grid : PathAxes
         The axes of the job's table.
     source_irradiance : (P,) or (B, P) array
-        At all points, W m^-2 (cm^-1)^-1, of one source or of each of several that are to share the compiled band; the
-        same at all points of an interval.
+        Irradiance at all points, W m^-2 (cm^-1)^-1, of one source or of each of several that share the compiled band;
+        the same at all points of an interval.
     tolerance : float
         Relative rms error.
     max_points : int
     seed : int
-        Of the choice of paths and of `select_points`.
+        Seed of the choice of paths and of `select_points`.
     scope : PathScope, optional
         What the axes are of those of the job; by default all.
 
@@ -425,7 +424,7 @@ def negligible_gases(
     Parameters
     ----------
     airs : sequence of SpectralAir
-        At all points of the band.
+        Air at all points of the band.
     band, grid, tolerance, seed, scope
         As `compile_band`.
 

@@ -15,6 +15,31 @@ from skyshine.schemas.errors import InputError
 _RESPONSE_SAMPLES = 200
 
 
+@dataclass(frozen=True)
+class LineByLineError:
+    """Error of a band's points against line-by-line spectra on paths through standard atmospheres.
+
+    Attributes
+    ----------
+    transmittance_rms, transmittance_max : float
+    radiance_rms, radiance_max : float
+        Of thermal path radiance, over that of a black body as warm as the warmest air.
+    """
+
+    transmittance_rms: float
+    radiance_rms: float
+    transmittance_max: float
+    radiance_max: float
+
+    @property
+    def text(self) -> str:
+        """As files state it."""
+        return (
+            f"transmittance {self.transmittance_rms:.1e} rms, {self.transmittance_max:.1e} at most; thermal path"
+            f" radiance {self.radiance_rms:.1e} rms, {self.radiance_max:.1e} at most of a black body's"
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class BandPoints:
     """Spectral points of a band, with the sensor's response in their weights.
@@ -26,11 +51,14 @@ class BandPoints:
         um; sum(weight) is the integral of phi dlambda, and sum(weight * f) that of phi f dlambda.
     gases : tuple of str or None
         Absorbing gases that are taken into account; None for all.
+    line_by_line : LineByLineError or None
+        Of all points of the band, where there are spectra to judge them by.
     """
 
     points: SpectralPoints
     weight: Floats
     gases: tuple[str, ...] | None = None
+    line_by_line: LineByLineError | None = None
 
     @property
     def wavenumber(self) -> Floats:
@@ -50,13 +78,23 @@ class BandPoints:
         return self.weight * self.wavenumber**2 * 1e-4
 
 
+def micron_response(response: SpectralResponse, low: Floats, width: float | Floats) -> Floats:
+    """Mean of a response over intervals that begin at `low` (I,) [cm^-1], in um per cm^-1."""
+    # Samples of a whole interval would miss the ends of a band inside it, or meet them a few times.
+    first, last = (np.clip(end, low, low + width) for end in response.wavenumber_range)
+    seen = last - first
+    sample = first[:, None] + seen[:, None] * (np.arange(_RESPONSE_SAMPLES) + 0.5) / _RESPONSE_SAMPLES
+    micron: Floats = np.mean(response.at_wavenumber(sample) * 1e4 / sample**2, axis=1) * (seen / width)
+    return micron
+
+
 def band_points(points: SpectralPoints, response: SpectralResponse) -> BandPoints:
     """All points of a band.
 
     Parameters
     ----------
     points : SpectralPoints
-        Of every interval that the response overlaps.
+        Points of every interval that the response overlaps.
     response : SpectralResponse
 
     Returns
@@ -70,17 +108,8 @@ def band_points(points: SpectralPoints, response: SpectralResponse) -> BandPoint
         If the response is 0 in all of them.
     """
     low, high = points.interval_edges.T
-    seen_low, seen_high = low, high
-    band_low, band_high = response.wavenumber_range
-    if band_high - band_low < np.max(high - low):
-        # Samples of a whole interval would miss a band narrower than it, or meet it a few times.
-        seen_low, seen_high = np.clip(band_low, low, high), np.clip(band_high, low, high)
-    seen = seen_high - seen_low
-    sample = seen_low[:, None] + seen[:, None] * (np.arange(_RESPONSE_SAMPLES) + 0.5) / _RESPONSE_SAMPLES
-    # Points of an interval stand for its distribution of absorption, not for their own place: each sees the interval's
-    # mean.
-    micron = np.mean(response.at_wavenumber(sample) * 1e4 / sample**2, axis=1) * (seen / (high - low))
-    weight = points.weight * micron[points.interval]
+    # Points of an interval represent its distribution of absorption, not their own place: each has the interval's mean.
+    weight = points.weight * micron_response(response, low, high - low)[points.interval]
     inside = np.flatnonzero(weight > 0)
     if not inside.size:
         raise InputError(

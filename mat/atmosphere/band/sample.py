@@ -62,7 +62,7 @@ class Sample:
     surface_altitude, direct_altitude : (Z,), (Y,) arrays
         m.
     sky_elevation, direct_elevation : (S,), (D,) arrays
-        Of the source, rad.
+        Elevations of the source, rad.
     emission_step, scattering_step : int
         Emission, and light of the source, are computed along one in so many lines.
     """

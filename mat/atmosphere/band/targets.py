@@ -42,9 +42,9 @@ class Targets:
     Attributes
     ----------
     mean : dict of (M,) arrays
-        In band; without quantities that are 0 everywhere.
+        Means in band; without quantities that are 0 everywhere.
     at_points : (all M, C) array
-        At the candidates, one quantity after another, in the measure of `BandPoints.weight` (per um).
+        Values at the candidates, one quantity after another, in the measure of `BandPoints.weight` (per um).
     """
 
     mean: dict[str, Floats]
@@ -59,13 +59,14 @@ class Responses:
     Attributes
     ----------
     wavenumber : (I,) array
-        Of each interval with points, cm^-1: ground emission and source irradiance are the same at all its points.
+        Wavenumber of each interval with points, cm^-1: ground emission and source irradiance are the same at all its
+        points.
     first : (I,) int array
         The first point of each interval.
     surface_temperature : float
         K, of the ground in `unlit`.
     unlit : dict of (M,) arrays
-        By quantity (`KINDS`), without light of a source.
+        Responses by quantity (`KINDS`), without light of a source.
     ground : dict of (M, I) arrays
         Difference that a ground at `GROUND` makes to one at 0 K.
     light : dict of (M, I) arrays
@@ -73,7 +74,7 @@ class Responses:
     source : dict of (M,) int arrays
         Number of the source.
     region : dict of (M,) int arrays
-        As `SampledLine.region`.
+        Regions, as in `SampledLine.region`.
     """
 
     wavenumber: Floats
@@ -93,7 +94,7 @@ class Responses:
         surface_temperature : float
             K, of the ground.
         irradiance : (B, P) array
-            Of the sources at the points, W m^-2 (cm^-1)^-1.
+            Irradiance of the sources at the points, W m^-2 (cm^-1)^-1.
         brightness : (B,) array
             Direct light counts relative to it.
 
@@ -153,11 +154,11 @@ def fitted_and_tested(
     Parameters
     ----------
     air : SpectralAir
-        At all P points.
+        Air at all P points.
     weight : (P,) array
         `BandPoints.weight`.
     irradiance : (B, P) array
-        Of the sources, W m^-2 (cm^-1)^-1.
+        Irradiance of the sources, W m^-2 (cm^-1)^-1.
     brightness : (B,) array
         Direct light counts relative to it.
     fit, test : Sample
@@ -231,7 +232,7 @@ def responses(air: SpectralAir, share: Floats, sample: Sample, sources: int) -> 
     Parameters
     ----------
     air : SpectralAir
-        At P points.
+        Air at P points.
     share : (P,) array
         Weights of the points; those of the whole band sum to 1.
     sample : Sample

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 import os
+from copy import copy
+from dataclasses import replace
 from functools import lru_cache
 
 import h5py
@@ -16,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine import atmospheres
+from skyshine.mat.atmosphere.gases.reference_spectra import ReferenceSpectra
 from skyshine.mat.atmosphere.gases.spectral_points import CrossSectionNodes, GasPoints, SpectralPoints
 from skyshine.schemas.arrays import Floats, Integers, Singles
 from skyshine.schemas.csv_table import read_csv
@@ -36,9 +39,9 @@ WATER_CONTINUA = {
 COEFFICIENTS = ("self_continuum", "foreign_continuum", "self_exponent")
 FIRST_CONTINUUM = "mt_ckd_4.3"  # of tables that do not name theirs
 # Where the table has MT_CKD 4.3. Measured longwave of clear humid nights is 4 to 5 W m^-2 above that with 4.3 and 2
-# above that with the foreign continuum for closure, whose like pyrgeometers are not certain of
-# (tests/validation/test_humid_nights.py); of MT_CKD 2.4, 1 below, the windows at 4 and 2 um are not those measured
-# since.
+# above that with the foreign continuum for closure; pyrgeometers are good to 2 to 5 (tests/validation/
+# test_humid_nights.py, test_payerne.py). MT_CKD 2.4, 1 below, lacks what was measured since in the windows at 4 and 2
+# um.
 PREFERRED_CONTINUUM = "mt_ckd_4.3_closure"
 # Codes of a gas in an interval, as the table keeps them; larger codes name the entries of its `sources`.
 NO_DATA, NEGLIGIBLE = 0, 1
@@ -84,14 +87,19 @@ def default_water_continuum() -> str:
     return PREFERRED_CONTINUUM if own == FIRST_CONTINUUM else own
 
 
+FINE_TABLE = "absorption_fine.h5"  # narrow intervals beside those of the packaged table
+
+
 class AbsorptionTable:
     """The absorption table; `open` reads what describes it, `points` the intervals that are asked for.
 
     `content` is the hash of what the points hold, the name of the water vapour continuum after it where that is not the
-    table's own. `water_continuum` is that other name, or None.
+    table's own. `water_continuum` is that other name, or None. `fine` is a table of narrow intervals with reference
+    spectra over part of the range, or None.
     """
 
     water_continuum: str | None = None
+    fine: AbsorptionTable | None = None
 
     def __init__(
         self,
@@ -127,7 +135,11 @@ class AbsorptionTable:
         InputError
             No continuum has that name, or the file is missing, damaged, of another type or of another format version.
         """
-        path = atmospheres.path("absorption.h5") if path is None else path
+        fine = None
+        if path is None:
+            path = atmospheres.path("absorption.h5")
+            narrow = atmospheres.path(FINE_TABLE)
+            fine = cls.open(narrow, water_continuum) if narrow.is_file() else None
         with open_database(path, FILETYPE, FORMAT_MAJOR) as file, sound(path):
             about = file["intervals"]
             edges = np.stack([about["low"][()], about["high"][()]], axis=1).astype(float)
@@ -146,6 +158,8 @@ class AbsorptionTable:
             check_water_continuum(water_continuum, table_continuum)
             table.water_continuum = water_continuum
             table.content += f" {water_continuum}"
+        if fine is not None:
+            table.fine, table.content = fine, f"{table.content} {fine.content}"
         return table
 
     @property
@@ -201,6 +215,24 @@ class AbsorptionTable:
         first, last = overlapping[0], overlapping[-1] + 1
         with open_database(self.path, FILETYPE, FORMAT_MAJOR) as file, sound(self.path):
             return self._read(file, first, last)
+
+    def reference_spectra(self, low: float, high: float) -> ReferenceSpectra:
+        """Line-by-line spectra between two wavenumbers [cm^-1] of a table that has them."""
+        with open_database(self.path, FILETYPE, FORMAT_MAJOR) as file, sound(self.path):
+            return ReferenceSpectra.read(file["reference"], low, high)
+
+    def with_own_continuum(self) -> AbsorptionTable:
+        """The same table with its own water vapour continuum, that of its reference spectra."""
+        if self.water_continuum is None:
+            return self
+        other = copy(self)
+        other.water_continuum = None
+        other.fine = None if self.fine is None else self.fine.with_own_continuum()
+        return other
+
+    def in_continuum(self, points: SpectralPoints) -> SpectralPoints:
+        """Points of the table with its own continuum, in the one it is opened with."""
+        return replace(points, _continuum=self._with_continuum(points.wavenumber, points._continuum))
 
     def _read(self, file: h5py.File, first: int, last: int) -> SpectralPoints:
         begin, end = self._first[first], self._first[last]

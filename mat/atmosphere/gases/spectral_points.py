@@ -160,6 +160,28 @@ class SpectralPoints:
             _gases={name: gas.subset(chosen, self.wavenumber.size) for name, gas in self._gases.items()},
         )
 
+    def joined(self, other: SpectralPoints) -> SpectralPoints:
+        """These points and then those of intervals of another table with the same gases and nodes."""
+        size, intervals = self.wavenumber.size, len(self.interval_edges)
+
+        def both(name: str) -> GasPoints:
+            one, two = self._gases[name], other._gases[name]
+            humid = None
+            if one.humid is not None and two.humid is not None:
+                humid = np.concatenate([one.humid, two.humid])
+            position = np.concatenate([one.position, two.position + size])
+            return GasPoints(position, np.concatenate([one.table, two.table]), humid)
+
+        return replace(
+            self,
+            wavenumber=np.concatenate([self.wavenumber, other.wavenumber]),
+            weight=np.concatenate([self.weight, other.weight]),
+            interval=np.concatenate([self.interval, other.interval + intervals]),
+            interval_edges=np.concatenate([self.interval_edges, other.interval_edges]),
+            _continuum=np.concatenate([self._continuum, other._continuum], axis=1),
+            _gases={name: both(name) for name in self._gases},
+        )
+
     def cross_sections(
         self,
         pressure: npt.ArrayLike,

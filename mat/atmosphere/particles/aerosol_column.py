@@ -74,11 +74,11 @@ class Aerosol:
     Attributes
     ----------
     model : str
-        Of the lowest 2 km, one of `BOUNDARY_MODELS`, or "none" for air without particles at any height.
+        Model of the lowest 2 km, one of `BOUNDARY_MODELS`, or "none" for air without particles at any height.
     visibility_km : float, optional
         0.1 to 300; by default that of the model (`default_visibility`).
     wind_speed : float
-        At 10 m, m s^-1, which raises the desert and Navy maritime aerosols.
+        Wind speed at 10 m, m s^-1, which raises the desert and Navy maritime aerosols.
     air_mass : int
         1 (open ocean) to 10 (continental): of the Navy maritime aerosol.
     stratosphere : str
@@ -89,9 +89,11 @@ class Aerosol:
         Vertical, at 0.55 um, from the ground to space: 0 to 100. The whole profile, which keeps the shape that it has
         at the model's visibility, is scaled to it.
     angstrom_exponent : float, optional
-        Of extinction in sunlight; by default that of the models. It holds for all particles of the column.
+        Angstrom exponent of extinction in sunlight; by default that of the models. It applies to all particles of the
+        column.
     optics : SpectralModel, optional
-        Of the particles of the lowest 2 km, in place of the model's, which then gives the amount by height alone.
+        Optical properties of the particles of the lowest 2 km, which replace the model's; the model then gives the
+        amount by height alone.
     """
 
     model: str = "rural"
@@ -175,7 +177,7 @@ def aerosol_extinction_550(
     ground_altitude : float
         Above sea level, m, below 6 km: the profile below 6 km is squeezed to stand on the ground, as in LOWTRAN7.
     loading : str
-        Of the stratosphere: background, moderate, high or extreme.
+        Loading of the stratosphere: background, moderate, high or extreme.
 
     Returns
     -------

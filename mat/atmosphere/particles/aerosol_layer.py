@@ -33,7 +33,8 @@ class AerosolLayer:
     height : (K,) array
         Above the ground, m, increasing.
     extinction : (K,) array
-        At 0.55 um, linear between the heights, 0 beyond the last and, unless the first is the ground, below it.
+        Extinction at 0.55 um, linear between the heights, 0 beyond the last and, unless the first is the ground, below
+        it.
     optical_depth : float or None
         Vertical, at 0.55 um, to which the profile is scaled; None for a profile in m^-1.
     """

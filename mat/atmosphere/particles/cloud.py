@@ -138,7 +138,7 @@ def check_phase(layer: CloudLayer, temperature: Floats) -> None:
     ----------
     layer : CloudLayer
     temperature : array
-        Of the air in the layer, K.
+        Temperature of the air in the layer, K.
 
     Raises
     ------

@@ -56,7 +56,7 @@ def scattered_light(size_parameter: Floats, refractive_index: Complexes, cosine:
     refractive_index : (K,) array of complex
         n + ik, k at least 0.
     cosine : (A,) array
-        Of the scattering angle.
+        Cosine of the scattering angle.
 
     Returns
     -------
@@ -95,7 +95,7 @@ def phase_of_spheres(
     radius : (K,) array
         um, increasing.
     number : (E, K) array
-        Of spheres per radius, of E mixtures, in any measure.
+        Number of spheres per radius, of E mixtures, in any measure.
     refractive_index : complex
         n + ik.
     wavelength : float

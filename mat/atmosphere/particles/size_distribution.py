@@ -57,11 +57,11 @@ class LogNormalMode:
     Attributes
     ----------
     median_radius : float
-        Of their number, um.
+        Median radius of the number distribution, um.
     geometric_sd : float
         Geometric standard deviation of the radius.
     number : float
-        Of spheres, in a measure common to all modes.
+        Number of spheres, in a measure common to all modes.
     refractive_index : RefractiveIndex
     largest_radius : float
         um, beyond which there are none.

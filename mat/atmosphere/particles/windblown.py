@@ -94,7 +94,7 @@ def navy_maritime_extinction(wind_speed: float, air_mass: int) -> tuple[Floats, 
     Parameters
     ----------
     wind_speed : float
-        At 10 m, present and mean of the last day, m s^-1.
+        Wind speed at 10 m, present and mean of the last day, m s^-1.
     air_mass : int
         1 to 10.
 

@@ -28,7 +28,7 @@ class Choice:
     day : (datetime, datetime) or None
         Begin and end of the day, UTC.
     interpolated : bool
-        Between the columns of a grid, and between its times; the nearest otherwise.
+        Interpolation between the columns of a grid, and between its times; with False the nearest is used.
     """
 
     place: tuple[float, float] | None = None
@@ -92,7 +92,7 @@ def weights(nodes: np.ndarray, at: float, interpolated: bool) -> dict[int, float
     Parameters
     ----------
     nodes : (n,) array
-        In any order.
+        Nodes in any order.
     """
     order = np.argsort(nodes)
     ascending = np.asarray(nodes, float)[order]

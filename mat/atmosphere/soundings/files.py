@@ -25,7 +25,7 @@ def read_levels(file: Path, choice: Choice | None = None) -> Levels:
     file : Path
         CSV, a list of the University of Wyoming (text or CSV), IGRA v2, or netCDF on pressure levels.
     choice : Choice, optional
-        By default the only one of the file.
+        Choice of a sounding; by default the only one of the file.
 
     Raises
     ------

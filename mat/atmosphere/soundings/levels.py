@@ -47,7 +47,8 @@ class Levels:
     altitude, pressure, temperature : (N,) arrays
         m (geometric, increasing), Pa, K.
     mole_fraction : dict of str to (N,) array
-        Of water vapour, at most saturated, and the gases of the file; NaN above the highest level that has it.
+        Mole fractions of water vapour, at most saturated, and the gases of the file; NaN above the highest level with a
+        value.
     notes : tuple of str
         What stands in the place of what the file lacks.
     """

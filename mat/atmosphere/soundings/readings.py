@@ -25,7 +25,7 @@ class Readings:
     ----------
     file : Path
     values : dict of str to (N,) array
-        By quantity (`units.UNITS`) or gas; NaN where a row does not have it.
+        Values by quantity (`units.UNITS`) or gas; NaN where a row has none.
     order : str
     time : datetime or None
         UTC; None where the file does not say.

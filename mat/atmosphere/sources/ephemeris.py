@@ -26,15 +26,15 @@ class SourcePosition:
     elevation : array
         Above the horizon, negative below it, degree.
     azimuth : array
-        From north eastward, 0 to 360 degree.
+        Azimuth from north eastward, 0 to 360 degree.
     distance : array
-        From the observer, m.
+        Distance from the observer, m.
     phase_angle : array
         Angle Sun - source - observer, degree: 0 full, 180 new; 0 for the Sun itself.
     waxing : array of bool
         Whether the Moon is before full; False for the Sun.
     sun_distance : array
-        From the source of light that is seen to the Sun, au: the Moon's distance from the Sun; for the Sun, the
+        Distance of the light source from the Sun, au: for the Moon, its distance from the Sun; for the Sun, the
         observer's.
     """
 

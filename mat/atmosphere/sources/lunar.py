@@ -71,9 +71,9 @@ def lunar_irradiance(
     phase_angle : float
         Angle Sun - Moon - observer, 0 (full) to 180 (new), degree.
     moon_distance : float
-        From the observer, m.
+        Distance of the Moon from the observer, m.
     sun_distance : float
-        From the Moon to the Sun, au.
+        Distance of the Moon from the Sun, au.
     waxing : bool, optional
         Whether the Moon is before full: the sides of the Moon differ by up to some percent. Without it, the (geometric)
         mean of both.
@@ -120,7 +120,7 @@ def disk_reflectance(wavelength: npt.ArrayLike, phase_angle: float, waxing: bool
     phase_angle : float
         Degree.
     waxing : bool, optional
-        As in `lunar_irradiance`.
+        Phase direction, as in `lunar_irradiance`.
 
     Returns
     -------

@@ -50,7 +50,7 @@ def disk_emission(wavenumber: Floats, phase_angle: float, sun_distance: float, r
     sun_distance : float
         [au].
     rms_slope : float
-        Of the facets [degree], above 0.
+        Slope of the facets [degree], above 0.
 
     Returns
     -------

@@ -81,9 +81,9 @@ def van_rhijn(sine: npt.ArrayLike, altitude: npt.ArrayLike = 0.0) -> Floats:
     Parameters
     ----------
     sine : array_like
-        Of the elevation of the line of sight, above the horizon.
+        Sine of the elevation of the line of sight, above the horizon.
     altitude : array_like
-        Of the observer above sea level [m], below the layer.
+        Altitude of the observer above sea level [m], below the layer.
 
     References
     ----------

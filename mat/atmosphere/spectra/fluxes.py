@@ -68,10 +68,10 @@ class BroadbandPoints:
     Attributes
     ----------
     longwave, shortwave : SpectralPoints
-        With weights in cm^-1, and in W m^-2 of sunlight outside the atmosphere at 1 au.
+        Points with weights in cm^-1, and in W m^-2 of sunlight outside the atmosphere at 1 au.
     errors : dict
-        By quantity: {"max", "p95", "rms"}, W m^-2, against all points of the table, on states the points were not
-        fitted to.
+        Errors by quantity: {"max", "p95", "rms"}, W m^-2, against all points of the table, on states the points were
+        not fitted to.
     """
 
     longwave: SpectralPoints
@@ -132,17 +132,17 @@ def broadband_fluxes(
     Parameters
     ----------
     state : AtmosphericState
-        With its particles.
+        State with its particles.
     altitude : (A,) array
-        Of the surfaces, m; from the state's ground up.
+        Altitudes of the surfaces, m; from the state's ground up.
     source_elevation : (S,) array
         Geometric elevations of the Sun there, degree, -90 to 90; diffuse light ends with twilight.
     ground_albedo : float
-        Of the surroundings for sunlight, 0 to 1.
+        Albedo of the surroundings for sunlight, 0 to 1.
     sun_distance : float
         au.
     points : BroadbandPoints, optional
-        By default the packaged ones.
+        Spectral points; by default the packaged ones.
 
     Returns
     -------

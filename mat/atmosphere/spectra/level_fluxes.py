@@ -27,7 +27,7 @@ class LevelFluxes:
     Attributes
     ----------
     altitude : (N,) array
-        From the ground up, m.
+        Altitudes from the ground up, m.
     thermal_up, thermal_down : (N, P) arrays
         Emitted by ground and air, W m^-2 (cm^-1)^-1.
     direct, diffuse_down, diffuse_up : (N, S, P) arrays
@@ -49,7 +49,7 @@ class LevelFluxes:
         Parameters
         ----------
         state : AtmosphericState
-            With ground temperature and albedo.
+            State with ground temperature and albedo.
         points : SpectralPoints
         source_elevation : (S,) array
             Geometric, at each level, degree; may be empty.

@@ -32,9 +32,9 @@ class LineSpectrum:
         Middle of each bin, cm^-1.
     transmittance : (B,) array
     transmittance_by_gas : dict of (B,) arrays
-        Of each gas alone; the water vapour continuum separately.
+        Transmittances of each gas alone; the water vapour continuum separately.
     transmittance_rayleigh, transmittance_aerosol : (B,) arrays
-        Of scattering by molecules alone, and of particles.
+        Transmittances of scattering by molecules alone, and of particles.
     path_thermal, path_scattered : (B,) arrays
         W m^-2 sr^-1 (cm^-1)^-1.
     sky_irradiance, direct_irradiance : (B,) arrays
@@ -82,9 +82,10 @@ def line_spectrum(
     state : AtmosphericState
     points : SpectralPoints
     irradiance : (P,) array
-        Of the source outside the atmosphere, W m^-2 (cm^-1)^-1; 0 for none.
+        Irradiance of the source outside the atmosphere, W m^-2 (cm^-1)^-1; 0 for none.
     altitude, elevation, distance : float
-        Of the observer above sea level, m; of the line of sight, rad; its range, m, infinite for space.
+        Altitude of the observer above sea level, m; elevation of the line of sight, rad; its range, m, infinite for
+        space.
     source_elevation, source_azimuth : float
         rad; at the observer for path radiance, azimuth from that of the line of sight; for the light on the surface the
         elevation is that at the surface.
@@ -194,7 +195,7 @@ class _Line:
     Attributes
     ----------
     rays : Rays
-        With M = 1.
+        Rays with M = 1.
     segments : Segments
         Up to the range.
     depths : Depths
@@ -205,7 +206,7 @@ class _Line:
     surface : (1,) array
         Altitude of the end, m; of the observer where the line leads into space.
     elevation : float
-        At the observer, rad.
+        Elevation of the line at the observer, rad.
     """
 
     rays: Rays

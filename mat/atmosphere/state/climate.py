@@ -71,7 +71,7 @@ def blended_profile(weights: Mapping[str, float]) -> Profile:
     Parameters
     ----------
     weights : mapping of str to float
-        Of names of `profiles.PROFILES`, above 0, of the sum 1.
+        Weights by names of `profiles.PROFILES`, above 0, with the sum 1.
 
     Returns
     -------

@@ -95,7 +95,7 @@ def gas_factors(gases: Mapping[str, Floats], scale: Mapping[str, float], ppm: Ma
     gases : mapping of str to (N,) array
         Mole fractions from the ground up.
     scale, ppm : mappings of str to float
-        As `GasAmounts`.
+        Amounts as in `GasAmounts`.
 
     Returns
     -------

@@ -45,9 +45,9 @@ class GroundAir:
     Attributes
     ----------
     altitude : float
-        At which the air is described, m.
+        Altitude at which the air is described, m.
     temperature, mean_temperature : float
-        At the time of the profile, and mean of its day, K.
+        Temperature at the time of the profile, and mean of its day, K.
     vapour_pressure, mean_vapour_pressure : float, optional
         Likewise, Pa. Without them the profile's water vapour stays, mixed as the air is.
     pressure : float, optional

@@ -21,7 +21,7 @@ class SpectralAlbedo:
     reflectance : (N,) array
         0 to 1.
     mean : float
-        Over the band of a sensor, for what knows the ground by one number.
+        Mean over the band of a sensor, for users of a single albedo.
     """
 
     wavelength: Floats

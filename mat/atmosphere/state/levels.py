@@ -74,7 +74,7 @@ def with_particles(altitude: Floats, extinction: Floats) -> Floats:
     altitude : (N,) array
         m.
     extinction : (N,) array
-        Of one kind of particle at 0.55 um at the levels, m^-1; linear between.
+        Extinction of one kind of particle at 0.55 um at the levels, m^-1; linear between.
 
     Returns
     -------

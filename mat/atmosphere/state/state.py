@@ -52,7 +52,7 @@ class AerosolComponent:
     ----------
     model : ParticleModel
     extinction_550 : (N,) array
-        At 0.55 um, m^-1, at the levels of the state.
+        Extinction at 0.55 um, m^-1, at the levels of the state.
     """
 
     model: ParticleModel
@@ -141,13 +141,13 @@ class AtmosphericState:
         surface_altitude : float
             Above sea level, m. The profile is cut there; below its lowest level it is continued.
         ground_air : GroundAir, optional
-            Of the weather, in place of the profile's lowest part.
+            Air near the ground from the weather, which replaces the profile's lowest part.
         gas_amounts : GasAmounts
-            By default those of the profile.
+            Amounts of gases; by default those of the profile.
         aerosol : Aerosol
-            By default rural, of 23 km visibility.
+            Aerosol; by default rural, of 23 km visibility.
         aerosol_layers : sequence of AerosolLayer
-            Beside that aerosol, which neither its optical depth nor its Angstrom exponent includes.
+            Layers in addition to that aerosol; its optical depth and Angstrom exponent exclude them.
         clouds : sequence of CloudLayer
         rain : RainLayer, optional
         surface_temperature : float, optional

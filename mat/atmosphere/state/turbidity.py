@@ -33,7 +33,7 @@ class TypicalAerosol:
     Attributes
     ----------
     linke_turbidity : float
-        At air mass 2.
+        Linke turbidity at air mass 2.
     water_vapour : float
         Above the ground, mm, of the standard profiles of latitude and season.
     optical_depth : float
@@ -70,11 +70,11 @@ def aerosol_depth(linke_turbidity: float, water_vapour: float, pressure: float) 
     Parameters
     ----------
     linke_turbidity : float
-        At air mass 2.
+        Linke turbidity at air mass 2.
     water_vapour : float
         mm.
     pressure : float
-        At the ground, Pa.
+        Pressure at the ground, Pa.
 
     Examples
     --------

@@ -24,9 +24,9 @@ def sunlight(
     beam : (N, U, P) array
         Optical depth from the source to each level.
     sine : (U,) array
-        Of the source's elevation.
+        Sine of the source's elevation.
     albedo : (P,) array
-        Of the ground, Lambertian.
+        Albedo of the ground, Lambertian.
 
     Returns
     -------
@@ -48,7 +48,7 @@ def thermal(
     Parameters
     ----------
     ordinates : Ordinates
-        Of light that does not depend on azimuth.
+        Ordinates of light that does not depend on azimuth.
     depth, weighted
     emission : (N, P) array
         Blackbody radiance at the levels.

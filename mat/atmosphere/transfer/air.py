@@ -44,15 +44,15 @@ class SpectralAir:
         Light of the source is scattered; with False, path and sky radiance are thermal only and surfaces receive direct
         light.
     elevations : tuple of float
-        Of the source, at which the field of light scattered more than once is solved, degree, increasing.
+        Elevations of the source at which the field of multiply scattered light is solved, degree, increasing.
     azimuthal : int
         Azimuthal moments of that field.
     nodes : int
-        Of each hemisphere, of the discrete ordinates of scattered light.
+        Number of discrete ordinates of scattered light in each hemisphere.
     spherical : bool
-        That field is spherical under a low source; with False it is plane under beams through spherical layers.
+        Geometry of that field under a low source: spherical, or with False plane under beams through spherical layers.
     angles : tuple of float
-        From the vertical, of the directions at which source functions of scattered light are tabulated, rad,
+        Angles from the vertical of the directions at which source functions of scattered light are tabulated, rad,
         increasing.
     """
 
@@ -84,7 +84,7 @@ class SpectralAir:
         gases : sequence of str, optional
             Those that absorb; by default all.
         weight : (P,) array, optional
-            For the mean wavenumber; by default that of the points.
+            Weights of the mean wavenumber; by default those of the points.
         """
         optics = spectral_optics(state, points, gases)
         mean = float(np.average(optics.wavenumber, weights=points.weight if weight is None else weight))

@@ -117,11 +117,11 @@ def particle_bounds(
     ----------
     air : SpectralAir
     scattering : Scattering
-        Of that air.
+        Scattering of that air.
     lines : (M, N) array
         Air of the lines of sight of a table, molecules m^-2, by the level whose properties apply to it.
     irradiance : (P,) array
-        Of all sources together, W m^-2 (cm^-1)^-1.
+        Irradiance of all sources together, W m^-2 (cm^-1)^-1.
     weight : (P,) array
         `BandPoints.radiance_weight`.
 

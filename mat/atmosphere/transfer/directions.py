@@ -60,7 +60,7 @@ def along_directions(cosine: Floats, depth: Floats, emitted: Reals, ground: Floa
     Parameters
     ----------
     cosine : (X,) array
-        Of the directions, positive up; none is 0.
+        Cosines of the directions, positive up; none is 0.
     depth : (N-1, P) array
         Optical depth of the layers, from the ground up.
     emitted : (N-1, X, U, P) array

@@ -72,9 +72,9 @@ class ForwardPeak:
     limit : (N, C) array
         The next moment: `fraction` at the wavelengths of the phase functions.
     air : (N,) array
-        Of the vertical column, by level, molecules m^-2.
+        Air of the vertical column, by level, molecules m^-2.
     rays : SourceRays
-        Of the source's light.
+        Rays of the source's light.
     """
 
     optics: SpectralOptics

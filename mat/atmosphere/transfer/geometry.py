@@ -100,11 +100,11 @@ class Rays:
     Attributes
     ----------
     distance : (M, K+1) array
-        Of the segment ends from the observer, m.
+        Distance of the segment ends from the observer, m.
     altitude : (M, K+1) array
         m.
     central_angle : (M, K+1) array
-        At the Earth's centre, from the observer, rad.
+        Angle at the Earth's centre, from the observer, rad.
     direction : (M, K+1) array
         Angle of the ray from the observer's zenith, in its plane, rad; constant but for refraction.
     layer : (M, K) int array
@@ -140,8 +140,8 @@ def trace(shells: Shells, altitude: Floats, elevation: Floats, ranges: Floats | 
     ----------
     shells : Shells
     altitude, elevation : (M,) arrays
-        Of the observers, m, at least the ground's, the highest may be in space; of the (apparent) lines of sight at the
-        observer, rad, -pi/2 to pi/2.
+        Altitudes of the observers, m, at least the ground's, the highest may be in space; elevations of the (apparent)
+        lines of sight at the observer, rad, -pi/2 to pi/2.
     ranges : (M, R) array, optional
         Distances [m] that are to be segment ends; beyond the end of the ray they are taken as its end. Without them the
         segments are the layers in order, all down, then all up.

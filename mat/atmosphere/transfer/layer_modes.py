@@ -94,11 +94,11 @@ class LayerModes:
         Parameters
         ----------
         reflection, transmission : (N-1, P, M, n, n) arrays
-            Of the layers.
+            Reflection and transmission of the layers.
         beam : (N, P, U) array
             Optical depth from the source to each level.
         sine : (U,) array
-            Of the source's elevation.
+            Sine of the source's elevation.
         """
         directions = self.ordinates
         from_source = directions.legendre(-sine)  # (M, L, U)
@@ -142,7 +142,7 @@ class LayerModes:
         Parameters
         ----------
         reflection, transmission : (N-1, P, 1, n, n) arrays
-            Of the layers.
+            Reflection and transmission of the layers.
         emission : (N, P) array
             Blackbody radiance at the levels.
         """

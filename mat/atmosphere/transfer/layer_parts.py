@@ -137,7 +137,7 @@ def through_three(known: Floats, start: Floats, step: Floats) -> Floats:
     Parameters
     ----------
     known : (T, 3) array
-        Where the values are known.
+        Points at which the values are known.
     start, step : (T,) arrays
         The quadratic is taken at start + u step.
     """

@@ -23,10 +23,10 @@ class LineOfSight:
     Attributes
     ----------
     elevation : float
-        At the observer, rad.
+        Elevation of the line at the observer, rad.
     segments : Segments
     ends : geometry.Rays
-        Of the segments, as one ray.
+        Ends of the segments, as one ray.
     segment_depths : Depths
     depth : (R, P) array
         Optical depth to each range.
@@ -35,7 +35,7 @@ class LineOfSight:
     node : (R,) int array
         Segment end at each range.
     surface_altitude : (R,) array
-        Of the end of each range, m.
+        Altitude of the end of each range, m.
     valid : (R,) bool array
         False where the range would pass through the ground.
     local_altitude, local_layer, local_share, local_extinction
@@ -70,7 +70,7 @@ class LineOfSight:
         rays : Rays
         row : int
         altitude, elevation : float
-            Of observer and line there, m and rad.
+            Altitude of the observer and elevation of the line there, m and rad.
         ranges : (R,) array
             Increasing, m; among those the ray was traced with.
         """
@@ -158,7 +158,7 @@ def lines_of_sight(air: SpectralAir, ranges: Floats, altitude: Floats, elevation
     ranges : (n, R) array
         Increasing along each line, m.
     altitude, elevation : (n,) arrays
-        Of the observers above sea level, m; of the lines there, rad.
+        Altitudes of the observers above sea level, m; elevations of the lines there, rad.
 
     Raises
     ------

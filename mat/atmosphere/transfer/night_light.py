@@ -53,7 +53,7 @@ def night_radiance(air: SpectralAir, sine: float, altitude: float) -> Floats:
     air : SpectralAir
         The factor of its state is that of airglow; without it there is no starlight either.
     sine : float
-        Of the elevation of the line of sight, above the horizon.
+        Sine of the elevation of the line of sight, above the horizon.
     altitude : float
         [m].
     """

@@ -23,7 +23,8 @@ class NodeCubics:
     first : (X,) int array
         First of the W nodes that have a weight from each node on.
     coefficient : (X, W, 4) array
-        Of the powers, from 0 on, of the distance from each node, in the weights of the W nodes from `first` on.
+        Coefficients of the powers, from 0 on, of the distance from each node, in the weights of the W nodes from
+        `first` on.
 
     Examples
     --------

@@ -41,14 +41,14 @@ class SpectralOptics:
     wavenumber : (P,) array
         cm^-1, middle of each point's interval: properties that vary slowly are taken there.
     absorption : dict of (N, P) arrays
-        By gas, "H2O_continuum" apart.
+        Absorption by gas, "H2O_continuum" apart.
     rayleigh : (N, P) array
     rayleigh_anisotropy : (P,) array
         Depolarisation term gamma of the molecular phase function.
     aerosol_extinction, aerosol_scattering : (N, P) arrays
-        Of all particles: aerosol, cloud and rain.
+        Extinction and scattering of all particles: aerosol, cloud and rain.
     asymmetry : (N, P) array
-        Of the particles: mean cosine of their scattering angle.
+        Asymmetry of the particles: mean cosine of their scattering angle.
     phase : (A, N, C) array
         Phase function of the particles at `PHASE_ANGLES`, levels and C wavelengths; mean over the sphere 1.
     moments : (`MOMENTS`, N, C) array
@@ -189,7 +189,7 @@ def rayleigh_phase(cosine: Floats, anisotropy: npt.ArrayLike) -> Floats:
     Parameters
     ----------
     cosine : array
-        Of the scattering angle.
+        Cosine of the scattering angle.
     anisotropy : array_like
         gamma of `rayleigh_scattering`; the two broadcast against each other.
 

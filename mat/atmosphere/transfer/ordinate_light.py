@@ -49,19 +49,20 @@ class OrdinateLight:
     levels : (N,) array
         Altitude, m.
     sine : (U,) array
-        Of the source's geometric elevation at the place of scattering, increasing.
+        Sine of the source's geometric elevation at the point of scattering, increasing.
     extinction, scaled : (N, P) arrays
         All, and delta-scaled, m^2 per molecule.
     ordinates : Ordinates
     parts : LayerParts
     source : (Q, U, B, P) array
-        Of the scaled layers, by `Ordinates.functions` of the direction in which light leaves; those of azimuthal moment
-        m times the cosine of m times the azimuth between that direction and the beam; single precision.
+        Source function of the scaled layers, by `Ordinates.functions` of the direction in which light leaves; those of
+        azimuthal moment m times the cosine of m times the azimuth between that direction and the beam; single
+        precision.
     straight : (N, U, X, M, P) array or None
         Radiance at the levels by direction, which particles scatter straight forward; coefficients of those cosines.
         None where no light is scattered so; single precision.
     angles : (X,) array
-        Of its directions from the vertical, rad, increasing.
+        Angles of its directions from the vertical, rad, increasing.
     falling : (N, U, P) array
         Diffuse flux on the levels, without the light scattered straight forward out of the beam.
     """
@@ -102,18 +103,18 @@ class OrdinateLight:
         fraction : (N, P) array
             `diffuse_field.delta_fraction` of the optics.
         source_paths : source_paths.SourcePaths
-            Through the extinction without that fraction.
+            Paths of the source's light through the extinction without that fraction.
         elevations : sequence of float
-            Of the source, at which the field is solved, degree, increasing.
+            Elevations of the source at which the field is solved, degree, increasing.
         azimuthal : int
             Azimuthal moments of the field.
         nodes : int
-            Of each hemisphere, for which the fraction is.
+            Number of ordinates in each hemisphere, which sets the fraction.
         spherical : bool
             The field under a low source is that of `LowSun`.
         angles : sequence of float
-            From the vertical, of the directions in which light is scattered straight forward, rad, increasing; none is
-            the horizon's.
+            Angles from the vertical of the directions in which light is scattered straight forward, rad, increasing;
+            none is the horizon's.
         """
         sine = np.sin(np.radians(elevations))
         levels, points = state.altitude.size, optics.wavenumber.size

@@ -123,7 +123,7 @@ class Ordinates:
         rising, falling : (N, M, n, U, P) arrays
             Radiances.
         cosine : (X,) array
-            Of the directions, positive up.
+            Cosines of the directions, positive up.
 
         Returns
         -------
@@ -143,9 +143,9 @@ class Ordinates:
         Parameters
         ----------
         weighted : (N-1, L, P) array
-            As of `scattered_into`.
+            Weights as in `scattered_into`.
         sine : (U,) array
-            Of the source's elevation.
+            Sine of the source's elevation.
 
         Returns
         -------

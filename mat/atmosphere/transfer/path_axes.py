@@ -24,7 +24,7 @@ class PathScope:
     Attributes
     ----------
     share : float
-        Of the cells of range, altitude and elevation.
+        Share of the cells of range, altitude and elevation.
     highest_surface : float
         Height above the ground up to which light on surfaces is read, m.
     lowest_source : float

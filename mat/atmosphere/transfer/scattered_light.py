@@ -86,7 +86,7 @@ class ScatteredLight:
     ----------
     optics : SpectralOptics
     paths : SourcePaths
-        Through the delta-scaled extinction.
+        Paths through the delta-scaled extinction.
     peak : ForwardPeak or None
         None where no particles scatter.
     diffuse : OrdinateLight
@@ -144,7 +144,7 @@ class ScatteredLight:
         to_source, deflection : (K+1, S) arrays
             Cosines of the source's zenith angle and of the scattering angle at the segment ends.
         weight : (P,) array
-            Of the points, times the source's irradiance there.
+            Weights of the points, times the source's irradiance there.
 
         Returns
         -------

@@ -33,13 +33,13 @@ class Segments:
         Their place among the ray's segments.
     layer : (K,) int array
     lower, upper : (K,) arrays
-        As in `geometry.Rays`.
+        Air of the segments, as in `geometry.Rays`.
     altitude : (K+1,) array
-        Of the segment ends, m.
+        Altitude of the segment ends, m.
     central_angle, direction : (K+1,) arrays
         rad.
     distance : (K+1,) array
-        From the observer, m.
+        Distance from the observer, m.
     """
 
     index: Integers

@@ -123,7 +123,7 @@ def forward_scattered(air: SpectralAir, altitude: Floats, elevation: Floats, dir
     ----------
     air : SpectralAir
     altitude, elevation : (Z,), (S,) arrays
-        As in `direct_transmittance`.
+        Altitudes and elevations as in `direct_transmittance`.
     direct : (Z, S, P) array
         Result of `direct_transmittance`.
     """

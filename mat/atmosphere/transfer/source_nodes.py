@@ -44,9 +44,9 @@ def source_nodes(sine: Floats, cosine: Floats) -> tuple[Integers, Singles]:
     Parameters
     ----------
     sine : (U,) array
-        Of the elevations of the source at which the field is solved.
+        Sine of the elevations of the source at which the field is solved.
     cosine : (K+1, S) array
-        Of the source's zenith angle at the segment ends.
+        Cosine of the source's zenith angle at the segment ends.
 
     Returns
     -------

@@ -130,9 +130,9 @@ class SourcePaths:
         Parameters
         ----------
         altitude : (K,) array
-            Of the points, m.
+            Altitudes of the points, m.
         cosine : (K, S) array
-            Of the source's geometric zenith angle at each point.
+            Cosine of the source's geometric zenith angle at each point.
 
         Returns
         -------

@@ -83,11 +83,11 @@ class LowSun:
         extinction : (N, P) array
             Delta-scaled, m^2 per molecule.
         source_paths : SourcePaths
-            Through that extinction.
+            Paths through that extinction.
         sine : (U,) array
-            Of the source's elevation.
+            Sine of the source's elevation.
         albedo : (P,) array
-            Of the ground.
+            Albedo of the ground.
         """
         share = _spherical_share(sine)
         low = np.flatnonzero(share > 0)
@@ -203,7 +203,7 @@ class LowSun:
         Parameters
         ----------
         modes : (Z, M, 2 n, U, P) array
-            Of the order at the levels and elevations of the paths.
+            Modes of the order at the levels and elevations of the paths.
         plane : (N, 2 n, U, P) array
             The order in plane layers, averaged over azimuth.
         """

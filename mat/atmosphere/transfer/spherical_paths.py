@@ -67,11 +67,11 @@ class SphericalPaths:
     level : (Z,) int array
         Levels of the shells at which they begin, from the ground up.
     sine : (U,) array
-        Of the source's elevation at the levels, increasing.
+        Sine of the source's elevation at the levels, increasing.
     azimuth : (A,) array
-        Of the light from the direction in which the beam travels, rad.
+        Azimuth of the light from the direction in which the beam travels, rad.
     lines : tuple of tuples of Line
-        By level, then by node: light going up, then light going down.
+        Lines by level, then by node: light going up, then light going down.
     """
 
     level: Integers

@@ -122,7 +122,7 @@ class ThermalField:
     Attributes
     ----------
     ordinates : Ordinates
-        Of radiation that does not depend on azimuth.
+        Ordinates of radiation that does not depend on azimuth.
     parts : LayerParts
     extinction, scaled : (N, P) arrays
         All, and delta-scaled, m^2 per molecule.
@@ -131,7 +131,7 @@ class ThermalField:
     straight : (N, X, P) array
         Radiance at the levels by direction, which particles scatter straight forward.
     angles : (X,) array
-        Of its directions from the vertical, rad, increasing.
+        Angles of its directions from the vertical, rad, increasing.
     """
 
     ordinates: Ordinates

@@ -2,7 +2,7 @@
 
     python -m mat.maintain.atmospheres.aerosol lowtran7.f --out atmospheres/aerosol
 
-The tables stand in BLOCK DATA EXTDTA, DSTDTA, MARDTA, PHSDTA and PRFDTA (Kneizys et al. 1988, AFGL-TR-88-0177); the
+The tables are in BLOCK DATA EXTDTA, DSTDTA, MARDTA, PHSDTA and PRFDTA (Kneizys et al. 1988, AFGL-TR-88-0177); the
 models are those of Shettle and Fenn 1979, AFGL-TR-79-0214, Longtin et al. 1988, AFGL-TR-88-0112 (desert), and Gathman
 1983 (Navy maritime).
 """
@@ -18,7 +18,7 @@ from mat.maintain.atmospheres.fortran import block_data
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.csv_table import write_csv
 
-HUMIDITIES = (0, 70, 80, 99)
+HUMIDITIES = (0, 70, 80, 99)  # percent, of LOWTRAN7's tables
 # Model to the prefix of its arrays in EXTDTA and the rows of the phase function index in PHSDTA (the list of models in
 # the comment of SUBROUTINE PHASEF). With humidity: four rows, four arrays each of extinction, absorption, asymmetry.
 HUMID_MODELS = {"rural": ("RUR", 1), "maritime": ("OCN", 5), "urban": ("URB", 9), "tropospheric": ("TRO", 17)}
@@ -78,7 +78,7 @@ PHASE_WAVELENGTHS = (*_SHORTWAVE, *_LONGWAVE)  # um
 DESERT_WINDS = (0, 10, 20, 30)  # m/s, of the arrays DESEX1 to DESEX4
 # Stratosphere laden by volcanoes: prefix of the arrays of PRFDTA, which end in the season.
 LOADINGS = {"moderate": "VUMO", "high": "HIVU", "extreme": "EXVU"}
-VISIBILITIES = (50, 23, 10, 5, 2)
+VISIBILITIES = (50, 23, 10, 5, 2)  # km, of LOWTRAN7's profiles
 # The last wavelength of EXTDTA (300 um) is a placeholder of zeros that LOWTRAN7 fills at run time.
 TABULATED = slice(0, 46)
 PROVENANCE = (
@@ -171,8 +171,8 @@ def write_phase_functions(data: dict[str, Floats], out: Path) -> None:
     )
     write_csv(out / "phase_functions.csv", (*note, *PROVENANCE), columns, np.column_stack([PHASE_ANGLES, functions.T]))
     rows = []
-    for name, (_, first) in HUMID_MODELS.items():
-        rows += [(name, humidity, *data[f"MUM{first + i}"]) for i, humidity in enumerate(HUMIDITIES)]
+    for name, (_, model_number) in HUMID_MODELS.items():
+        rows += [(name, humidity, *data[f"MUM{model_number + i}"]) for i, humidity in enumerate(HUMIDITIES)]
     rows += [(name, 0, *data[f"MUM{row}"]) for name, (_, row) in DRY_MODELS.items()]
     columns = ("model", "relative_humidity[percent]", *(f"{wavelength:g}" for wavelength in PHASE_WAVELENGTHS))
     about = "Number of the phase function (phase_functions.csv) by model, humidity and wavelength [um]."
@@ -183,12 +183,12 @@ def write_vertical(data: dict[str, Floats], out: Path) -> None:
     """Extinction at 0.55 um against altitude: by visibility below 2 km, by visibility and season to 10 km, by season
     above.
     """
-    levels = slice(0, 33)  # the 34th altitude stands for infinity
+    levels = slice(0, 33)  # the 34th altitude represents infinity
     columns = {"altitude[km]": data["ZHT"][levels]}
     for season, middle, upper in (("spring_summer", "SPSU", "SS"), ("fall_winter", "FAWI", "FW")):
         for number, visibility in enumerate(VISIBILITIES, start=1):
             boundary = np.array([data[f"HZ2K({level},{number})"][0] for level in (1, 2, 3)])
-            # Between 2 and 10 km LOWTRAN7 knows 50 and 23 km; lower visibilities take the 23 km profile (SUBROUTINE
+            # Between 2 and 10 km LOWTRAN7 has 50 and 23 km; lower visibilities take the 23 km profile (SUBROUTINE
             # AERPRF).
             troposphere = data[f"{middle}{50 if visibility == 50 else 23}"][3:11]
             stratosphere = data[f"BAST{upper}"][11:27]

@@ -4,7 +4,7 @@
 
 INDICES is pymopsmap/data/opac/kappa.nc of the wheel `pymopsmap` 0.5.1 on PyPI (Apache 2.0), which has the refractive
 indices of the dry components of OPAC; WATER is H2O__Hale.yml (Hale and Querry 1973) of the refractiveindex.info
-database. The file holds the components of OPAC, of one particle per cm^3 each, and the models of Shettle and Fenn,
+database. The file contains the components of OPAC, of one particle per cm^3 each, and the models of Shettle and Fenn,
 whose components have the same indices. Particles are spheres; a humid one has the index of its dry material and of
 water by volume.
 
@@ -63,8 +63,8 @@ ANGLES = np.concatenate(
 ).round(2)
 # Percent.
 HUMIDITY = (0.0, 50.0, 70.0, 80.0, 90.0, 95.0, 98.0, 99.0)
-DRY = (0.0,)
-LOWTRAN_HUMIDITY = (0.0, 70.0, 80.0, 99.0)
+DRY = (0.0,)  # percent
+LOWTRAN_HUMIDITY = (0.0, 70.0, 80.0, 99.0)  # percent
 
 
 @dataclass(frozen=True)
@@ -128,14 +128,14 @@ MODELS = {
 def main(indices: Path, water: Path, out: Path, processes: int) -> None:
     index = component_indices(indices)
     index["water"] = np.asarray(refractive_index(water, WAVELENGTHS))
-    wanted: dict[str, tuple[tuple[float, ...], tuple[Material, ...]]] = {
+    mixtures: dict[str, tuple[tuple[float, ...], tuple[Material, ...]]] = {
         f"opac_{name}": (HUMIDITY if len(material.radii) > 1 else DRY, (material,)) for name, material in OPAC.items()
     }
-    wanted |= {name: (LOWTRAN_HUMIDITY, materials) for name, materials in MODELS.items()}
+    mixtures |= {name: (LOWTRAN_HUMIDITY, materials) for name, materials in MODELS.items()}
     groups = {}
     with ProcessPoolExecutor(processes) as pool:
-        for name, (humidity, materials) in wanted.items():
-            modes = [humid_modes(materials, place, index) for place in range(len(humidity))]
+        for name, (humidity, materials) in mixtures.items():
+            modes = [humid_modes(materials, step, index) for step in range(len(humidity))]
             light = list(pool.map(partial(scattering_of_modes, wavelength=WAVELENGTHS, angle=ANGLES), modes))
             groups[name] = tabulated(np.array(humidity), light)
             click.echo(name)
@@ -161,12 +161,12 @@ def component_indices(path: Path) -> dict[str, np.ndarray]:
     return result
 
 
-def humid_modes(materials: tuple[Material, ...], place: int, index: dict[str, np.ndarray]) -> tuple[LogNormalMode, ...]:
+def humid_modes(materials: tuple[Material, ...], step: int, index: dict[str, np.ndarray]) -> tuple[LogNormalMode, ...]:
     """Modes at one of the humidities: dry material and water mix by volume (Hess et al. 1998, section 3c)."""
     modes = []
     for material in materials:
         dry = np.sum([share * index[name] for name, share in material.parts], axis=0)
-        radius = material.radii[place]
+        radius = material.radii[step]
         growth = radius / material.radii[0]
         humid = index["water"] + (dry - index["water"]) / growth**3
         modes.append(

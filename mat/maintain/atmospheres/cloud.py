@@ -2,11 +2,11 @@
 
     python -m mat.maintain.atmospheres.cloud FOLDER lowtran7.f --out atmospheres/cloud
 
-FOLDER holds H2O__Segelstein.yml (Segelstein 1981: water at 25 C) and H2O__Warren-2008.yml (Warren and Brandt 2008: ice
-at -7 C) of the refractiveindex.info database. Droplets and crystals have gamma distributions of effective variance 0.1
-(Hansen and Travis 1974), rain that of Marshall and Palmer 1948. Crystals are taken as spheres of their ratio of volume
-to area (Grenfell and Warren 1999); below 2.7 um their absorption and asymmetry are those of rough aggregates (Raisanen
-et al. 2015).
+FOLDER contains H2O__Segelstein.yml (Segelstein 1981: water at 25 C) and H2O__Warren-2008.yml (Warren and Brandt 2008:
+ice at -7 C) of the refractiveindex.info database. Droplets and crystals have gamma distributions of effective variance
+0.1 (Hansen and Travis 1974), rain that of Marshall and Palmer 1948. Crystals are taken as spheres of their ratio of
+volume to area (Grenfell and Warren 1999); below 2.7 um their absorption and asymmetry are those of rough aggregates
+(Raisanen et al. 2015).
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ TYPES = {
 # Heights of the liquid water profiles, km above the ground (SUBROUTINE LAYCLD).
 HEIGHTS = np.array([0.0, 0.16, 0.33, 0.66, 1.0, 1.5, 2.0, 2.4, 2.7, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0])
 # Cirrus of LOWTRAN7 (SUBROUTINE CIRR18): base in mid-latitudes, thickness, km, and 0.14 km^-1 times the thickness in km
-# as extinction at 0.55 um. The radii stand for its two distributions, with modes of 64 and 4 um (BLOCK DATA EXTDTA).
+# as extinction at 0.55 um. The radii represent its two distributions, with modes of 64 and 4 um (BLOCK DATA EXTDTA).
 CIRRUS = {"cirrus": (10.0, 1.0, 64.0), "thin_cirrus": (10.0, 0.2, 5.0)}
 # Beyond the fit of rough aggregates: roughened crystals scatter sunlight with an asymmetry near 0.76 (Yang et al. 2013,
 # J. Atmos. Sci. 70, 330), spheres with 0.87. The difference lies in light that has passed through the crystal; where
@@ -145,8 +145,8 @@ def crystal_table(index: npt.NDArray[np.complex128]) -> Floats:
     # Beyond the fit ice refracts less than air in places, where the fit has no meaning.
     fitted = JOIN[1] > WAVELENGTHS
     size = 2 * np.pi * np.array(ICE_RADII, float)[:, None] / WAVELENGTHS[fitted]
-    first, last = np.log(JOIN)
-    share = np.clip((last - np.log(WAVELENGTHS[fitted])) / (last - first), 0.0, 1.0)
+    low, high = np.log(JOIN)
+    share = np.clip((high - np.log(WAVELENGTHS[fitted])) / (high - low), 0.0, 1.0)
     coalbedo, cosine = crystal_coalbedo(size, index[fitted]), crystal_asymmetry(size, index[fitted])
     absorption[:, fitted] += share * (extinction[:, fitted] * coalbedo - absorption[:, fitted])
     asymmetry[:, fitted] += share * (cosine - asymmetry[:, fitted])

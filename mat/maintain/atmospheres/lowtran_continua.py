@@ -2,7 +2,7 @@
 
     python -m mat.maintain.atmospheres.lowtran_continua lowtran7.f --out atmospheres/continuum
 
-The tables stand in BLOCK DATA SF296, SF260, BFH2O (water vapour), C4D (nitrogen) and BO2C (oxygen) of Kneizys et al.
+The tables are in BLOCK DATA SF296, SF260, BFH2O (water vapour), C4D (nitrogen) and BO2C (oxygen) of Kneizys et al.
 1988, AFGL-TR-88-0177. `skyshine.mat.spectroscopy.lowtran_continua` says how they are used.
 """
 
@@ -83,8 +83,8 @@ def water_vapour(source: Path) -> tuple[Floats, Floats, Floats, Floats]:
         exponent,
     )
     positive = wavenumber >= 0
-    first, second, third, fourth = (values[positive] for values in coefficients)
-    return first, second, third, fourth
+    wavenumber, self_296, foreign, exponent = (values[positive] for values in coefficients)
+    return wavenumber, self_296, foreign, exponent
 
 
 def _joined(source: Path, unit: str) -> Floats:

@@ -2,7 +2,7 @@
 
     python -m mat.maintain.atmospheres.lunar FOLDER --out atmospheres/sources
 
-FOLDER holds lime_coefficients_20231120.nc (Toledano et al. 2024), Apollo16.txt (sample 62231, Pieters 1999) and
+FOLDER contains lime_coefficients_20231120.nc (Toledano et al. 2024), Apollo16.txt (sample 62231, Pieters 1999) and
 Breccia.txt; the coefficients of ROLO are those of the packaged lunar_rolo.csv, as published.
 
 The spectral shape of the samples is taken out of ROLO's constant term. What remains scatters by some percent from one
@@ -50,8 +50,8 @@ def main(folder: Path, out: Path) -> None:
     smooth = _smoother(rolo["wavelength[um]"], NODES) @ table
     at_lime = _smoother(rolo["wavelength[um]"], lime_wavelength) @ table
     level = [
-        np.mean([_of_lime(row, g) - _of_rolo(own, g) for g in LEVEL_PHASES])
-        for row, own in zip(lime, at_lime, strict=True)
+        np.mean([_of_lime(row, g) - _of_rolo(at_wavelength, g) for g in LEVEL_PHASES])
+        for row, at_wavelength in zip(lime, at_lime, strict=True)
     ] - logarithm_of_shape(lime_wavelength)
     smooth[:, 0] += np.interp(NODES, lime_wavelength, level)
     header = (
@@ -91,7 +91,7 @@ def _smoother(wavelength: Floats, node: Floats) -> Floats:
 
 
 def _of_rolo(row: Floats, degrees: float) -> float:
-    """Logarithm of the reflectance, the Sun's longitude left out; coefficients (10,) as `COEFFICIENTS`."""
+    """Logarithm of the reflectance, without the Sun's longitude; coefficients (10,) as `COEFFICIENTS`."""
     polynomial = np.polynomial.polynomial.polyval(np.radians(degrees), row[:4])
     surge = row[7] * np.exp(-degrees / P1) + row[8] * np.exp(-degrees / P2)
     return float(polynomial + surge + row[9] * np.cos((degrees - P3) / P4))

@@ -2,9 +2,9 @@
 
     python -m mat.maintain.atmospheres.phase FOLDER --out atmospheres/cloud/phase.h5
 
-FOLDER holds H2O__Segelstein.yml (Segelstein 1981: cloud and rain) and H2O__Hale.yml (Hale and Querry 1973: the fogs of
-Shettle and Fenn 1979) of the refractiveindex.info database. Size distributions are those of the tables of extinction,
-water.csv, rain.csv, and fog_advection.csv and fog_radiation.csv of the aerosol.
+FOLDER contains H2O__Segelstein.yml (Segelstein 1981: cloud and rain) and H2O__Hale.yml (Hale and Querry 1973: the fogs
+of Shettle and Fenn 1979) of the refractiveindex.info database. Size distributions are those of the tables of
+extinction, water.csv, rain.csv, and fog_advection.csv and fog_radiation.csv of the aerosol.
 """
 
 from __future__ import annotations
@@ -122,9 +122,9 @@ def tabulated(
     """
     phase = np.empty((len(number), wavelengths.size, angles.size))
     moments = np.empty((len(number), wavelengths.size, MOMENTS))
-    for place, (wavelength, refractive) in enumerate(zip(wavelengths, index, strict=True)):
+    for column, (wavelength, refractive) in enumerate(zip(wavelengths, index, strict=True)):
         progress(f"{node.long_name} {wavelength:g} um")
-        _, phase[:, place], moments[:, place] = phase_of_spheres(
+        _, phase[:, column], moments[:, column] = phase_of_spheres(
             radii, number, refractive, wavelength, np.radians(angles), MOMENTS, averaged=averaged
         )
     axes = {

@@ -2,7 +2,7 @@
 
     python -m mat.maintain.atmospheres.profiles lowtran7.f --out atmospheres/profiles
 
-The tables stand in BLOCK DATA MLATMB (Kneizys et al. 1988, AFGL-TR-88-0177); they are those of Anderson et al. 1986,
+The tables are in BLOCK DATA MLATMB (Kneizys et al. 1988, AFGL-TR-88-0177); they are those of Anderson et al. 1986,
 AFGL-TR-86-0110. Numbers are carried over unchanged.
 """
 

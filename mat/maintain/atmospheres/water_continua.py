@@ -42,8 +42,8 @@ def coefficients(continua: Continua) -> tuple[Floats, Floats, Floats, Floats]:
     wavenumber = np.arange(LOW, HIGH + 1, STEP)
     at_296, at_260, foreign = (continua.before_4(name, wavenumber) for name in ("bs296", "bs260", "bfh2o"))
     replaced = read_csv(atmospheres.path(REPLACED))
-    place = np.searchsorted(wavenumber, replaced["wavenumber[cm-1]"])
-    at_296[place], at_260[place] = replaced["self_296[1e-20 cm3]"], replaced["self_260[1e-20 cm3]"]
+    index = np.searchsorted(wavenumber, replaced["wavenumber[cm-1]"])
+    at_296[index], at_260[index] = replaced["self_296[1e-20 cm3]"], replaced["self_260[1e-20 cm3]"]
     exponent = np.log(at_260 / at_296) / np.log(REFERENCE_TEMPERATURE / COLD)
     return wavenumber, at_296 * UNIT, foreign * UNIT, exponent
 
@@ -72,10 +72,10 @@ def main(continua: str) -> None:
         f"radiation term; all other coefficients are those of MT_CKD 4.3. {by}",
         source.notice,
     )
-    first, per = "wavenumber[cm-1]", "[m2/molecule per cm-1]"
-    columns = [first, f"self_continuum{per}", f"foreign_continuum{per}", "self_exponent"]
+    wavenumber, per = "wavenumber[cm-1]", "[m2/molecule per cm-1]"
+    columns = [wavenumber, f"self_continuum{per}", f"foreign_continuum{per}", "self_exponent"]
     _write("mt_ckd_2.4", of_2_4, columns, coefficients(source))
-    _write("mt_ckd_4.3_closure", of_closure, [first, f"foreign_continuum{per}"], closure(source))
+    _write("mt_ckd_4.3_closure", of_closure, [wavenumber, f"foreign_continuum{per}"], closure(source))
 
 
 def _write(name: str, header: Sequence[str], columns: Sequence[str], values: Sequence[Floats]) -> None:

@@ -51,19 +51,19 @@ def batch(job: str, count: int, workers: int, as_json: bool) -> None:
     loaded = load_job(job)
     tasks = len(make_plan(loaded, load_library()).tasks)
     planned = time.perf_counter() - begin
-    few = sampled(loaded, count)
+    sampled_job = sampled(loaded, count)
     with progress(3, "building the sample") as advance:
-        timings = bench_batch(few, workers, advance)
-    sample, size = Size.of(few), Size.of(loaded)
-    whole = [timing.whole(sample, size) for timing in timings]
+        timings = bench_batch(sampled_job, workers, advance)
+    sample, size = Size.of(sampled_job), Size.of(loaded)
+    totals = [timing.whole(sample, size) for timing in timings]
     if as_json:
-        emit_json(_describe(timings, whole, sample, size, tasks, planned))
+        emit_json(_describe(timings, totals, sample, size, tasks, planned))
     else:
-        _print(timings, whole, sample, size, tasks, planned)
+        _print(timings, totals, sample, size, tasks, planned)
 
 
 def _describe(
-    timings: list[BatchTiming], whole: list[float], sample: Size, size: Size, tasks: int, planned: float
+    timings: list[BatchTiming], totals: list[float], sample: Size, size: Size, tasks: int, planned: float
 ) -> dict[str, Any]:
     """Timings of the sample, and seconds of the whole batch by place, as plain values."""
     return {
@@ -75,37 +75,37 @@ def _describe(
         "planning": quantity(planned, "s"),
         "places": [
             {
-                "name": timing.place,
+                "name": timing.executor,
                 "workers": timing.workers,
                 "time": quantity(timing.seconds, "s"),
                 "processor_time": quantity(timing.processor_seconds, "s"),
-                "same_bytes": timing.same,
+                "same_bytes": timing.identical,
                 "speed": quantity(timings[0].seconds / timing.seconds, "1"),
                 "further_state": quantity(timing.further, "s"),
                 "choice_of_points": quantity(timing.choice, "s"),
                 "all_states": quantity(seconds, "s"),
-                "all_states_speed": quantity(whole[0] / seconds, "1"),
+                "all_states_speed": quantity(totals[0] / seconds, "1"),
                 "stages": {stage: quantity(spent, "s") for stage, spent in timing.stages.items()},
             }
-            for timing, seconds in zip(timings, whole, strict=True)
+            for timing, seconds in zip(timings, totals, strict=True)
         ],
     }
 
 
 def _print(
-    timings: list[BatchTiming], whole: list[float], sample: Size, size: Size, tasks: int, planned: float
+    timings: list[BatchTiming], totals: list[float], sample: Size, size: Size, tasks: int, planned: float
 ) -> None:
     click.echo(f"{size.states} states of {size.airs} airs, {tasks} tasks, planned in {planned:.1f} s")
     click.echo(f"{sample.states} states of {sample.airs} airs built, without kept bands:")
     stages = list(timings[0].stages)
     rows = [
         [
-            timing.place,
+            timing.executor,
             f"{timing.seconds:.1f}",
             *_scaling(timings[0].seconds / timing.seconds, timing.workers),
             f"{timing.processor_seconds:.1f}",
             *(f"{timing.stages.get(stage, 0.0):.1f}" for stage in stages),
-            "yes" if timing.same else "no",
+            "yes" if timing.identical else "no",
         ]
         for timing in timings
     ]
@@ -113,13 +113,13 @@ def _print(
     click.echo(f"\nall {size.states} states: the sample, and the further states by what its own took a process:")
     rows = [
         [
-            timing.place,
+            timing.executor,
             f"{timing.further:.2f}",
             f"{timing.choice:.1f}",
             f"{seconds / 3600:.2f}",
-            *_scaling(whole[0] / seconds, timing.workers),
+            *_scaling(totals[0] / seconds, timing.workers),
         ]
-        for timing, seconds in zip(timings, whole, strict=True)
+        for timing, seconds in zip(timings, totals, strict=True)
     ]
     echo_table(["where", "s a state", "s an air", "hours", "times one", "per worker"], rows)
     if len(timings) < 3:

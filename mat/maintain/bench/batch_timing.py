@@ -26,30 +26,30 @@ class BatchTiming:
 
     Attributes
     ----------
-    place : str
+    executor : str
     workers : int
     seconds : float
-        By the clock; of processes of this machine their start included.
+        Wall time; for processes of this machine it includes their start.
     processor_seconds : float
-        Of all tasks: what does not change with the load of the machine.
+        Processor time of all tasks, which does not depend on the load of the machine.
     stages : dict of str to float
         Seconds by stage, added over all tasks.
     further : float
         Seconds that the tasks of one more state take a process which has its points.
     choice : float
         Seconds that a process takes to choose the points of all bands for another air.
-    same : bool
+    identical : bool
         Whether the files are those of the first place, byte for byte.
     """
 
-    place: str
+    executor: str
     workers: int
     seconds: float
     processor_seconds: float
     stages: dict[str, float]
     further: float
     choice: float
-    same: bool
+    identical: bool
 
     def whole(self, sample: Size, batch: Size) -> float:
         """Seconds of the whole batch: those of the sample, and the further states and airs evenly on all workers.
@@ -80,30 +80,33 @@ def bench_batch(loaded: LoadedJob, workers: int, advance: Callable[[int], None] 
     No band comes from the cache folder; what a process keeps, it keeps for this job alone.
     """
     timings: list[BatchTiming] = []
-    with tempfile.TemporaryDirectory() as place, without_cache():
-        first = Path(place) / "1"
+    with tempfile.TemporaryDirectory() as scratch, without_cache():
+        reference = Path(scratch) / "1"
 
         def timed(name: str, count: int, folder: Path, **where: Any) -> None:
             begin = time.perf_counter()
             report = build(loaded, out=folder, **where)
             seconds = time.perf_counter() - begin
-            timings.append(_timing(name, count, seconds, report, _contents(folder) == _contents(first)))
+            timings.append(_timing(name, count, seconds, report, _contents(folder) == _contents(reference)))
             advance(1)
 
-        timed("one process", 1, first, jobs=1)
-        timed(f"{workers} processes", workers, Path(place) / "n", jobs=workers)
+        timed("one process", 1, reference, jobs=1)
+        timed(f"{workers} processes", workers, Path(scratch) / "n", jobs=workers)
         try:
             import distributed
         except ImportError:
             return timings
         with distributed.LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster:
             timed(
-                f"Dask, {workers} workers", workers, Path(place) / "dask", executor=f"dask:{cluster.scheduler_address}"
+                f"Dask, {workers} workers",
+                workers,
+                Path(scratch) / "dask",
+                executor=f"dask:{cluster.scheduler_address}",
             )
     return timings
 
 
-def _timing(place: str, workers: int, seconds: float, report: dict[str, Any], same: bool) -> BatchTiming:
+def _timing(executor: str, workers: int, seconds: float, report: dict[str, Any], identical: bool) -> BatchTiming:
     # One entry a task: the tables of Sun and Moon, s01b01.atmq and s01b01.lunar_atmq, share theirs.
     tasks = {name.split(".")[0]: entry for name, entry in report["files"].items()}
     of_states = {name: entry for name, entry in tasks.items() if name.startswith("s")}
@@ -119,7 +122,7 @@ def _timing(place: str, workers: int, seconds: float, report: dict[str, Any], sa
         float(np.mean([spent for name, spent in chosen.items() if name.endswith(f"b{band}")])) for band in bands
     )
     work = sum(entry["processor_seconds"] for entry in tasks.values())
-    return BatchTiming(place, workers, seconds, work, stages, further, choice, same)
+    return BatchTiming(executor, workers, seconds, work, stages, further, choice, identical)
 
 
 def _contents(folder: Path) -> dict[str, bytes]:

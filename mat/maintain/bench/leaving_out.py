@@ -40,14 +40,14 @@ def leaving_out(job: str, seed: int, as_json: bool) -> None:
                 },
                 **{
                     name: {"time": quantity(cost.seconds, "s"), "size": quantity(cost.size, "byte")}
-                    for name, cost in (("as_it_is", comparison.kept), ("whole", comparison.whole))
+                    for name, cost in (("as_it_is", comparison.trimmed), ("whole", comparison.full))
                 },
             }
         )
     else:
         rows = [
             (name, f"{cost.seconds:.2f}", f"{cost.size / 1e6:.2f}")
-            for name, cost in (("as it is", comparison.kept), ("whole", comparison.whole))
+            for name, cost in (("as it is", comparison.trimmed), ("whole", comparison.full))
         ]
         echo_table(("build", "processor seconds", "MB"), rows)
         echo_table(

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.surface.back_boundary import back_drive
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.schemas.arrays import Floats
 
-DAY = 86400.0
+DAY = 86400.0  # s
 # W m^-2 K^-1 of radiation and wind on the surface node, for the stability limit of explicit steps.
 _SURFACE_CONDUCTANCE = 40.0
 
@@ -83,7 +84,7 @@ def march(material: SurfaceMaterial, forcing: Forcing, steps: int, days: int, ce
     Parameters
     ----------
     forcing : Forcing
-        At times of which `steps` is a multiple.
+        Forcing at times of which `steps` is a multiple.
     theta : float
         0 explicit Euler, 1/2 Crank-Nicolson, 1 implicit Euler.
     """

@@ -25,7 +25,7 @@ from skyshine.schemas.process_memory import children_seconds
 
 # Bounds that the plan states: relative, and in K where columns are solved in other batches to the solver's residual.
 VALUE_BOUND, KELVIN_BOUND = 1e-3, 0.01
-_READS = 5000
+_READS = 5000  # random points at which both tables are read
 _NEAREST_KM = 1e-3  # range from which lines of sight are drawn
 # Two files that each keep a tolerance in 99 % of the reads differ by at most two tolerances in this share of them.
 _SHARE = 0.98
@@ -46,8 +46,8 @@ class Comparison:
     Differences are the largest, those of atmospheres the largest of 98 % of the reads.
     """
 
-    kept: BuildCost
-    whole: BuildCost
+    trimmed: BuildCost
+    full: BuildCost
     differences: dict[str, tuple[float, float]]
 
 
@@ -60,21 +60,21 @@ def compare(loaded: LoadedJob, folder: Path, seed: int) -> Comparison:
     folder : Path
         Empty; for `kept` and `whole`.
     seed : int
-        Of the places that are read.
+        Seed of the points that are read.
     """
     job, everything = (
-        one.model_copy(update={"output": one.output.model_copy(update={"pictures": False})})
-        for one in (loaded.trimmed, loaded.requested)
+        variant.model_copy(update={"output": variant.output.model_copy(update={"pictures": False})})
+        for variant in (loaded.trimmed, loaded.requested)
     )
     update = {"query_limits": None, "accuracy": everything.accuracy.model_copy(update={"negligible_k": 0.0})}
     everything = everything.model_copy(update=update | ({"materials": "all"} if everything.materials == "used" else {}))
     costs = {}
-    for name, one in (
+    for name, variant in (
         ("kept", replace(loaded, trimmed=job)),
         ("whole", replace(loaded, trimmed=everything, requested=everything)),
     ):
         before = children_seconds()
-        result = build(one, out=folder / name, jobs=1, fresh=True)
+        result = build(variant, out=folder / name, jobs=1, fresh=True)
         size = sum((folder / name / file).stat().st_size for file in result["files"])
         costs[name] = BuildCost(children_seconds() - before, size)
     generator = np.random.default_rng(seed)
@@ -84,33 +84,33 @@ def compare(loaded: LoadedJob, folder: Path, seed: int) -> Comparison:
         if file.name.endswith(".htt.h5"):
             differences |= table_differences(open_table(ours), open_table(theirs), generator)
         else:
-            air, everywhere = (open_as(AtmosphereTable, each, "build it again") for each in (ours, theirs))
+            air, everywhere = (open_as(AtmosphereTable, database, "build it again") for database in (ours, theirs))
             differences |= air_differences(air, everywhere, path_grid(job), generator)
     return Comparison(costs["kept"], costs["whole"], differences)
 
 
-def table_differences(kept: Table, whole: Table, generator: np.random.Generator) -> dict[str, tuple[float, float]]:
+def table_differences(trimmed: Table, full: Table, generator: np.random.Generator) -> dict[str, tuple[float, float]]:
     """Largest differences of all values of two tables at random places inside the first, with their bounds."""
-    axes = {name: np.asarray(axis.values) for name, axis in kept.root.axes.items()}
-    places: dict[str, Any] = {
+    axes = {name: np.asarray(axis.values) for name, axis in trimmed.root.axes.items()}
+    points: dict[str, Any] = {
         name: generator.choice(nodes, _READS) if name == "material" else generator.uniform(nodes[0], nodes[-1], _READS)
         for name, nodes in axes.items()
     }
     differences = {}
-    for name, variable in kept.root.variables.items():
+    for name, variable in trimmed.root.variables.items():
         if variable.kind != "f":
             continue
-        where = {axis: places[axis] for axis in variable.dims}
-        one, other = (table.value(name, **where) for table in (kept, whole))
+        where = {axis: points[axis] for axis in variable.dims}
+        ours, theirs = (table.value(name, **where) for table in (trimmed, full))
         kelvin = variable.units == "K"
-        scale = 1.0 if kelvin else np.maximum(np.abs(other), np.median(np.abs(other)))
-        difference = np.abs(one - other) / np.where(scale > 0, scale, 1.0)
-        differences[f"{kept.path.name}: {name}"] = float(difference.max()), KELVIN_BOUND if kelvin else VALUE_BOUND
+        scale = 1.0 if kelvin else np.maximum(np.abs(theirs), np.median(np.abs(theirs)))
+        difference = np.abs(ours - theirs) / np.where(scale > 0, scale, 1.0)
+        differences[f"{trimmed.path.name}: {name}"] = float(difference.max()), KELVIN_BOUND if kelvin else VALUE_BOUND
     return differences
 
 
 def air_differences(
-    kept: AtmosphereTable, whole: AtmosphereTable, grid: PathGrid, generator: np.random.Generator
+    trimmed: AtmosphereTable, full: AtmosphereTable, grid: PathGrid, generator: np.random.Generator
 ) -> dict[str, tuple[float, float]]:
     """Differences of the quantities of two atmospheres on random lines of sight, in the unit of their tolerance.
 
@@ -118,35 +118,35 @@ def air_differences(
 
     Parameters
     ----------
-    kept, whole : AtmosphereTable
+    trimmed, full : AtmosphereTable
     grid : PathGrid
         Axes whose ends the lines and sources lie between.
     generator : Generator
     """
     ends = dict(zip(AXES, (getattr(grid, field)[[0, -1]] for field in FIELDS), strict=True))
     nearest, farthest = np.maximum(ends["range"], _NEAREST_KM)
-    places: dict[str, Any] = {name: generator.uniform(low, high, _READS) for name, (low, high) in ends.items()}
-    places["range"] = np.exp(generator.uniform(np.log(nearest), np.log(farthest), _READS))
-    in_air = kept.value(VALID, **{name: places[name] for name in AXES[:3]}) == 1
-    places = {name: values[in_air] for name, values in places.items()}
+    points: dict[str, Any] = {name: generator.uniform(low, high, _READS) for name, (low, high) in ends.items()}
+    points["range"] = np.exp(generator.uniform(np.log(nearest), np.log(farthest), _READS))
+    in_air = trimmed.value(VALID, **{name: points[name] for name in AXES[:3]}) == 1
+    points = {name: values[in_air] for name, values in points.items()}
 
     def read(table: AtmosphereTable) -> dict[str, Floats]:
         return {
-            name: table.value(name, **{axis: places[axis] for axis in AXES[:count]})
+            name: table.value(name, **{axis: points[axis] for axis in AXES[:count]})
             for name, (_, count) in QUANTITIES.items()
         }
 
-    ours, theirs = read(kept), read(whole)
-    notes = kept.root.groups["accuracy"].attributes
+    ours, theirs = read(trimmed), read(full)
+    notes = trimmed.root.groups["accuracy"].attributes
     tolerance, unit = tolerance_parts(str(notes["tolerance"]))
     # Light of the source outside the atmosphere is at least what reaches a surface.
     source = np.pi * float(np.max(theirs["direct_radiance"], initial=0.0))
-    response = SpectralResponse.rectangular(*np.asarray(kept.attributes["wavelength_um"], float))
+    response = SpectralResponse.rectangular(*np.asarray(trimmed.attributes["wavelength_um"], float))
     scale = Scale.of_unit(unit, response, source)
-    through = whole.transmittance(range=places["range"], beta_star=theirs["beta_star"])
+    through = full.transmittance(range=points["range"], beta_star=theirs["beta_star"])
     bound = 2 * tolerance + float(notes.get("left_out_bound", 0.0)) * scale.factor
     differences = {}
     for name, exact in theirs.items():
-        error = np.abs(scale.error(name, ours[name], exact, through, places["range"]))
-        differences[f"{kept.path.name}: {name}, {unit}"] = float(np.quantile(error, _SHARE)), bound
+        error = np.abs(scale.error(name, ours[name], exact, through, points["range"]))
+        differences[f"{trimmed.path.name}: {name}, {unit}"] = float(np.quantile(error, _SHARE)), bound
     return differences

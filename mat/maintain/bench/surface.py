@@ -54,7 +54,7 @@ def surface(job: str | None, out: str | None, quick: bool, as_json: bool) -> Non
         rungs, left_out = bench.run(cases, advance)
     by_kind = surface_materials([library[name] for name in bench.SPEED_MATERIALS.values()])
     speeds = bench.speeds(dict(zip(bench.SPEED_MATERIALS, by_kind, strict=True)), inputs)
-    peer = energyplus.RunTime(None, None, "left out: --quick") if quick else energyplus.measure()
+    peer = energyplus.RunTime(None, None, "skipped: --quick") if quick else energyplus.measure()
     rungs += [
         bench.SurfaceRung(f"EnergyPlus, {name}", "EnergyPlus", None, None, seconds, energyplus.COLUMNS)
         for name, seconds in (("a day of a year", peer.year), ("one periodic day", peer.one_day))
@@ -108,7 +108,7 @@ def _print(rungs: Sequence[SurfaceRung], left_out: Sequence[str], speeds: Sequen
         [[speed.kind, speed.material, f"{1 / speed.seconds:.0f}"] for speed in speeds],
     )
     if left_out:
-        click.echo(f"explicit Euler is left out for {', '.join(left_out)}")
+        click.echo(f"explicit Euler is skipped for {', '.join(left_out)}")
     click.echo(f"EnergyPlus: {peer.note}")
     dry = speeds[0].seconds
     for name, seconds in (("a day of a year", peer.year), ("one periodic day", peer.one_day)):

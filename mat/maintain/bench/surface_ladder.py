@@ -21,7 +21,7 @@ import numpy as np
 
 from mat.maintain.bench.marching import DAY, Grid, march
 from skyshine.mat.surface import solver
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.oracle import solve_oracle
@@ -47,8 +47,8 @@ MATERIALS = (
 QUICK_MATERIALS = ("concrete", "grass_green")
 # Dry, wet, vegetated: each has other fluxes to compute.
 SPEED_MATERIALS = {"dry": "concrete", "wet": "soil_loam_wet", "vegetated": "grass_green"}
-STEPS = (24, 48, 72, 96, 144, 192, 288, 576)
-BDF2_STEPS = (96, 192, 576)
+STEPS = (24, 48, 72, 96, 144, 192, 288, 576)  # per day, of the periodic scheme
+BDF2_STEPS = (96, 192, 576)  # per day
 # Name, steps a day, days from the start, cells a layer, theta.
 MARCHES = (
     ("implicit Euler, 1 h", 24, 5, 10, 1.0),
@@ -59,14 +59,14 @@ MARCHES = (
     ("one node a layer, implicit, 15 min", 96, 5, 1, 1.0),
 )
 EXPLICIT = ("explicit Euler, stable step", 5, 5)  # days, cells a layer
-MOST_EXPLICIT_STEPS = 5_000
+MOST_EXPLICIT_STEPS = 5_000  # per day; materials that need more are skipped
 _SLOPES, _AZIMUTHS = (0.0, 30.0, 90.0), np.arange(0.0, 360.0, 15.0)
 _ORACLE_PLANES = ((0.0, 0.0), (90.0, 90.0), (30.0, 180.0))
 # Of the oracle: the forcing is linear within each interval. Its error in cells falls with their square, so that it
 # differs by its own error from a solution in 1 / sqrt(2) of them.
 ORACLE_CELLS, _DEGREE = 56, 3
 _COPIES = 16  # of them: a table has as many columns a material
-_REPEATS = 3
+_REPEATS = 3  # timings
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class Case:
 
     material: SurfaceMaterial
     batch: ForcingBySteps
-    few: ForcingBySteps
+    oracle_forcing: ForcingBySteps
     reference: Floats
     reference_error: Floats
     oracle_seconds: float
@@ -122,13 +122,13 @@ def batch_planes() -> list[tuple[float, float]]:
 
 def forcing_between(forcing: Forcing, column: int) -> Callable[[Floats], Forcing]:
     """Forcing of one column at any times [s], linear between its own times of the day."""
-    one = forcing.columns(np.array([column]))
+    day = forcing.columns(np.array([column]))
     steps = forcing.shape[1]
     times = np.arange(steps) * (DAY / steps)
 
     def forcing_at(seconds: Floats) -> Forcing:
         values = {}
-        for name, series in one.given.items():
+        for name, series in day.given.items():
             series = np.asarray(series, float)
             moving = series.shape[-1] > 1
             values[name] = np.interp(seconds, times, series[0], period=DAY)[None, :] if moving else series
@@ -139,8 +139,8 @@ def forcing_between(forcing: Forcing, column: int) -> Callable[[Floats], Forcing
 
 def case_of(material: SurfaceMaterial, inputs: Inputs, intervals: int = SUN_STEPS, cells: int = ORACLE_CELLS) -> Case:
     """Solve the oracle's columns of a material; intervals must divide SUN_STEPS."""
-    few = forcing_of(inputs, _ORACLE_PLANES)
-    columns = [forcing_between(few(SUN_STEPS), column) for column in range(len(_ORACLE_PLANES))]
+    oracle_forcing = forcing_of(inputs, _ORACLE_PLANES)
+    columns = [forcing_between(oracle_forcing(SUN_STEPS), column) for column in range(len(_ORACLE_PLANES))]
 
     def solved(degree: int, cells: int) -> Floats:
         """From times at the ends of intervals to times from 0 on."""
@@ -151,7 +151,7 @@ def case_of(material: SurfaceMaterial, inputs: Inputs, intervals: int = SUN_STEP
     reference = solved(_DEGREE, cells)
     seconds = (time.process_time() - begin) / len(_ORACLE_PLANES)
     error = solved(_DEGREE - 1, round(cells / math.sqrt(2))) - reference
-    return Case(material, forcing_of(inputs, batch_planes()), few, reference, error, seconds)
+    return Case(material, forcing_of(inputs, batch_planes()), oracle_forcing, reference, error, seconds)
 
 
 def run(
@@ -177,9 +177,9 @@ def run(
         solve = _marching(days, cells, 0.0, stable_steps, forcing_steps=96)
         rungs.append(measured(explicit, "marching", solve, stable, advance))
     oracle = float(np.mean([case.oracle_seconds for case in cases]))
-    own = np.concatenate([case.reference_error.ravel() for case in cases])
+    reference_error = np.concatenate([case.reference_error.ravel() for case in cases])
     columns = len(cases) * len(_ORACLE_PLANES)
-    rungs.append(SurfaceRung("oracle (reference)", "oracle", *_rms_and_largest(own), oracle, columns))
+    rungs.append(SurfaceRung("oracle (reference)", "oracle", *_rms_and_largest(reference_error), oracle, columns))
     left_out = [
         f"{case.material.name} ({stable_steps[case.material.name]} steps a day)" for case in cases if case not in stable
     ]
@@ -192,7 +192,7 @@ def measured(
     """Error of a method on the oracle's columns, and its time a column of the batch; `advance` is called by case."""
     differences, seconds = [], []
     for case in cases:
-        differences.append(_difference(solve(case.material, case.few), case.reference).ravel())
+        differences.append(_difference(solve(case.material, case.oracle_forcing), case.reference).ravel())
         solve(case.material, case.batch)  # computes the forcing
         seconds.append(_median_seconds(partial(solve, case.material, case.batch)))
         advance(1)

@@ -1,4 +1,4 @@
-"""Choice of the points that stand for the whole thermal and the whole solar spectrum in fluxes on the ground.
+"""Choice of the points that represent the whole thermal and the whole solar spectrum in fluxes on the ground.
 
 The absorption table's points are reduced by the method that chose them (`atmosphere.selection`), with fluxes at many
 altitudes, under many states, as targets. The error is measured on states of a profile that no choice has seen.
@@ -40,7 +40,7 @@ FORMAT_VERSION = "1.0"
 PERTURBED, HELD_OUT = 8, 10  # perturbed versions of each training profile, and of the held-out one
 HEIGHTS = np.array([0.0, 0.5e3, 1e3, 2e3, 3e3, 5e3, 8e3])  # m above the ground
 ELEVATIONS = np.array([-4.0, 0.5, 3.0, 8.0, 15.0, 30.0, 50.0, 75.0])  # degree
-CANDIDATES = 1600
+CANDIDATES = 1600  # points, drawn in equal parts from the regions
 REGIONS = 16  # of the spectrum, of equal energy: each gives its share of the candidates
 TOLERANCE, MAX_POINTS = 0.0125, 96
 # A flux's error counts in units of 1 W m^-2 and 1 % of the flux: the tolerance is 0.0125 W m^-2 and 0.0125 % of it.

@@ -1,4 +1,4 @@
-"""Replacing intervals of an absorption table by those of another: only what changed has to be built again."""
+"""Replacing intervals of an absorption table by those of another: only changed intervals have to be built again."""
 
 from __future__ import annotations
 
@@ -62,9 +62,9 @@ def splice(table: PathLike, part: PathLike, out: PathLike) -> str:
         if not np.all(np.isin(new.low, base.low)):
             raise InputError(f"has intervals that {table} lacks; give a table built over part of its range", file=part)
         # Of each interval: whether it is taken from the part, and its row there or in the table.
-        taken = np.isin(base.low, new.low)
-        row = np.where(taken, np.searchsorted(new.low, base.low), np.arange(base.low.size))
-        order = _Order(taken, row)
+        from_part = np.isin(base.low, new.low)
+        row = np.where(from_part, np.searchsorted(new.low, base.low), np.arange(base.low.size))
+        order = _Order(from_part, row)
         groups = {INTERVALS: _by_interval(base, new, order), POINTS: _points(base, new, order)}
         names = [*base.file["gases"], *(name for name in new.file["gases"] if name not in base.file["gases"])]
         groups["gases"] = Group(
@@ -82,13 +82,13 @@ def splice(table: PathLike, part: PathLike, out: PathLike) -> str:
 class _Order:
     """For each interval of the new table: whether it comes from the part, and its row in its table."""
 
-    taken: npt.NDArray[np.bool_]
+    from_part: npt.NDArray[np.bool_]
     row: npt.NDArray[Any]
 
     def pick(self, base: npt.NDArray[Any], new: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Values by interval."""
         values = base.copy()
-        values[self.taken] = new[self.row[self.taken]]
+        values[self.from_part] = new[self.row[self.from_part]]
         return values
 
     def join(
@@ -99,8 +99,8 @@ class _Order:
         """Values by point, each table given as (values, number of points of each interval)."""
         starts = [np.concatenate([[0], np.cumsum(count)]) for _, count in (base, new)]
         pieces = [
-            (base, new)[int(taken)][0][starts[int(taken)][row] : starts[int(taken)][row + 1]]
-            for taken, row in zip(self.taken, self.row, strict=True)
+            (base, new)[int(from_part)][0][starts[int(from_part)][row] : starts[int(from_part)][row + 1]]
+            for from_part, row in zip(self.from_part, self.row, strict=True)
         ]
         return np.concatenate(pieces)
 
@@ -130,48 +130,50 @@ def _variable(group: h5py.Group, name: str, dims: tuple[str, ...], values: npt.N
 
 
 def _by_interval(base: _Table, new: _Table, order: _Order) -> Group:
-    first, second = base.file[INTERVALS], new.file[INTERVALS]
+    base_group, new_group = base.file[INTERVALS], new.file[INTERVALS]
     dims = {"error": ("interval", "statistic")}
     return Group(
-        axes={"interval": _axis(first, "interval"), "statistic": _axis(first, "statistic")},
+        axes={"interval": _axis(base_group, "interval"), "statistic": _axis(base_group, "statistic")},
         variables={
-            name: _variable(first, name, dims.get(name, ("interval",)), order.pick(first[name][...], second[name][...]))
+            name: _variable(
+                base_group, name, dims.get(name, ("interval",)), order.pick(base_group[name][...], new_group[name][...])
+            )
             for name in ("low", "high", "count", "error")
         },
     )
 
 
 def _points(base: _Table, new: _Table, order: _Order) -> Group:
-    first, second = base.file[POINTS], new.file[POINTS]
+    base_group, new_group = base.file[POINTS], new.file[POINTS]
 
     def joined(name: str) -> npt.NDArray[Any]:
-        return order.join((first[name][...], base.count), (second[name][...], new.count))
+        return order.join((base_group[name][...], base.count), (new_group[name][...], new.count))
 
     names = ("weight", "self_continuum", "foreign_continuum", "self_exponent")
     return Group(
-        axes={"point": _axis(first, "point", joined("point"))},
-        variables={name: _variable(first, name, ("point",), joined(name)) for name in names},
-        attributes={"notice": first.attrs["notice"]},
+        axes={"point": _axis(base_group, "point", joined("point"))},
+        variables={name: _variable(base_group, name, ("point",), joined(name)) for name in names},
+        attributes={"notice": base_group.attrs["notice"]},
     )
 
 
 def _gas(name: str, base: _Table, new: _Table, order: _Order, intervals: Group) -> Group:
-    first, second = base.gas(name), new.gas(name)
-    either = first if first is not None else second
+    base_group, new_group = base.gas(name), new.gas(name)
+    either = base_group if base_group is not None else new_group
     assert either is not None
     texts: dict[str, str] = {}
     codes, errors, counts = [], [], []
-    for table, group in ((base, first), (new, second)):
-        own = group["source"][...] if group is not None else np.full(table.low.size, NO_DATA, np.int8)
+    for table, group in ((base, base_group), (new, new_group)):
+        source_codes = group["source"][...] if group is not None else np.full(table.low.size, NO_DATA, np.int8)
         here = [] if group is None else list(zip(group.attrs["sources"], group.attrs["terms"], strict=True))
         texts.update({str(text): str(terms) for text, terms in here})
-        place = [list(texts).index(str(text)) for text, _ in here]
-        changed = own.copy()
-        for number, entry in enumerate(place):
-            changed[own == NEGLIGIBLE + 1 + number] = NEGLIGIBLE + 1 + entry
+        indices = [list(texts).index(str(text)) for text, _ in here]
+        changed = source_codes.copy()
+        for number, entry in enumerate(indices):
+            changed[source_codes == NEGLIGIBLE + 1 + number] = NEGLIGIBLE + 1 + entry
         codes.append(changed)
         errors.append(group["rms_error"][...] if group is not None else np.zeros(table.low.size, np.float32))
-        counts.append(np.where(own > NEGLIGIBLE, table.count, 0))
+        counts.append(np.where(source_codes > NEGLIGIBLE, table.count, 0))
     variables = {
         "source": _variable(either, "source", ("interval",), order.pick(*codes)),
         "rms_error": _variable(either, "rms_error", ("interval",), order.pick(*errors)),
@@ -181,7 +183,7 @@ def _gas(name: str, base: _Table, new: _Table, order: _Order, intervals: Group) 
     def joined(dataset: str) -> npt.NDArray[Any]:
         parts = [
             either[dataset][:0] if group is None or dataset not in group else group[dataset][...]
-            for group in (first, second)
+            for group in (base_group, new_group)
         ]
         return order.join((parts[0], counts[0]), (parts[1], counts[1]))
 

@@ -32,11 +32,11 @@ def build(checkout: Path, out: Path, *, run_notebooks: bool = True) -> int:
         gather(checkout.resolve(), tree)
         command = [sys.executable, "-m", "sphinx", "--quiet", "--fail-on-warning", "--keep-going", "--builder", "html"]
         command += [] if run_notebooks else ["-D", "nb_execution_mode=off"]
-        done = subprocess.run([*command, "--doctree-dir", f"{name}/doctrees", tree, out], check=False)
-    found = requests_of_folder(out) if done.returncode == 0 else []
-    for line in found:
+        process = subprocess.run([*command, "--doctree-dir", f"{name}/doctrees", tree, out], check=False)
+    requests = requests_of_folder(out) if process.returncode == 0 else []
+    for line in requests:
         print(f"loads from another machine: {line}", file=sys.stderr)
-    return 1 if done.returncode or found else 0
+    return 1 if process.returncode or requests else 0
 
 
 if __name__ == "__main__":
@@ -44,5 +44,5 @@ if __name__ == "__main__":
     parser.add_argument("checkout", type=Path)
     parser.add_argument("out", type=Path)
     parser.add_argument("--notebooks-as-they-are", action="store_true", help="Show notebooks without running them.")
-    given = parser.parse_args()
-    sys.exit(build(given.checkout, given.out, run_notebooks=not given.notebooks_as_they_are))
+    arguments = parser.parse_args()
+    sys.exit(build(arguments.checkout, arguments.out, run_notebooks=not arguments.notebooks_as_they_are))

@@ -1,4 +1,4 @@
-"""Pages of the commands, from what their ``--help`` says."""
+"""Pages of the commands, from the texts of their ``--help``."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ def commands(name: str) -> Iterator[tuple[str, click.Context]]:
         if isinstance(command, click.Group):
             below = []
             for part in command.list_commands(context):
-                found = command.get_command(context, part)
-                if found is not None and not found.hidden:
-                    below.append((f"{words} {part}", click.Context(found, info_name=part, parent=context)))
+                subcommand = command.get_command(context, part)
+                if subcommand is not None and not subcommand.hidden:
+                    below.append((f"{words} {part}", click.Context(subcommand, info_name=part, parent=context)))
             waiting = below + waiting
 
 
@@ -47,7 +47,7 @@ def _section(words: str, context: click.Context) -> list[str]:
     usage = " ".join([words, *command.collect_usage_pieces(context)])
     lines = ["", f"## `{words}`", "", "```text", usage, "```", "", _prose(command.help or "")]
     rows = [record for option in command.get_params(context) if (record := option.get_help_record(context))]
-    rows = [row for row in rows if row[1] and not row[0].endswith("--help")]  # arguments stand in the usage
+    rows = [row for row in rows if row[1] and not row[0].endswith("--help")]  # the usage shows arguments
     if rows:
         lines += ["", "| option | what |", "|---|---|"]
         lines += [f"| {_code(option)} | {_escaped(what)} |" for option, what in rows]
@@ -61,8 +61,8 @@ def _prose(text: str) -> str:
     """Paragraphs of a help text; lines that it keeps as they are become code."""
     parts: list[str] = []
     for part in re.split(r"\n\s*\n", text.strip()):
-        kept = part.startswith("\b")
-        parts.append(f"```text\n{part.lstrip(chr(8)).strip(chr(10))}\n```" if kept else _escaped(part))
+        verbatim = part.startswith("\b")
+        parts.append(f"```text\n{part.lstrip(chr(8)).strip(chr(10))}\n```" if verbatim else _escaped(part))
     return "\n\n".join(parts)
 
 

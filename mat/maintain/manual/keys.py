@@ -14,12 +14,13 @@ Schema = dict[str, Any]
 TITLES = {
     "mat-job.schema.json": "Keys of a job of `mat`",
     "mat-scene.schema.json": "Keys of a scene",
+    "mat-frame.schema.json": "Keys of a frame of another renderer",
     "tmm-job.schema.json": "Keys of a job of `tmm`",
     "material-index.schema.json": "Keys of `mat.yaml`, the index of materials",
     "material-ht.schema.json": "Keys of `ht/NAME.yaml`, the thermal stack of a material",
     "material-spec.schema.json": "Keys of `spec/NAME.yaml`, the specular lobe of a material",
 }
-# Units by the end of a key; the first that fits counts, so longer ends stand before shorter ones.
+# Units by the end of a key; the first that fits counts, so longer ends precede shorter ones.
 UNITS = {
     "_w_m2_k": "W m^-2 K^-1",
     "_j_m2_k": "J m^-2 K^-1",
@@ -62,38 +63,38 @@ def page(name: str) -> str:
         f"Generated from `schemas/{name}`, by which files are checked. {root['description']}",
     ]
     sections = list(_sections(root, definitions))
-    places = {id(model): place for place, model in sections}
-    for place, model in sections:
-        if place:
-            lines += ["", f"({anchor(name, place)})=", "", f"## `{place}`", "", _one_line(model.get("description", ""))]
+    paths = {id(model): path for path, model in sections}
+    for path, model in sections:
+        if path:
+            lines += ["", f"({anchor(name, path)})=", "", f"## `{path}`", "", _one_line(model.get("description", ""))]
         lines += ["", "| key | value | default | what |", "|---|---|---|---|"]
         required = model.get("required", [])
         for key, rule in model["properties"].items():
-            value = _cell(_value(rule, definitions, places, name) + _unit(key))
+            value = _cell(_value(rule, definitions, paths, name) + _unit(key))
             lines.append(f"| `{key}` | {value} | {_default(key, rule, required)} | {_cell(rule['description'])} |")
     return "\n".join(lines) + "\n"
 
 
-def anchor(name: str, place: str) -> str:
+def anchor(name: str, path: str) -> str:
     """Target of links to the section of a place such as ``states[].weather``."""
-    words = re.sub(r"[^a-z0-9]+", "-", place.lower()).strip("-")
+    words = re.sub(r"[^a-z0-9]+", "-", path.lower()).strip("-")
     return f"{name.removesuffix('.schema.json')}-{words}"
 
 
 def _sections(root: Schema, definitions: Schema) -> Iterator[tuple[str, Schema]]:
-    """Every model with the first place where it stands, in the order of the keys."""
-    waiting, seen = [("", root)], {id(root)}
+    """Every model with its first path, in the order of the keys."""
+    waiting, visited = [("", root)], {id(root)}
     while waiting:
-        place, model = waiting.pop(0)
-        yield place, model
+        path, model = waiting.pop(0)
+        yield path, model
         below: list[tuple[str, Schema]] = []
         for key, rule in model["properties"].items():
             for ends, part in _models(rule, definitions):
-                if id(part) not in seen:
-                    seen.add(id(part))
-                    found = f"{place}.{key}{ends}".lstrip(".")
-                    taken = any(found == other for other, _ in below)  # a value of two kinds
-                    below.append((f"{found} ({part['title']})" if taken else found, part))
+                if id(part) not in visited:
+                    visited.add(id(part))
+                    heading = f"{path}.{key}{ends}".lstrip(".")
+                    duplicate = any(heading == existing for existing, _ in below)  # a value of two kinds
+                    below.append((f"{heading} ({part['title']})" if duplicate else heading, part))
         waiting = below + waiting
 
 
@@ -111,12 +112,12 @@ def _models(rule: Schema, definitions: Schema) -> Iterator[tuple[str, Schema]]:
 
 
 def _resolved(rule: Schema, definitions: Schema) -> Schema:
-    found: Schema = definitions[rule["$ref"].rpartition("/")[2]]
-    return found
+    definition: Schema = definitions[rule["$ref"].rpartition("/")[2]]
+    return definition
 
 
 def _plain(model: Schema) -> Schema | None:
-    """Rule of the value of a model that only adds a source to it, which a plain value may stand for; else None."""
+    """Rule of the value of a model that only adds a source to it, which a plain value may replace; else None."""
     for part in model.get("anyOf", []):
         if set(part.get("properties", {})) == {"value", "source"}:
             value: Schema = part["properties"]["value"]
@@ -124,30 +125,30 @@ def _plain(model: Schema) -> Schema | None:
     return None
 
 
-def _value(rule: Schema, definitions: Schema, places: dict[int, str], name: str) -> str:
+def _value(rule: Schema, definitions: Schema, paths: dict[int, str], name: str) -> str:
     """What a value may be, in words."""
     if "$ref" in rule:
         model = _resolved(rule, definitions)
         plain = _plain(model)
         if plain is not None:
-            return f"{_value(plain, definitions, places, name)}; or `value` with `source`"
-        return f"[keys](#{anchor(name, places[id(model)])})" if id(model) in places else "keys"
+            return f"{_value(plain, definitions, paths, name)}; or `value` with `source`"
+        return f"[keys](#{anchor(name, paths[id(model)])})" if id(model) in paths else "keys"
     several = [part for part in [*rule.get("anyOf", []), *rule.get("oneOf", [])] if part.get("type") != "null"]
     if several:
-        return " or ".join(dict.fromkeys(_value(part, definitions, places, name) for part in several))
+        return " or ".join(dict.fromkeys(_value(part, definitions, paths, name) for part in several))
     if "const" in rule or "enum" in rule:
         return ", ".join(f"`{value}`" for value in rule.get("enum", [rule.get("const")]))
     kind = rule.get("type", "value")
     if kind == "array":
         if "prefixItems" in rule:
-            items = [_value(part, definitions, places, name) for part in rule["prefixItems"]]
+            items = [_value(part, definitions, paths, name) for part in rule["prefixItems"]]
             return f"[{', '.join(items)}]" if len(set(items)) > 1 else f"{len(items)} times {items[0]}"
-        few, many = rule.get("minItems", 0), rule.get("maxItems")
-        count = f"{many}, each " if few == many and many else ""
-        return f"list of {count}{_value(rule.get('items', {}), definitions, places, name)}"
+        minimum, maximum = rule.get("minItems", 0), rule.get("maxItems")
+        count = f"{maximum}, each " if minimum == maximum and maximum else ""
+        return f"list of {count}{_value(rule.get('items', {}), definitions, paths, name)}"
     if kind == "object":
         inner = rule.get("additionalProperties")
-        return f"by name: {_value(inner, definitions, places, name)}" if isinstance(inner, dict) else "keys by name"
+        return f"by name: {_value(inner, definitions, paths, name)}" if isinstance(inner, dict) else "keys by name"
     words = {"number": "number", "integer": "whole number", "string": "text", "boolean": "`true`, `false`"}
     return str(words.get(kind, kind)) + _limits(rule)
 
@@ -183,7 +184,7 @@ def _default(key: str, rule: Schema, required: list[str]) -> str:
 
 
 def _cell(text: str) -> str:
-    """Text as it may stand in a cell of a table: without line ends, bars and HTML."""
+    """Text for a cell of a table: without line ends, bars and HTML."""
     return _one_line(text).replace("|", "\\|").replace("<", "&lt;").replace("*", "\\*")
 
 

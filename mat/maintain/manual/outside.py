@@ -1,4 +1,4 @@
-"""What a page asks of other machines when it is read."""
+"""Requests of a page to other machines when a browser opens it."""
 
 from __future__ import annotations
 
@@ -48,15 +48,15 @@ def requests_of_html(text: str) -> list[str]:
     """
     reader = _Loads()
     reader.feed(text)
-    return reader.found + [f"style: {found}" for found in _IMPORT.findall(text)]
+    return reader.found + [f"style: {url}" for url in _IMPORT.findall(text)]
 
 
 def requests_of_folder(folder: Path) -> list[str]:
     """What the pages and style sheets of a folder load from other machines, each with its file."""
-    found = []
+    requests = []
     for path in sorted(folder.rglob("*")):
         if path.suffix in (".html", ".css"):
             text = path.read_text(encoding="utf-8")
             loads = requests_of_html(text) if path.suffix == ".html" else _IMPORT.findall(text)
-            found += [f"{path.relative_to(folder)}: {load}" for load in loads]
-    return found
+            requests += [f"{path.relative_to(folder)}: {load}" for load in loads]
+    return requests

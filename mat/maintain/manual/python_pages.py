@@ -38,17 +38,17 @@ def page(package: str) -> str:
 def result_classes(module: ModuleType) -> list[type]:
     """Classes of this package that public functions return, alone or in lists, but for public ones; in their order."""
     public = [getattr(module, name) for name in module.__all__]
-    found: list[type] = []
+    classes: list[type] = []
     for function in public:
         if inspect.isfunction(function):
-            found += _classes(typing.get_type_hints(function).get("return"))
-    return [kind for kind in dict.fromkeys(found) if kind not in public]
+            classes += _classes(typing.get_type_hints(function).get("return"))
+    return [kind for kind in dict.fromkeys(classes) if kind not in public]
 
 
 def _classes(hint: typing.Any) -> list[type]:
     inner = [kind for part in typing.get_args(hint) for kind in _classes(part)]
-    own = inspect.isclass(hint) and hint.__module__.startswith("skyshine.") and not typing.get_args(hint)
-    return [hint, *inner] if own else inner
+    is_class = inspect.isclass(hint) and hint.__module__.startswith("skyshine.") and not typing.get_args(hint)
+    return [hint, *inner] if is_class else inner
 
 
 def _directive(kind: str, target: str) -> list[str]:

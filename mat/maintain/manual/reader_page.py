@@ -1,4 +1,4 @@
-"""The page of what each reader of users' files understands, made from the tables by which they read."""
+"""The page of the input formats of users' files, generated from the tables of their readers."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ def page() -> str:
 
 
 def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
-    shown = [[cell.replace("|", "\\|") for cell in row] for row in rows]
-    return ["", *(f"| {' | '.join(row)} |" for row in [list(heads), ["---"] * len(heads), *shown]), ""]
+    escaped = [[cell.replace("|", "\\|") for cell in row] for row in rows]
+    return ["", *(f"| {' | '.join(row)} |" for row in [list(heads), ["---"] * len(heads), *escaped]), ""]
 
 
 def _codes(names: Iterable[object]) -> str:
@@ -101,7 +101,7 @@ def _weather() -> list[str]:
     rows.append(("DIRSIG and THERM, `.wth`, its second day", f"{_codes(COLUMNS)}; not sunlight, sky, clouds and rain"))
     rows.append(("ERA5 of a point, netCDF", _codes(VARIABLES)))
     rows.append(("EPW (any number of records an hour), TMY3", _codes(FIELDS)))
-    own = (
+    limits = (
         (f"`{name}`", _codes(column.units), f"{column.low:g} to {column.high:g}")
         for name, column in WEATHER_COLUMNS.items()
     )
@@ -111,7 +111,7 @@ def _weather() -> list[str]:
         *_table(("form", "columns that are read, with quantity and unit"), rows),
         f"Sky cover of METAR counts as {', '.join(f'{name} {share:g}' for name, share in SKY_COVER.items())}.",
         "Other CSV files have a column `time` and:",
-        *_table(("column", "units", "allowed, in the first unit"), own),
+        *_table(("column", "units", "allowed, in the first unit"), limits),
     ]
 
 
@@ -121,7 +121,7 @@ def _soundings() -> list[str]:
         "## Soundings",
         "",
         "CSV of any columns, lists of the University of Wyoming (text and CSV), IGRA v2, and netCDF by pressure.",
-        *_table(("quantity", "units"), ((f"`{name}`", _codes(known)) for name, known in units.items())),
+        *_table(("quantity", "units"), ((f"`{name}`", _codes(codes)) for name, codes in units.items())),
         *_table(("variable of netCDF", "names"), ((name, _codes(names)) for name, names in COLUMN_VARIABLES.items())),
     ]
 

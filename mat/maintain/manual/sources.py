@@ -10,7 +10,7 @@ from pathlib import Path
 
 from mat.maintain.manual import command_pages, keys, python_pages, reader_page
 
-OWN = "examples/manual"  # pages of the site alone, which stand at its top
+OWN = "examples/manual"  # pages of the site alone, shown at its top
 INDEX = "index.md"
 NOTEBOOKS = "examples/notebooks"
 LEADING = ("atmospheres", "examples/runtimes", "schemas/formats")  # their README leads to all pages below
@@ -27,10 +27,10 @@ def checkout_pages(checkout: Path) -> list[str]:
 
 def generated_pages() -> dict[str, str]:
     """Texts of the pages that are made from schemas, commands and docstrings, by their paths in the site."""
-    made = {f"reference/keys/{name.removesuffix('.schema.json')}.md": keys.page(name) for name in keys.TITLES}
-    made[reader_page.PAGE] = reader_page.page()
-    made |= {f"reference/commands/{name}.md": command_pages.page(name) for name in command_pages.GROUPS}
-    return made | {f"reference/python/{name}.md": python_pages.page(name) for name in python_pages.PACKAGES}
+    pages = {f"reference/keys/{name.removesuffix('.schema.json')}.md": keys.page(name) for name in keys.TITLES}
+    pages[reader_page.PAGE] = reader_page.page()
+    pages |= {f"reference/commands/{name}.md": command_pages.page(name) for name in command_pages.GROUPS}
+    return pages | {f"reference/python/{name}.md": python_pages.page(name) for name in python_pages.PACKAGES}
 
 
 def gather(checkout: Path, tree: Path) -> None:
@@ -43,8 +43,8 @@ def gather(checkout: Path, tree: Path) -> None:
         An empty folder.
     """
     shutil.copytree(checkout / OWN, tree, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
-    own = [path.relative_to(checkout).as_posix() for path in sorted((checkout / OWN).rglob("*.md"))]
-    for page in [*checkout_pages(checkout), *own]:
+    manual_pages = [path.relative_to(checkout).as_posix() for path in sorted((checkout / OWN).rglob("*.md"))]
+    for page in [*checkout_pages(checkout), *manual_pages]:
         text = (checkout / page).read_text(encoding="utf-8")
         for file in linked_files(text, checkout, page):
             _copy(checkout / file, tree / _in_site(file))
@@ -86,9 +86,9 @@ def with_patterns_that_find(text: str, tree: Path) -> str:
 def linked_files(text: str, checkout: Path, page: str) -> Iterator[str]:
     """Files of the checkout that a page links to or shows and that are no pages themselves."""
     for target in LINK.findall(text):
-        place = _place(page, target)
-        if (checkout / place).is_file() and not place.endswith(".md"):
-            yield place
+        path = _place(page, target)
+        if (checkout / path).is_file() and not path.endswith(".md"):
+            yield path
 
 
 def links_of_site(text: str, checkout: Path, page: str) -> str:
@@ -100,20 +100,20 @@ def links_of_site(text: str, checkout: Path, page: str) -> str:
     def lead(match: re.Match[str]) -> str:
         if match[1].startswith("#") or "://" in match[1]:
             return match[1]
-        place, anchor = _place(page, match[1]), match[1].partition("#")[2]
-        if (checkout / place).is_dir() and (checkout / place / "README.md").is_file():
-            place += "/README.md"
-        if not (checkout / place).is_file():
+        path, anchor = _place(page, match[1]), match[1].partition("#")[2]
+        if (checkout / path).is_dir() and (checkout / path / "README.md").is_file():
+            path += "/README.md"
+        if not (checkout / path).is_file():
             return match[1]
-        link = os.path.relpath(_in_site(place), os.path.dirname(_in_site(page)) or ".").replace(os.sep, "/")
+        link = os.path.relpath(_in_site(path), os.path.dirname(_in_site(page)) or ".").replace(os.sep, "/")
         return f"{link}#{anchor}" if anchor else link
 
     return LINK.sub(lead, text)
 
 
-def _in_site(place: str) -> str:
+def _in_site(path: str) -> str:
     """Path in the site of a path in the checkout."""
-    return place.removeprefix(f"{OWN}/")
+    return path.removeprefix(f"{OWN}/")
 
 
 def _place(page: str, target: str) -> str:

@@ -20,7 +20,7 @@ _Stretch = tuple[float, float, str, str]  # ends [um], kind and origin
 _JOINT = 0.04
 # Bands whose means the compact table must keep, and how closely.
 _BANDS = ((0.3, 0.7), (0.7, 2.5), (3.0, 5.0), (8.0, 12.0))
-_BAND_TOLERANCE = 0.002
+_BAND_TOLERANCE = 0.002  # largest change of a band mean of reflectance on the compact grid
 
 
 def compose(recipes: Recipes, name: str, folder: Path) -> tuple[Floats, Floats, Floats, list[_Stretch]]:
@@ -72,11 +72,11 @@ def _joined(recipe: Recipe, folder: Path) -> tuple[Floats, Floats, Floats, list[
         end, before = upper, piece
     if end < recipe.upper:
         stretches.append((end, recipe.upper, "held", ""))
-    known = np.isfinite(reflectance)
+    measured = np.isfinite(reflectance)
     return (
         fine,
-        np.interp(fine, fine[known], reflectance[known]),
-        np.interp(fine, fine[known], absorptance[known]),
+        np.interp(fine, fine[measured], reflectance[measured]),
+        np.interp(fine, fine[measured], absorptance[measured]),
         stretches,
     )
 

@@ -27,7 +27,7 @@ def derive() -> str:
     """The text of the file."""
     os.environ.pop(ENVIRONMENT, None)  # a user's own materials have colours of their own
     library = load_library()
-    natural = np.stack([natural_colour(each.wavelength, each.reflectance) for each in library])
+    natural = np.stack([natural_colour(material.wavelength, material.reflectance) for material in library])
     rows = zip(library.names, spread_colours(natural, APART).tolist(), strict=True)
     return HEAD.format(apart=APART) + "".join(f"{name},{','.join(map(str, colour))}\n" for name, colour in rows)
 

@@ -39,7 +39,7 @@ SHOWN = (
     "basalt",
     "asphalt_road",
 )
-_COLUMNS = 5
+_COLUMNS = 5  # panels in a row
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +65,8 @@ class Day:
     def change(self) -> tuple[float, float]:
         """The largest change [K], with its sign, and its time [h]."""
         difference = self.after - self.before
-        place = int(np.argmax(np.abs(difference)))
-        return float(difference[place]), float(self.hours[place])
+        index = int(np.argmax(np.abs(difference)))
+        return float(difference[index]), float(self.hours[index])
 
 
 def days_of(before: MaterialLibrary, after: MaterialLibrary, names: Sequence[str], job: Path) -> list[Day]:
@@ -75,20 +75,20 @@ def days_of(before: MaterialLibrary, after: MaterialLibrary, names: Sequence[str
     days = []
     for name in names:
         pair = surface_materials([library[name] for library in (before, after)])
-        first, second = (from_scene(each, sun, weather, sky, sun.altitude, 0.0, 0.0) for each in pair)
-        hours = np.array(second.time, float)
-        start = np.interp(hours, np.array(first.time, float), first.temperature, period=24.0)
+        earlier, later = (from_scene(material, sun, weather, sky, sun.altitude, 0.0, 0.0) for material in pair)
+        hours = np.array(later.time, float)
+        start = np.interp(hours, np.array(earlier.time, float), earlier.temperature, period=24.0)
         clock = np.arange(weather.air_temperature.size) * (24.0 / weather.air_temperature.size)
         air = np.interp(hours, clock, weather.air_temperature, period=24.0)
-        days.append(Day(name, hours, start, second.temperature, air))
+        days.append(Day(name, hours, start, later.temperature, air))
     return days
 
 
 def draw(days: Sequence[Day], picture: Path) -> None:
-    """A panel a day, all with the same temperatures; the largest change stands in its title."""
+    """One panel per day, all with the same temperature axis; the title states the largest change."""
     rows = -(-len(days) // _COLUMNS)
-    low = min(min(each.min() for each in (day.before, day.after, day.air)) for day in days) - ZERO_CELSIUS
-    high = max(max(each.max() for each in (day.before, day.after, day.air)) for day in days) - ZERO_CELSIUS
+    low = min(min(curve.min() for curve in (day.before, day.after, day.air)) for day in days) - ZERO_CELSIUS
+    high = max(max(curve.max() for curve in (day.before, day.after, day.air)) for day in days) - ZERO_CELSIUS
     with chart_style():
         figure = new_figure(3.4 * _COLUMNS, 2.9 * rows)
         for number, day in enumerate(days, 1):

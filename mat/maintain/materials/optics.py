@@ -81,11 +81,11 @@ def coated_pane(
     Airy's formulas of a film; Born and Wolf, Principles of Optics, section 1.6.4.
     """
     inner = index.real  # the weak absorption of glass does not change what its face reflects
-    first, second = (inner - film) / (inner + film), (film - 1.0) / (film + 1.0)
+    at_pane, at_air = (inner - film) / (inner + film), (film - 1.0) / (film + 1.0)
     phase = np.exp(2j * np.pi * film * film_thickness / (wavelength * 1e-6))
-    both = 1.0 + first * second * phase**2
-    reflected = np.abs((first + second * phase**2) / both) ** 2
-    passed = np.abs((1.0 + first) * (1.0 + second) * phase / both) ** 2 / inner
+    both = 1.0 + at_pane * at_air * phase**2
+    reflected = np.abs((at_pane + at_air * phase**2) / both) ** 2
+    passed = np.abs((1.0 + at_pane) * (1.0 + at_air) * phase / both) ** 2 / inner
     return _pane(index, wavelength, thickness, (reflected, passed))
 
 

@@ -23,28 +23,28 @@ _START = (6.0, 70.0)  # m^-1
 
 def absorbed_above(file: Path, depth: Floats) -> Floats:
     """Share of the sunlight that ice absorbs, absorbed above depths (n,) [m]: (n,)."""
-    known, index = read_constants(file)
+    nodes, index = read_constants(file)
     wavelength, irradiance = ground_sunlight()
-    extinct = np.exp(np.interp(np.log(wavelength), np.log(known), np.log(index.imag)))
+    extinct = np.exp(np.interp(np.log(wavelength), np.log(nodes), np.log(index.imag)))
     absorption = 4 * np.pi * extinct / (wavelength * 1e-6)
 
     def passed(at: float) -> float:
         return float(np.trapezoid(irradiance * np.exp(-absorption * at), wavelength))
 
-    whole = passed(0.0) - passed(THICKNESS)
-    return np.array([(passed(0.0) - passed(float(at))) / whole for at in depth])
+    total = passed(0.0) - passed(THICKNESS)
+    return np.array([(passed(0.0) - passed(float(at))) / total for at in depth])
 
 
 def laws(file: Path) -> tuple[Floats, Floats, float]:
     """Shares and extinctions [1/m] of two exponential laws below the skin, and their largest error."""
     depth = np.geomspace(SKIN, THICKNESS, 200)
-    wanted = absorbed_above(file, depth)
+    target = absorbed_above(file, depth)
 
     def error(parameters: Floats) -> Floats:
         share, extinction = parameters[:2], np.exp(parameters[2:])
         part = (1 - np.exp(-np.outer(depth, extinction))) / (1 - np.exp(-THICKNESS * extinction))
-        found: Floats = 1 - share.sum() + part @ share - wanted
-        return found
+        residual: Floats = 1 - share.sum() + part @ share - target
+        return residual
 
     fit = least_squares(error, np.concatenate([[0.4, 0.3], np.log(_START)]))
     return fit.x[:2], np.exp(fit.x[2:]), float(np.abs(fit.fun).max())

@@ -56,7 +56,7 @@ def read_slum(folder: Path, sample: str) -> tuple[Floats, Floats]:
 
 
 def read_usgs(file: Path) -> tuple[Floats, Floats]:
-    """A spectrum of the USGS library 7 kept as JSON; deleted channels are null and left out."""
+    """A spectrum of the USGS library 7 kept as JSON; deleted channels are null and skipped."""
     content = json.loads(_text(file))
     pairs = [
         (x, y)
@@ -122,7 +122,7 @@ def _text(file: Path, encoding: str = "utf-8") -> str:
 def _column(file: Path, sample: str) -> tuple[Floats, Floats]:
     rows = list(csv.reader(_text(file).splitlines()))
     if sample not in rows[0]:
-        raise InputError(f"holds no sample {sample}", file=file)
+        raise InputError(f"contains no sample {sample}", file=file)
     position = rows[0].index(sample)
     pairs = [(_number(row[0]), _number(row[position])) for row in rows[1:] if row]
     return _ordered(np.array([pair for pair in pairs if None not in pair]))

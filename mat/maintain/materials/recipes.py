@@ -43,7 +43,7 @@ class Level(StrictModel):
         the stretch.
     absorptance : float
     source : str
-        Where the number stands.
+        Reference of the number.
     """
 
     over: Literal["sunlight", "300 K"]
@@ -79,19 +79,19 @@ class Piece(StrictModel):
     range : (float, float)
         [um]
     kind : str
-        As in `SpectralRange`.
+        Kind as in `SpectralRange`.
     note : str
         What a reader of the table should know of this stretch.
     unit : str
-        Of an ECOSTRESS file.
+        Unit of an ECOSTRESS file.
     thickness : float
-        Of a pane [m].
+        Thickness of a pane [m].
     film : str
         Optical constants of a film on the back face of a pane, path below the spectra folder.
     film_thickness : float
         [m]
     value : float
-        Of a constant.
+        Value of a constant.
     ratio : Ratio
         Multiplies the stretch.
     level : Level
@@ -134,8 +134,8 @@ class Piece(StrictModel):
             return self._pane(folder, wavelength)
         reflectance = self._state(folder, wavelength)
         if self.level is not None:
-            whole = np.geomspace(*self.range, LEVEL_POINTS)
-            reflectance = with_odds(reflectance, self.level.factor(whole, self._state(folder, whole)))
+            levels = np.geomspace(*self.range, LEVEL_POINTS)
+            reflectance = with_odds(reflectance, self.level.factor(levels, self._state(folder, levels)))
         return reflectance, 1.0 - reflectance
 
     def _state(self, folder: Path, wavelength: Floats) -> Floats:
@@ -143,10 +143,10 @@ class Piece(StrictModel):
         reflectance = self._reflectance(folder, wavelength)
         if self.ratio is None:
             return reflectance
-        over, under = (
+        over, divisor = (
             np.interp(wavelength, *readers.read_usgs(folder / file)) for file in (self.ratio.over, self.ratio.under)
         )
-        return reflectance * over / under
+        return reflectance * over / divisor
 
     def _reflectance(self, folder: Path, wavelength: Floats) -> Floats:
         if self.source == "literature":
@@ -201,9 +201,9 @@ class Recipe(StrictModel):
     sample : str
         What was measured.
     upper : float
-        Where the table ends [um].
+        Upper end of the table [um].
     pieces : list of Piece
-        By increasing wavelength; gaps between them are interpolated, the ends held.
+        Pieces by increasing wavelength; gaps between them are interpolated, and the ends are extended as constants.
     mixture : dict of str to float
         Shares of the area that show the spectra of other recipes; their sum is 1. `sample` says why these shares.
     like : str

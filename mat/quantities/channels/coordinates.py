@@ -39,14 +39,14 @@ class RayPlaces:
     share, height_root, direction : arrays
         Share of the way 0 to 1, cube root of the height above the ground [km^(1/3)], direction.
     length : array
-        By which mean extinction is multiplied to give optical depth [km]: the range, or l times the share.
+        Factor that multiplies mean extinction to give optical depth [km]: the range, or l times the share.
     to_ground : bool array
         The line meets the ground.
     ground_distance : array
         km; infinite for lines to space.
     end_height : array
-        Of the end of the path above the ground [km] on an Earth of the radius rho, 0 at and behind the ground; on long
-        paths through the air kilometres too low (`end_heights`).
+        Height of the end of the path above the ground [km] on an Earth of the radius rho, 0 at and behind the ground;
+        on long paths through the air kilometres too low (`end_heights`).
     """
 
     share: Floats
@@ -65,7 +65,7 @@ class Entry:
     Attributes
     ----------
     range_km, altitude_km, elevation_deg : arrays
-        The rest of the path, altitude and elevation at the entry. Lines that do not enter stand at the top of the air,
+        The rest of the path, altitude and elevation at the entry. Lines that do not enter start at the top of the air,
         upwards, with a range of 0.
     turn : array
         Angle at the centre of the Earth between the observer and the entry [rad].
@@ -108,9 +108,9 @@ class Entry:
         """
         up, turn = np.radians(np.asarray(elevation_deg, float)), np.radians(np.asarray(azimuth_deg, float))
         sine = np.cos(self.turn) * np.sin(up) + np.sin(self.turn) * np.cos(up) * np.cos(turn)
-        turned = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
+        at_entry = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
         # Where the line does not turn, no rounding takes an elevation beyond the end of an axis.
-        entered: Floats = np.where(self.turn > 0, turned, np.asarray(elevation_deg, float))
+        entered: Floats = np.where(self.turn > 0, at_entry, np.asarray(elevation_deg, float))
         return entered
 
 

@@ -1,7 +1,7 @@
-"""How refraction lowers the ends of paths, and what that changes of the beam which reaches them.
+"""Lowering of the ends of paths by refraction, and its effect on the direct beam there.
 
 The sphere of `coordinates.RayCoordinates` bends every path by as much as the one that grazes the ground. Paths that
-leave the air are bent less: their ends stand higher, by kilometres at ranges of hundreds. Near sunrise that is the
+leave the air are bent less: their ends are higher, by kilometres at ranges of hundreds. Near sunrise that is the
 difference between light and shadow. So the end is counted from that of a straight line over the real Earth, from which
 refraction takes a share of the range that is bounded: the angle by which the path is bent.
 """
@@ -30,7 +30,7 @@ def end_rise(rays: RayCoordinates, root: float, elevation: float, path: LineOfSi
     root : float
         Cube root of the observer's height [km^(1/3)].
     elevation : float
-        At the observer, degree.
+        Elevation of the line at the observer, degree.
     path : LineOfSight
     """
     ranges = (path.length + path.beyond) / 1e3
@@ -56,7 +56,7 @@ def largest_change_of_beam(
         Prepared.
     rays : RayCoordinates
     irradiance : (P,) array
-        Of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
+        Irradiance of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
     source_elevation : pair of float
         Lowest and highest, degree.
     lines : arrays

@@ -1,4 +1,4 @@
-"""Nodes of the tables in channels: those from which the placing starts, and others placed by the error between them."""
+"""Nodes of the tables in channels: the initial ones, and those placed by the interpolation error."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class NodeCounts:
     share, height : int
         Along the way and over the heights of observers.
     ground, limb, upward : int
-        Of directions into the ground, of those that pass a lowest point, and of those above the level.
+        Numbers of directions into the ground, of those that pass a lowest point, and of those above the level.
     """
 
     share: int = 20
@@ -47,7 +47,7 @@ class ChannelNodes:
     Attributes
     ----------
     share, height_root : (X,), (Z,) arrays
-        As the coordinates of `coordinates.RayPlaces`.
+        Coordinates as in `coordinates.RayPlaces`.
     ground, limb, upward : arrays
         Directions: 0 to 1, 2 to 3 and 3 to 4.
     source_elevation, scattering_angle : (SE,), (SA,) arrays

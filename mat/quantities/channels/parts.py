@@ -1,4 +1,4 @@
-"""Few columns that stand for many: interpolative decomposition of spectra and of source directions.
+"""Interpolation of many columns from a few: interpolative decomposition of spectra and of source directions.
 
 Optical depths of a band's points along a path, the light of its points, and path radiance under all directions of the
 source are nearly linear in few of themselves. The few are chosen by pivoted QR, all others are sums of them with
@@ -18,7 +18,7 @@ from scipy.linalg import qr
 
 from skyshine.schemas.arrays import Floats, Integers
 
-# Of the squared norm of a column, added to the normal equations: holds coefficients down where columns hardly differ.
+# Share of the squared norm of a column added to the normal equations: limits coefficients where columns hardly differ.
 _RIDGE = 1e-11
 
 
@@ -58,7 +58,7 @@ def fitted_parts(values: Floats, index: Integers, weight: Floats | None = None) 
     values : (m, n) array
     index : (K,) int array
     weight : (m, n) array, optional
-        Of each value's error; by default 1.
+        Weight of each value's error; by default 1.
     """
     base = values[:, index]
     if weight is None:

@@ -28,8 +28,8 @@ from skyshine.mat.threads import parallel_map
 from skyshine.schemas.arrays import Floats
 
 REFERENCE = 288.0  # K, of the black body whose spectrum thermal path radiance is divided by; that of no scene matters
-_SHORTEST = 1e-9  # m of air at the observer that stand for a range of 0
-_FIRST = 1e-3  # m of air that stand for a range of 0 where light is divided by what it is of black air
+_SHORTEST = 1e-9  # m of air at the observer, used in place of a range of 0
+_FIRST = 1e-3  # m of air, used in place of a range of 0 where light is divided by what it is of black air
 LEAST_EXTINCTION = 1e-12  # km^-1
 
 
@@ -40,11 +40,11 @@ class BandLight:
     Attributes
     ----------
     thermal : (P,) array
-        Of a black body at `REFERENCE`, by the points' radiance weights, W m^-2 sr^-1.
+        Radiance of a black body at `REFERENCE`, by the points' radiance weights, W m^-2 sr^-1.
     source : (P,) array
-        Of the source outside the atmosphere, likewise; its sum is 1, or all are 0.
+        Irradiance of the source outside the atmosphere, likewise; its sum is 1, or all are 0.
     scattering : ScatteringPoints
-        Where scattered light of the source is computed.
+        Points at which scattered light of the source is computed.
     """
 
     thermal: Floats
@@ -65,8 +65,8 @@ class BandLight:
         """With scattered light at the fewest points that give it on sample lines, of `light_of_lines`, within an error
         [W m^-2 sr^-1], root mean square; without any where it is fainter than that.
         """
-        few = self.scattering.fewest(rows, allowed)
-        return replace(self, scattering=few, source=self.source if few.index.size else np.zeros_like(self.source))
+        chosen = self.scattering.fewest(rows, allowed)
+        return replace(self, scattering=chosen, source=self.source if chosen.index.size else np.zeros_like(self.source))
 
 
 def light_of_lines(atmosphere: BandAtmosphere, lines: Iterable[tuple[LineOfSight, LineSources]]) -> Floats:
@@ -123,7 +123,7 @@ class LightOver:
     atmosphere : BandAtmosphere
     lines : JoinedPaths
     depth : (L, R, P) array
-        Of `depth_of`.
+        Optical depth from `depth_of`.
     """
 
     atmosphere: BandAtmosphere
@@ -172,7 +172,7 @@ def path_fields(
     light: BandLight,
     source_elevation: Floats,
     scattering_angle: Floats,
-    known: PathFields | None = None,
+    other_source: PathFields | None = None,
 ) -> PathFields:
     """Compute the fields.
 
@@ -182,17 +182,17 @@ def path_fields(
     rays : RayCoordinates
     nodes : ChannelNodes
     absorbers : Parts
-        Of the band's points.
+        Absorbers of the band's points.
     light : BandLight
     source_elevation, scattering_angle : (K,) arrays
         Directions of the source, rad.
-    known : PathFields, optional
-        Under another source, of which all but scattered light is the same.
+    other_source : PathFields, optional
+        Fields under another source, which share everything but scattered light.
     """
     atmosphere.air.prepare()
     scattered = np.empty((source_elevation.size, *nodes.shape))
-    if known is not None:
-        extinction, thermal, rise = known.extinction, known.thermal, known.end_rise
+    if other_source is not None:
+        extinction, thermal, rise = other_source.extinction, other_source.thermal, other_source.end_rise
         if not source_elevation.size:
             return PathFields(extinction, thermal, scattered, rise)
     else:
@@ -200,25 +200,25 @@ def path_fields(
         rise = np.empty(nodes.shape)
     groups = list(in_groups(nodes.direction.size, source_elevation.size))
 
-    def at_height(place: int) -> None:
-        root = float(nodes.height_root[place])
+    def at_height(level: int) -> None:
+        root = float(nodes.height_root[level])
         lines = [rays.line(root, float(direction), nodes.share) for direction in nodes.direction]
         paths = list(_paths(atmosphere, rays, root, lines))
-        for some in groups:
-            at = slice(None), slice(None), place, some
-            reference = LightOver.of(atmosphere, JoinedPaths.of(paths[some]))
+        for group in groups:
+            at = slice(None), slice(None), level, group
+            reference = LightOver.of(atmosphere, JoinedPaths.of(paths[group]))
             if source_elevation.size:
                 sources = [
-                    LineSources.at_angle(path.elevation, source_elevation, scattering_angle) for path in paths[some]
+                    LineSources.at_angle(path.elevation, source_elevation, scattering_angle) for path in paths[group]
                 ]
                 scattered[at] = reference.scattered(sources, light).T
-            if known is None:
+            if other_source is None:
                 emitted = thermal_light(atmosphere.air, atmosphere.band, reference.lines)
                 thermal[at[1:]] = reference.over(emitted, light.thermal)[..., 0].T
-                length = np.stack([of_line for _, _, of_line in lines[some]])
+                length = np.stack([of_line for _, _, of_line in lines[group]])
                 extinction[at] = _mean_extinction(reference, absorbers, length).T
-        for row, path in enumerate(paths if known is None else ()):
-            rise[:, place, row] = end_rise(rays, root, lines[row][0], path)
+        for row, path in enumerate(paths if other_source is None else ()):
+            rise[:, level, row] = end_rise(rays, root, lines[row][0], path)
 
     parallel_map(at_height, range(nodes.height_root.size))
     return PathFields(extinction, thermal, scattered, rise)

@@ -1,4 +1,4 @@
-"""Few directions of the source whose path radiance gives that under all others.
+"""Interpolation of path radiance over all directions of the source from a few of them.
 
 Path radiance as a matrix, lines of sight by directions of the source (elevation and scattering angle), has a low rank:
 a few of its columns span the others. The tables hold those columns on the nodes of the lines, and the factors of all
@@ -23,7 +23,7 @@ from skyshine.schemas.arrays import Floats, Integers
 
 # For diffuse light on surfaces, which changes more slowly.
 SKY_ELEVATIONS = (-18, -12, -8, -5, -2, 0, 3, 7, 14, 25, 40, 60, 90)
-MOST_PARTS = 40
+MOST_PARTS = 40  # directions of the source: a limit of the file's size
 _WORST = 25.0  # root mean square errors: what the aureole of a low Sun may miss, in which few directions lie
 
 
@@ -63,7 +63,7 @@ def sampled_radiance(
     elevation, angle : (S,) arrays
         Source elevation and scattering angle, degree.
     lines : altitude, elevation (n,), ranges (n, R)
-        Of the sample, km and degree.
+        Lines of the sample, km and degree.
 
     Returns
     -------
@@ -77,9 +77,9 @@ def sampled_radiance(
     paths = list(lines_of_sight(atmosphere.air, ranges * 1e3, altitude * 1e3, np.radians(line_elevation)))
     up, away = np.radians(elevation), np.radians(angle)
 
-    def seen(some: slice) -> Floats:
-        reference = LightOver.of(atmosphere, JoinedPaths.of(paths[some]))
-        sources = [LineSources.at_angle(path.elevation, up, away) for path in paths[some]]
+    def seen(group: slice) -> Floats:
+        reference = LightOver.of(atmosphere, JoinedPaths.of(paths[group]))
+        sources = [LineSources.at_angle(path.elevation, up, away) for path in paths[group]]
         divisor = reference.absorbed @ light.source
         return (reference.scattered(sources, light) * divisor[..., None]).reshape(-1, up.size)
 
@@ -102,8 +102,8 @@ def source_parts(
     elevation, angle : (SE,), (SA,) arrays
         Nodes of source elevation and of scattering angle, degree.
     samples : sequence of `sampled_radiance`
-        Under all directions of the nodes, of one air or of several; none without light. Lines with odd numbers only
-        test.
+        Samples under all directions of the nodes, of one air or of several; none without light. Lines with odd numbers
+        are for testing only.
     allowed : float
         Root mean square error of path radiance on the lines that only test [W m^-2 sr^-1]; the largest is within
         `_WORST` times.
@@ -117,8 +117,8 @@ def source_parts(
     numbers, radiance = (np.concatenate(part) for part in zip(*samples, strict=True))
     fit = numbers % 2 == 0
     order = pivots(radiance[fit])
-    most = min(MOST_PARTS, radiance.shape[1], int(np.count_nonzero(fit)))
-    for count in range(1, most + 1):
+    limit = min(MOST_PARTS, radiance.shape[1], int(np.count_nonzero(fit)))
+    for count in range(1, limit + 1):
         chosen = fitted_parts(radiance[fit], np.sort(order[:count]))
         error = radiance[~fit][:, chosen.index] @ chosen.factor.T - radiance[~fit]
         if np.sqrt(np.mean(error**2)) <= allowed and np.abs(error).max() <= _WORST * allowed:
@@ -133,8 +133,8 @@ def telling_lines(sample: tuple[Integers, Floats], count: int) -> Integers:
     """Numbers of so many lines of a sample, whose path radiance under all directions gives that of the others."""
     numbers, radiance = sample
     of_rows = numbers[pivots(radiance.T)]
-    _, first = np.unique(of_rows, return_index=True)
-    lines: Integers = np.sort(of_rows[np.sort(first)[:count]])
+    _, row_start = np.unique(of_rows, return_index=True)
+    lines: Integers = np.sort(of_rows[np.sort(row_start)[:count]])
     return lines
 
 

@@ -47,8 +47,8 @@ class LightParts:
     value : (K, ...) array
         W m^-2 sr^-1.
     factor : (P, K) array
-        Of each spectrum at the band's points: the light that reaches an observer is the sum over j and k of tau_j
-        factor[j, k] value[k].
+        Factor of each spectrum at the band's points: the light that reaches an observer is the sum over j and k of
+        tau_j factor[j, k] value[k].
     """
 
     value: Floats
@@ -63,15 +63,15 @@ class LightParts:
         """
         rows = spectral.reshape(-1, spectral.shape[-1]) * weight
         through = np.vstack([through, np.ones(weight.size)])  # a path without air among them
-        left, size, _ = np.linalg.svd(rows @ np.linalg.qr(through)[1].T, full_matrices=False)
-        seen = rows @ through.T
-        most = max(1, int(np.count_nonzero(size > _ROUNDING * max(size[0], np.finfo(float).tiny))))
+        vectors, size, _ = np.linalg.svd(rows @ np.linalg.qr(through)[1].T, full_matrices=False)
+        exact = rows @ through.T
+        rank = max(1, int(np.count_nonzero(size > _ROUNDING * max(size[0], np.finfo(float).tiny))))
         count = 0
-        while count < most:
+        while count < rank:
             count += 1
-            value = left[:, :count] * size[:count]
-            factor = rows.T @ left[:, :count] / np.where(size[:count] > 0, size[:count], 1.0)
-            if np.abs(value @ (through @ factor).T - seen).max() <= allowed:
+            value = vectors[:, :count] * size[:count]
+            factor = rows.T @ vectors[:, :count] / np.where(size[:count] > 0, size[:count], 1.0)
+            if np.abs(value @ (through @ factor).T - exact).max() <= allowed:
                 break
         largest = np.maximum(np.abs(factor).max(axis=0), np.finfo(float).tiny)
         return cls((value * largest).T.reshape(count, *spectral.shape[:-1]), factor / largest)
@@ -102,7 +102,7 @@ class SurfaceLight:
     ground_harmonics : LightParts or None
         (K, Y, L): transmittance to the ground, without its emission.
     ground_emission : (T, P) array
-        Of `ambient_harmonics.ground_emission`.
+        Emission of the ground from `ambient_harmonics.ground_emission`.
     """
 
     height_km: Floats
@@ -141,13 +141,13 @@ def _beam_nodes(air: SpectralAir, start: tuple[Floats, Floats], light: Floats, a
             between = list(nodes)
             between[axis] = middle
             exact, of_axis = _beam(air, between[0], between[1]) @ light, np.moveaxis(at_nodes, axis, 0)
-            missed = np.moveaxis(exact, axis, 0) - (of_axis[1:] + of_axis[:-1]) / 2
-            wide = np.abs(missed).max(axis=1) > allowed
+            deviation = np.moveaxis(exact, axis, 0) - (of_axis[1:] + of_axis[:-1]) / 2
+            wide = np.abs(deviation).max(axis=1) > allowed
             if not wide.any():
                 break
-            place = np.searchsorted(nodes[axis], middle[wide])
-            nodes[axis] = np.insert(nodes[axis], place, middle[wide])
-            at_nodes = np.insert(at_nodes, place, np.compress(wide, exact, axis=axis), axis=axis)
+            position = np.searchsorted(nodes[axis], middle[wide])
+            nodes[axis] = np.insert(nodes[axis], position, middle[wide])
+            at_nodes = np.insert(at_nodes, position, np.compress(wide, exact, axis=axis), axis=axis)
     return nodes[0], nodes[1]
 
 
@@ -157,16 +157,16 @@ def _few_points(rows: Floats, through: Floats, allowed: float) -> Parts:
     """
     order = pivots(rows * np.sqrt(np.mean(through**2, axis=0)))
     for count in range(1, order.size + 1):
-        few = fitted_parts(rows, np.sort(order[:count]))
-        if np.abs((rows[:, few.index] @ few.factor.T - rows) @ through.T).max() <= allowed:
+        chosen = fitted_parts(rows, np.sort(order[:count]))
+        if np.abs((rows[:, chosen.index] @ chosen.factor.T - rows) @ through.T).max() <= allowed:
             break
-    return few
+    return chosen
 
 
 def _around(nodes: Floats, low: float, high: float) -> Floats:
     """The nodes between two values, with the next beyond each."""
-    first = max(0, int(np.searchsorted(nodes, low, side="right")) - 1)
-    return nodes[first : max(int(np.searchsorted(nodes, high)) + 1, first + 2)]
+    start = max(0, int(np.searchsorted(nodes, low, side="right")) - 1)
+    return nodes[start : max(int(np.searchsorted(nodes, high)) + 1, start + 2)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,11 +176,11 @@ class EmittedLight:
     Attributes
     ----------
     level : (Y, P) array
-        On a level surface, W m^-2 (cm^-1)^-1.
+        Irradiance on a level surface, W m^-2 (cm^-1)^-1.
     harmonics : (Y, P, H) array
-        Of `ambient_harmonics.HarmonicSky`.
+        Harmonics from `ambient_harmonics.HarmonicSky`.
     ground : (Y, P, L) array
-        Of the transmittance to the ground.
+        Harmonics of the transmittance to the ground.
     """
 
     level: Floats
@@ -196,8 +196,8 @@ class EmittedLight:
         level = SkyTable.of(air, altitude, nadir, dark).at(altitude)[:, 0]
         if not harmonics:
             return cls(level, np.zeros((altitude.size, dark.size, 0)), np.zeros((altitude.size, dark.size, 0)))
-        own, ground = HarmonicSky.over_ground(air, nadir, dark, harmonics, atmosphere.scope).at(altitude)
-        return cls(level, own[:, 0], ground)
+        sky, ground = HarmonicSky.over_ground(air, nadir, dark, harmonics, atmosphere.scope).at(altitude)
+        return cls(level, sky[:, 0], ground)
 
 
 def surface_light(
@@ -214,7 +214,7 @@ def surface_light(
     ----------
     atmosphere : BandAtmosphere
     irradiance : (P,) array
-        Of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
+        Irradiance of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
     source_elevation : (SE,) array
         Nodes for diffuse light, degree.
     through : (m, P) array
@@ -232,22 +232,22 @@ def surface_light(
     above = _around(above, source_elevation[0] - rise.max(), source_elevation[-1] - rise.min())
     targets, above = _beam_nodes(air, (targets, above), weight * irradiance, _NODES_SHARE * allowed)
     beam, rise = _beam(air, targets, above), air.source_rays.rise_at(ground + targets)
-    level, own, harmonics = emitted.level, emitted.harmonics, emitted.harmonics.shape[2]
-    lit = np.any(irradiance > 0) and air.scatters
-    both = SkyTable.of(air, altitude, elevation, irradiance).at(altitude) if lit else level[:, None]
+    level, sky, harmonics = emitted.level, emitted.harmonics, emitted.harmonics.shape[2]
+    sunlit = np.any(irradiance > 0) and air.scatters
+    both = SkyTable.of(air, altitude, elevation, irradiance).at(altitude) if sunlit else level[:, None]
     scattered = np.maximum(both - level[:, None], 0.0) + np.zeros((altitude.size, elevation.size, 1))
-    around: tuple[LightParts | None, LightParts | None, LightParts | None] = (None, None, None)
+    harmonic_parts: tuple[LightParts | None, LightParts | None, LightParts | None] = (None, None, None)
     if harmonics:
         glow = float(planck_wavenumber(atmosphere.band.wavenumber, GROUND_TEMPERATURE).max())
         lit_sky = np.zeros((altitude.size, elevation.size, harmonics, 1))
-        if lit:
-            few = _few_points(scattered.reshape(-1, weight.size) * weight, through, allowed)
-            part = air.part(few.index)
-            whole = HarmonicSky.over_ground(part, elevation, irradiance[few.index], harmonics, scope).at(altitude)[0]
-            of_few = (whole - own[:, None, few.index]) * weight[few.index, None]
-            lit_sky = np.swapaxes(of_few, -1, -2) @ few.factor.T / weight
-        around = (
-            LightParts.of(np.moveaxis(own, -1, 1), weight * np.pi, through, allowed),
+        if sunlit:
+            chosen = _few_points(scattered.reshape(-1, weight.size) * weight, through, allowed)
+            part = air.part(chosen.index)
+            total = HarmonicSky.over_ground(part, elevation, irradiance[chosen.index], harmonics, scope).at(altitude)[0]
+            of_few = (total - sky[:, None, chosen.index]) * weight[chosen.index, None]
+            lit_sky = np.swapaxes(of_few, -1, -2) @ chosen.factor.T / weight
+        harmonic_parts = (
+            LightParts.of(np.moveaxis(sky, -1, 1), weight * np.pi, through, allowed),
             LightParts.of(lit_sky + np.zeros(weight.size), weight * np.pi, through, allowed),
             LightParts.of(np.moveaxis(emitted.ground, -1, 1), weight * np.pi, through, allowed / glow),
         )
@@ -260,6 +260,6 @@ def surface_light(
         LightParts.of(beam * irradiance, weight, through, allowed),
         LightParts.of(level, weight, through, allowed),
         LightParts.of(scattered, weight, through, allowed),
-        *around,
+        *harmonic_parts,
         ground_emission(atmosphere.band),
     )

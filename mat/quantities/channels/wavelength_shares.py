@@ -1,6 +1,6 @@
-"""Where in the band the light of each channel lies: shares of a few wavelengths.
+"""Spectral distribution of the light of each channel within the band: shares of a few wavelengths.
 
-A channel stands for absorption, not for a wavelength: light that surfaces emit or reflect in it comes from all
+A channel represents an absorption, not a wavelength: light that surfaces emit or reflect in it comes from all
 wavelengths whose points it replaced. Shares are fitted so that sample paths let through of each wavelength what they do
 at all points of the band, starting from the wavelength of the channel's own point.
 """
@@ -21,7 +21,7 @@ from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.schemas.arrays import Floats
 
 _HOLD = 1e-3  # weight of the channel's own wavelength beside the sample paths, of which light counts as 1
-_LEAST_LIGHT = 1e-30
+_LEAST_LIGHT = 1e-30  # avoids division by 0 in the dark
 _LEAST_SHARE = 1e-9  # of each wavelength in each channel, so that none is without a channel
 _BALANCING = 200  # times that rows and columns are scaled
 
@@ -58,7 +58,7 @@ class PartedLight:
     wavenumber : (P,) array
         cm^-1.
     thermal, source : (P,) arrays
-        Of a black body and of the source in the band, by the points' radiance weights; any unit.
+        Spectra of a black body and of the source in the band, by the points' radiance weights; any unit.
     """
 
     wavenumber: Floats
@@ -80,7 +80,7 @@ class WavelengthShares:
     wavelength : (B,) array
         um; `band_wavelengths.parted` between them.
     thermal, source : (P, B) arrays
-        Of emitted light, and of the source's; each row sums to 1.
+        Shares of emitted light, and of the source's; each row sums to 1.
     """
 
     wavelength: Floats
@@ -92,8 +92,8 @@ class WavelengthShares:
         cls,
         wavelength: Floats,
         paths: SamplePaths,
-        every: tuple[SpectralAir, PartedLight],
-        few: tuple[SpectralAir, PartedLight],
+        exact: tuple[SpectralAir, PartedLight],
+        channels: tuple[SpectralAir, PartedLight],
     ) -> WavelengthShares:
         """Fit the shares of the few points' channels.
 
@@ -102,17 +102,17 @@ class WavelengthShares:
         wavelength : (B,) array
             um.
         paths : SamplePaths
-        every, few : pairs of SpectralAir and PartedLight
+        exact, channels : pairs of SpectralAir and PartedLight
             All points of the band, and those of the channels.
         """
-        (through, lit), (through_few, lit_few) = (paths.transmittances(air) for air, _ in (every, few))
-        at, at_few = (parted(1e4 / light.wavenumber, wavelength) for _, light in (every, few))
-        thermal = _shares(_samples(through, every[1].thermal) @ at, _samples(through_few, few[1].thermal), at_few)
-        thermal = _balanced(thermal, few[1].thermal, every[1].thermal @ at)
+        (through, beam), (through_few, lit_few) = (paths.transmittances(air) for air, _ in (exact, channels))
+        at, at_few = (parted(1e4 / light.wavenumber, wavelength) for _, light in (exact, channels))
+        thermal = _shares(_samples(through, exact[1].thermal) @ at, _samples(through_few, channels[1].thermal), at_few)
+        thermal = _balanced(thermal, channels[1].thermal, exact[1].thermal @ at)
         source = at_few
-        if every[1].source.any():
-            own = _samples(through * lit, every[1].source) @ at
-            source = _shares(own, _samples(through_few * lit_few, few[1].source), at_few)
+        if exact[1].source.any():
+            exact_source = _samples(through * beam, exact[1].source) @ at
+            source = _shares(exact_source, _samples(through_few * lit_few, channels[1].source), at_few)
         return cls(wavelength, thermal, source)
 
 
@@ -121,19 +121,20 @@ def _samples(transmittance: Floats, light: Floats) -> Floats:
     return np.vstack([transmittance, np.ones(light.size)]) * light
 
 
-def _shares(of_wavelengths: Floats, of_channels: Floats, own: Floats) -> Floats:
-    """Shares (P, B) that make of the channels' light (n, P) that of the wavelengths (n, B); `own` (P, B) are those at
-    the channels' points.
+def _shares(of_wavelengths: Floats, of_channels: Floats, channel_shares: Floats) -> Floats:
+    """Shares (P, B) with which the channels' light (n, P) gives that of the wavelengths (n, B).
+
+    `channel_shares` (P, B) are the shares at the points of the channels.
     """
     size = max(float(np.sqrt(np.mean(of_channels.sum(axis=1) ** 2) * len(of_channels))), _LEAST_LIGHT)
-    equations = np.vstack([of_channels / size, _HOLD * np.eye(own.shape[0])])
+    equations = np.vstack([of_channels / size, _HOLD * np.eye(channel_shares.shape[0])])
     columns = [
-        nnls(equations, np.concatenate([wanted / size, _HOLD * held]))[0]
-        for wanted, held in zip(of_wavelengths.T, own.T, strict=True)
+        nnls(equations, np.concatenate([target / size, _HOLD * prior]))[0]
+        for target, prior in zip(of_wavelengths.T, channel_shares.T, strict=True)
     ]
     shares = np.stack(columns, axis=1)
     total = shares.sum(axis=1, keepdims=True)
-    return np.where(total > 0, shares / np.where(total > 0, total, 1.0), own)
+    return np.where(total > 0, shares / np.where(total > 0, total, 1.0), channel_shares)
 
 
 def _balanced(shares: Floats, of_channels: Floats, of_wavelengths: Floats) -> Floats:
@@ -153,6 +154,6 @@ def _balanced(shares: Floats, of_channels: Floats, of_wavelengths: Floats) -> Fl
     return balanced
 
 
-def _over(wanted: Floats, light: Floats) -> Floats:
+def _over(target: Floats, light: Floats) -> Floats:
     """Factors that make of some light what is wanted; 1 where there is none."""
-    return np.where(light > 0, wanted / np.where(light > 0, light, 1.0), 1.0)
+    return np.where(light > 0, target / np.where(light > 0, light, 1.0), 1.0)

@@ -61,7 +61,7 @@ def front(rungs):
         "count": 1000,
         "note": "single lines",
     }
-    absent = peer | {"peer": "EnergyPlus", "time": quantity(float("nan"), "s"), "note": "left out: not installed"}
+    absent = peer | {"peer": "EnergyPlus", "time": quantity(float("nan"), "s"), "note": "skipped: not installed"}
     return {
         "job": "a <wall> & more",
         "method": "how",
@@ -99,7 +99,7 @@ def test_a_job_on_the_front_starts_from_its_own_point(rungs):
 def test_the_ends_of_the_front_say_that_nothing_is_to_be_had():
     alone = [rung("as written", 3.0, 1.0, chosen=True)]
     own, second, kelvin, _ = sentences(alone, "K")
-    assert "no other setting beats it" in own and "buys nothing" in second and "no time" in kelvin
+    assert "no other setting beats it" in own and "no further" in second and "no time" in kelvin
     assert len(sentences([], "K")) == 1
 
 
@@ -123,7 +123,7 @@ def test_the_page_needs_nothing_else_and_shows_every_setting(front):
     assert "a &lt;wall&gt; &amp; more" in page and "<wall>" not in page
     assert "0.01 K cannot run" in page and "no affordable grid &lt;meets&gt; it" in page
     assert re.search(r"exact tables</td><td>0.15</td><td>0.07</td>", page)
-    assert "EnergyPlus: absent" in page and "left out: not installed" in page
+    assert "EnergyPlus: absent" in page and "skipped: not installed" in page
 
 
 def test_a_page_without_any_setting_names_the_reasons(front):

@@ -26,9 +26,9 @@ def test_a_few_cases_hold(parts):
     trials = stability.run(0.0, 17, {part: stability.PARTS[part] for part in parts})
     assert set(trials) == set(parts)
     for trial in trials.values():
-        assert trial.cases == 1 and trial.failures == [] and trial.worst["not finite"] == 0
+        assert trial.cases == 1 and trial.failures == [] and trial.largest["not finite"] == 0
     if "job" in parts:  # a seed of a small job that the check accepts
-        assert trials["job"].worst["refused by the check"] == 0
+        assert trials["job"].largest["refused by the check"] == 0
 
 
 def test_cases_are_the_same_again():
@@ -44,7 +44,7 @@ def test_what_is_not_finite_or_out_of_bounds_fails():
         raise ArithmeticError("no root")
 
     trials = stability.run(0.0, 1, {"bad": bad, "broken": broken})
-    assert len(trials["bad"].failures) == 2 and trials["bad"].worst["residual"] == np.inf
+    assert len(trials["bad"].failures) == 2 and trials["bad"].largest["residual"] == np.inf
     assert trials["broken"].failures == ["--seed 1 --case broken:0: ArithmeticError: no root"]
 
 

@@ -9,7 +9,7 @@ from mat.maintain.bench.surface_ladder import Case, batch_planes, case_of, forci
 from skyshine.mat.api.examples import starter_files
 from skyshine.mat.bench import energyplus
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import solve_columns
 from skyshine.materials.library import load_library

@@ -171,5 +171,7 @@ def test_a_file_of_another_type_than_its_name_says(small_job, small_build, tmp_p
     for name in ("s01.htt.h5", "s01b01.atmq.h5"):
         shutil.copy(small_build / name, tmp_path / name)
     shutil.copy(small_build / "s01.htt.h5", tmp_path / "b01.band.h5")
-    with pytest.raises(InputError, match=r"b01\.band\.h5: holds .htt.; allowed: band; build the job again: mat build"):
+    with pytest.raises(
+        InputError, match=r"b01\.band\.h5: is of the file type .htt.; allowed: band; build the job again: mat build"
+    ):
         Tables.open(tmp_path, 1, 1, "sun", load_job(small_job).trimmed)

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 import skyshine.mat
 from skyshine.mat.cli import main
 from skyshine.mat.exchange.axes import export_axes, scene_scale
-from skyshine.mat.measure.grid_nodes import drawn_places
+from skyshine.mat.measure.grid_nodes import drawn_points
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.radiometry.equivalent_temperature import kelvin_per_radiance, reference_radiance
 from skyshine.mat.tables.verify import problems
@@ -29,7 +29,7 @@ def test_other_reads_keep_the_tolerance(written, channel_atmosphere):
     """Transmittance and path radiance of a black body at 300 K, at places of the test's own."""
     assert problems(written.path) == [] and written.p99 <= 1.0
     tables, air = skyshine.mat.open(written.path, grid=True), skyshine.mat.open(channel_atmosphere)
-    places = drawn_places(air, 3000, np.random.default_rng(99))
+    places = drawn_points(air, 3000, np.random.default_rng(99))
     line = {name: places[name] for name in ("range", "altitude", "elevation")}
     scale = scene_scale(air)
     through = [
@@ -64,5 +64,5 @@ def test_options_that_do_not_fit_are_one_line(channel_atmosphere, tmp_path, argu
 def test_a_file_is_not_written_over_itself_and_bands_have_no_axes(channel_atmosphere, small_build):
     with pytest.raises(InputError, match="would be written over itself"):
         export_axes(channel_atmosphere, channel_atmosphere.parent, 1.0, 1000)
-    with pytest.raises(InputError, match="holds 'band'; allowed: atmq, lunar_atmq; name one of these"):
+    with pytest.raises(InputError, match="is of the file type 'band'; allowed: atmq, lunar_atmq; name one of these"):
         export_axes(small_build / "b01.band.h5", small_build.parent / "other", 1.0, 1000)

@@ -1,7 +1,19 @@
 """Air and lines of sight, each solved once."""
 
+import os
+from pathlib import Path
+
 import light_cases
 import pytest
+
+BUILT = "SKYSHINE_SMALL_BUILD"  # names a finished build, for runs under sanitizers
+
+
+@pytest.fixture(scope="package")
+def built(request):
+    """Folder of the small build."""
+    given = os.environ.get(BUILT)
+    return Path(given) if given else request.getfixturevalue("small_build")
 
 
 @pytest.fixture(scope="package")

@@ -51,7 +51,7 @@ from skyshine.schemas.hdf5 import Group
 
 # Coordinates of the channels: what lies outside them was refused by range, altitude or elevation before.
 _INNER = {*NODES, SURFACE, TARGET, ABOVE_RISE}
-SHORTEST_KM = 1e-12  # of air that stands for a range of 0, where the path radiance ratio has its limit
+SHORTEST_KM = 1e-12  # of air used in place of a range of 0, where the path radiance ratio has its limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,14 +60,14 @@ class ChannelPaths:
 
     Attributes
     ----------
-    places : RayPlaces
+    coordinates : RayPlaces
     depth : (..., P) array
         Optical depth in the channels.
     extinction : (..., P) array
         Mean extinction of a path of no length, km^-1, otherwise of the path.
     """
 
-    places: RayPlaces
+    coordinates: RayPlaces
     depth: Floats
     extinction: Floats
 
@@ -82,7 +82,7 @@ class ChannelReader:
     ground_km, scale_height_km : float
         Root attributes of the file.
     out_of_range : OutOfRange
-        For the axes by which a user asks.
+        Policies of the axes on which a user specifies values.
     """
 
     root: Group
@@ -103,17 +103,19 @@ class ChannelReader:
 
     def paths(self, range_km: npt.ArrayLike, altitude_km: npt.ArrayLike, elevation_deg: npt.ArrayLike) -> ChannelPaths:
         """Optical depths of paths; arguments are broadcast against each other."""
-        places = self.rays.locate(range_km, altitude_km, elevation_deg)
+        coordinates = self.rays.locate(range_km, altitude_km, elevation_deg)
         if END_RISE in self.root.variables:
-            reach = np.minimum(np.asarray(range_km, float), places.ground_distance)
-            straight = self.rays.straight_height(reach, places.height_root, elevation_deg)
-            end = straight + reach * self._fields(END_RISE, places)
-            grounded = places.to_ground & (places.share >= 1)
-            places = replace(places, end_height=np.where(grounded, 0.0, np.maximum(end, 0.0)))
-        mean = np.exp(self._fields("log_mean_extinction", places))
+            reach = np.minimum(np.asarray(range_km, float), coordinates.ground_distance)
+            straight = self.rays.straight_height(reach, coordinates.height_root, elevation_deg)
+            end = straight + reach * self._fields(END_RISE, coordinates)
+            at_ground = coordinates.to_ground & (coordinates.share >= 1)
+            coordinates = replace(coordinates, end_height=np.where(at_ground, 0.0, np.maximum(end, 0.0)))
+        mean = np.exp(self._fields("log_mean_extinction", coordinates))
         factor = self._array("absorber_factor")
         extinction = np.maximum(np.moveaxis(mean, 0, -1) @ factor.T, 0.0)
-        return ChannelPaths(places, extinction * np.maximum(places.length, SHORTEST_KM)[..., None], extinction)
+        return ChannelPaths(
+            coordinates, extinction * np.maximum(coordinates.length, SHORTEST_KM)[..., None], extinction
+        )
 
     def transmittance(self, paths: ChannelPaths) -> Floats:
         """In-band transmittance (...)."""
@@ -128,7 +130,7 @@ class ChannelReader:
     def path_radiance_ratio(self, paths: ChannelPaths, source_elevation: npt.ArrayLike, angle: npt.ArrayLike) -> Floats:
         """Path radiance over absorptance, for a scattering angle [degree]."""
         absorbed = -np.expm1(-paths.depth)
-        thermal = self._fields("thermal_ratio", paths.places)
+        thermal = self._fields("thermal_ratio", paths.coordinates)
         radiance = thermal * (absorbed @ self._array("thermal_reference"))
         height = np.asarray(source_elevation, float)
         night = self._night()
@@ -138,7 +140,7 @@ class ChannelReader:
             source_elevation=night.within(height),
             scattering_angle=angle,
         )
-        parts = self._fields("scattered_ratio", paths.places)
+        parts = self._fields("scattered_ratio", paths.coordinates)
         scattered = np.maximum(np.sum(factor * parts, axis=0), 0.0) * night.share(height)
         radiance = radiance + scattered * (absorbed @ self._array("source_reference"))
         absorptance = self._mean(paths)[1]
@@ -162,8 +164,8 @@ class ChannelReader:
         """Direct irradiance over pi, (36); its part at each wavelength, (..., B), on request."""
         height = self._surface_height(paths)
         above = np.asarray(source_elevation, float) - self._read("source_rise", target_height=height)
-        place = {"target_height": height, "elevation_above_rise": above}
-        light = self._light("direct_light", paths, shares=self._shares(SOURCE_SHARE, by_wavelength), **place)
+        surface = {"target_height": height, "elevation_above_rise": above}
+        light = self._light("direct_light", paths, shares=self._shares(SOURCE_SHARE, by_wavelength), **surface)
         up = above[..., None] >= 0 if by_wavelength else above >= 0
         return np.where(up, np.maximum(light, 0.0), 0.0)
 
@@ -201,9 +203,9 @@ class ChannelReader:
         emission = self._read(
             GROUND_EMISSION, ground_temperature=np.asarray(kelvin, float)[..., None], channel=channels
         )
-        place = {"surface_height": height, "zonal_harmonic": np.asarray(harmonic)}
+        surface = {"surface_height": height, "zonal_harmonic": np.asarray(harmonic)}
         shares = self._shares(THERMAL_SHARE, by_wavelength)
-        return self._light("ground_harmonics", paths, emission, shares=shares, **place)
+        return self._light("ground_harmonics", paths, emission, shares=shares, **surface)
 
     def _sky(
         self,
@@ -211,18 +213,18 @@ class ChannelReader:
         scattered: str,
         paths: ChannelPaths,
         source_elevation: npt.ArrayLike,
-        place: dict[str, Any],
+        axes: dict[str, Any],
         by_wavelength: bool,
     ) -> Floats:
         height, night = self._surface_height(paths), self._night()
         elevation = np.asarray(source_elevation, float)
         emitted = self._light(
-            thermal, paths, shares=self._shares(THERMAL_SHARE, by_wavelength), surface_height=height, **place
+            thermal, paths, shares=self._shares(THERMAL_SHARE, by_wavelength), surface_height=height, **axes
         )
-        at = {"surface_height": height, SKY_ELEVATION: night.within(elevation)} | place
-        lit = self._light(scattered, paths, shares=self._shares(SOURCE_SHARE, by_wavelength), **at)
+        at = {"surface_height": height, SKY_ELEVATION: night.within(elevation)} | axes
+        sunlit = self._light(scattered, paths, shares=self._shares(SOURCE_SHARE, by_wavelength), **at)
         share = night.share(elevation)
-        return emitted + lit * (share[..., None] if by_wavelength else share)
+        return emitted + sunlit * (share[..., None] if by_wavelength else share)
 
     def _light(
         self,
@@ -231,14 +233,14 @@ class ChannelReader:
         spectrum: Floats | None = None,
         *,
         shares: Floats | None = None,
-        **place: npt.ArrayLike,
+        **coordinates: npt.ArrayLike,
     ) -> Floats:
         """Light at the ends of paths as they weigh it, over their transmittance; `spectrum` (..., P) multiplies it, and
         `shares` (P, B) part it along a last axis.
         """
-        shape = np.broadcast_shapes(paths.depth.shape[:-1], *(np.shape(values) for values in place.values()))
+        shape = np.broadcast_shapes(paths.depth.shape[:-1], *(np.shape(values) for values in coordinates.values()))
         part = self._numbers(f"{name}_part", shape)
-        value = self._read(name, **{f"{name}_part": part}, **place)
+        value = self._read(name, **{f"{name}_part": part}, **coordinates)
         relative = np.exp(paths.depth.min(axis=-1, keepdims=True) - paths.depth)
         through = relative if spectrum is None else relative * spectrum
         factor = self._array(f"{name}_factor")
@@ -254,7 +256,7 @@ class ChannelReader:
         return self._array(name) if by_wavelength else None
 
     def _surface_height(self, paths: ChannelPaths) -> Floats:
-        return paths.places.end_height
+        return paths.coordinates.end_height
 
     def _mean(self, paths: ChannelPaths) -> tuple[Floats, Floats]:
         """Logarithm of transmittance and absorptance, (...)."""
@@ -266,23 +268,23 @@ class ChannelReader:
     def _night(self) -> NightShare:
         return NightShare(self._rule(SOURCE_ELEVATION))
 
-    def _fields(self, name: str, places: RayPlaces) -> Floats:
+    def _fields(self, name: str, ray: RayPlaces) -> Floats:
         """A field at places, one for each part in front where it has parts."""
-        place = {"share": places.share, "height_root": places.height_root, "direction": places.direction}
-        first = self.root.variables[name].dims[0]
-        if first not in NODES:
-            place[first] = self._numbers(first, np.shape(places.share))
-        return self._read(name, **place)
+        coordinates = {"share": ray.share, "height_root": ray.height_root, "direction": ray.direction}
+        part_axis = self.root.variables[name].dims[0]
+        if part_axis not in NODES:
+            coordinates[part_axis] = self._numbers(part_axis, np.shape(ray.share))
+        return self._read(name, **coordinates)
 
     def _numbers(self, axis: str, shape: tuple[int, ...]) -> npt.NDArray[Any]:
         """Numbers of the parts of an axis, in front of a shape."""
         numbers = np.asarray(self.root.axes[axis].values)
         return numbers.reshape(-1, *[1] * len(shape))
 
-    def _read(self, name: str, **place: npt.ArrayLike) -> Floats:
+    def _read(self, name: str, **coordinates: npt.ArrayLike) -> Floats:
         variable = self.root.variables[name]
-        places = {axis: np.asarray(values) for axis, values in place.items()}
-        return interpolate(np.asarray(variable.data), [self._rule(dim) for dim in variable.dims], places)
+        arrays = {axis: np.asarray(values) for axis, values in coordinates.items()}
+        return interpolate(np.asarray(variable.data), [self._rule(dim) for dim in variable.dims], arrays)
 
     def _rule(self, axis: str) -> AxisRule:
         rule = AxisRule.of(axis, self.root.axes[axis])
@@ -332,8 +334,8 @@ class NumpyAir(AtmosphereTable):
         paths = reader.paths(*line)
         if np.any(np.isfinite(entry.end_altitude_km)):  # in space the beam alone knows how high
             high = np.where(np.isfinite(entry.end_altitude_km), entry.end_altitude_km - reader.ground_km, 0.0)
-            end = np.where(np.isfinite(entry.end_altitude_km), high, paths.places.end_height)
-            paths = replace(paths, places=replace(paths.places, end_height=end))
+            end = np.where(np.isfinite(entry.end_altitude_km), high, paths.coordinates.end_height)
+            paths = replace(paths, coordinates=replace(paths.coordinates, end_height=end))
         if quantity == "beta_star":
             return reader.beta_star(paths, place["range"])
         if quantity == DEPTH:

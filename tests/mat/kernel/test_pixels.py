@@ -26,8 +26,8 @@ FRAME = LinesOfSight(np.array([2.0]), np.array([0.7]), np.array([-20.0]), np.arr
 
 
 @pytest.fixture(scope="module")
-def tables(small_build):
-    return tuple(open_table(small_build / f"{name}.h5") for name in ("s01.htt", "b01.band", "s01b01.atmq"))
+def tables(built):
+    return tuple(open_table(built / f"{name}.h5") for name in ("s01.htt", "b01.band", "s01b01.atmq"))
 
 
 def pixels(count=COUNT, seed=3):
@@ -202,16 +202,16 @@ def bytes_of(folder, name):
 
 
 @pytest.mark.parametrize("name", ["other ranges", "a frame beside walls", "in the shade"])
-def test_with_four_and_eight_numbers_the_bytes_are_the_same(small_build, name):
+def test_with_four_and_eight_numbers_the_bytes_are_the_same(built, name):
     if lanes() != 8:
         pytest.skip("this processor has vectors of four")
     program = "import sys; sys.path.insert(0, sys.argv[1]); import test_pixels as t; print(t.bytes_of(*sys.argv[2:]))"
-    command = [sys.executable, "-c", program, Path(__file__).parent, small_build, name]
+    command = [sys.executable, "-c", program, Path(__file__).parent, built, name]
     shown = [
         subprocess.run(command, env=os.environ | {VARIABLE: number}, capture_output=True, text=True, check=True).stdout
         for number in ("4", "8")
     ]
-    assert shown[0] == shown[1] == f"{bytes_of(small_build, name)}\n"
+    assert shown[0] == shown[1] == f"{bytes_of(built, name)}\n"
 
 
 def with_data(table, array, data):

@@ -13,12 +13,13 @@ from skyshine.mat.kernel import library
 FLAGS = ["-std=c11", "-O1", "-g", "-ffp-contract=off", "-fno-math-errno", "-fPIC", "-fvisibility=hidden", "-mavx2"]
 SANITIZED = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 FOLDER = Path(__file__).parent
+BUILT = "SKYSHINE_SMALL_BUILD"
 ONCE = {"dispatch.c", "layouts.c", "processor.c", "tables.c"}  # compiled once, as in backend.py
 
 
 @pytest.mark.validation
 @pytest.mark.skipif(not shutil.which("gcc"), reason="needs gcc")
-def test_the_tests_of_the_kernel_pass_under_address_and_undefined_sanitizers(tmp_path):
+def test_the_tests_of_the_kernel_pass_under_address_and_undefined_sanitizers(built, tmp_path):
     if library.lanes() != 8:
         pytest.skip("needs AVX2")
     sources, objects = Path(library.__file__).parent, []
@@ -35,7 +36,12 @@ def test_the_tests_of_the_kernel_pass_under_address_and_undefined_sanitizers(tmp
         subprocess.run(["gcc", f"-print-file-name={name}"], capture_output=True, text=True, check=True).stdout.strip()
         for name in ("libasan.so", "libubsan.so")
     ]
-    settings = {"LD_PRELOAD": " ".join(runtimes), "ASAN_OPTIONS": "detect_leaks=0", "PYTHONMALLOC": "malloc"}
+    settings = {
+        "LD_PRELOAD": " ".join(runtimes),
+        "ASAN_OPTIONS": "detect_leaks=0",
+        "PYTHONMALLOC": "malloc",
+        BUILT: str(built),
+    }
     tests = [FOLDER / "test_scattered_light.py", FOLDER / "test_thermal_light.py", FOLDER / "test_cut_layers.py"]
     tests.append(FOLDER / "test_pixels.py")
     command = [sys.executable, FOLDER / "with_library.py", made, "-q", "-n", "0", "-p", "no:cacheprovider", *tests]

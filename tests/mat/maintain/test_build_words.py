@@ -13,7 +13,7 @@ def test_the_drawn_files_are_in_the_checkout(pytestconfig, name):
 
 def test_a_build_is_drawn(tmp_path, tiny_job, build_inline, monkeypatch):
     monkeypatch.setattr(build_words, "build", build_inline)
-    text, picture = build_words.draw(tmp_path, tiny_job(), shown=(1, 3))
+    text, picture = build_words.draw(tmp_path, tiny_job(), steps=(1, 3))
     lines = text.read_text().splitlines()
     assert lines[0] == "$ mat build job.yaml --verbose" and sum("built in" in line for line in lines) == 3
     assert lines[-1].startswith("built: 3 files in ")

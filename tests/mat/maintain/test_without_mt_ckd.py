@@ -121,7 +121,7 @@ def test_the_spectrum_command_of_the_tree_refuses_mt_ckd_in_one_line(mat, tmp_pa
 def test_tables_with_mt_ckd_are_refused(tables, tmp_path):
     absorption, broadband = tables
     packaged = atmospheres.path("absorption.h5")
-    with pytest.raises(InputError, match="holds figures of MT_CKD"):
+    with pytest.raises(InputError, match="contains figures of MT_CKD"):
         CliRunner().invoke(main, _arguments(tmp_path / "a", packaged, broadband), catch_exceptions=False)
     named = Path(shutil.copy(absorption, tmp_path))
     with h5py.File(named, "r+") as file:

@@ -62,6 +62,6 @@ def test_a_read_that_is_not_a_number_holds_no_tolerance(path, first):
     nodes = ChannelNodes.of(NodeCounts(), (0.0, 1.0))
     good, bad = Lines(), Lines(**{first: path})
     kept = placed_channels(lambda _: None, [good, good], nodes, None, 1.0, max_nodes=10**6)
-    assert kept.nodes is nodes and (kept.p99, kept.worst) == (0.0, 0.0)
+    assert kept.nodes is nodes and (kept.p99, kept.largest) == (0.0, 0.0)
     with pytest.raises(CheckFailed, match="cannot be held in channels: .* nan"):
         placed_channels(lambda _: None, [bad, good], nodes, None, 1.0, max_nodes=10**6)

@@ -21,7 +21,7 @@ class LinearAir:
         shells=Shells.of(np.array([0.0, 1e4, 1e5]), np.array([2.5e25, 8e24, 1e20]), 1000.0),
     )
 
-    def along_lines(self, ranges, altitude, elevation, source, azimuth, ambient_at, irradiance, *, wanted):
+    def along_lines(self, ranges, altitude, elevation, source, azimuth, ambient_at, irradiance, *, quantities):
         path = ranges + altitude[:, None] + elevation[:, None]
         lit = path[:, :, None] + source[:, None] + azimuth[:, None]
         row = np.arange(len(ambient_at))
@@ -44,7 +44,7 @@ def probes():
 
 
 def test_sources_are_spread_over_their_cells(probes):
-    assert np.mean(probes.places["source_elevation"] < 0) == pytest.approx(0.5, abs=0.05)
+    assert np.mean(probes.coordinates["source_elevation"] < 0) == pytest.approx(0.5, abs=0.05)
 
 
 def test_linear_tables_have_no_error_and_a_wrong_node_shows(probes):
@@ -80,7 +80,7 @@ def test_regions_are_where_they_say(probes):
     counted = np.broadcast_to(probes.truth.valid[:, :, None], shape)
 
     def places(name):
-        return np.broadcast_to(probes.places[name], shape)[counted]
+        return np.broadcast_to(probes.coordinates[name], shape)[counted]
 
     assert np.all(places("source_elevation")[regions["day"]] > 0)
     assert np.all(places("source_elevation")[regions["twilight"]] <= 0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.measure.refinement import fewest_nodes, holds
+from skyshine.mat.measure.refinement import fewest_nodes, meets
 from skyshine.mat.measure.surface_nodes import read_temperature, refined_axes
 from skyshine.schemas.errors import CheckFailed
 
@@ -44,10 +44,10 @@ def test_a_step_is_closed_in_and_refused_by_none():
 
 
 def test_holds_allows_one_in_a_hundred_up_to_twice():
-    assert holds(np.array([0.0] * 99 + [1.9]), 1.0)
-    assert not holds(np.array([0.0] * 99 + [2.1]), 1.0)
-    assert not holds(np.array([0.0] * 98 + [1.5] * 2), 1.0)
-    assert holds(np.array([np.nan]), 1.0)
+    assert meets(np.array([0.0] * 99 + [1.9]), 1.0)
+    assert not meets(np.array([0.0] * 99 + [2.1]), 1.0)
+    assert not meets(np.array([0.0] * 98 + [1.5] * 2), 1.0)
+    assert meets(np.array([np.nan]), 1.0)
 
 
 BASE = {

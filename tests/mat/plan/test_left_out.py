@@ -13,7 +13,7 @@ import yaml
 
 import skyshine.mat
 from skyshine import materials
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.left_out import temperature_times
 from skyshine.mat.plan.twins import twins_left_out
@@ -94,7 +94,7 @@ def test_no_value_differs_by_more_than_that(kept):
     """Direct computation with the scattered moonlight that the file leaves out, and without it."""
     job = kept[0].trimmed.on_date_of_state(1)
     state, response, table = atmospheric_state(job.site, job.states[0]), response_of(job.bands[1]), absorption_table()
-    everything = band_points(table.points(*response.wavenumber_range), response)
+    everything = points_of_band(table, response)
     compiled, _ = compiled_band(kept[0].on_date_of_state(1), job.states[0], response, state, everything)
     moon = source_irradiance(job, "moon", compiled.band.wavenumber, compiled.band.width)
     air = BandAtmosphere.of(state, compiled.band)

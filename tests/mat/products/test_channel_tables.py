@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy_air import ChannelReader
 
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
@@ -41,7 +41,7 @@ LIT = {"source_elevation": 30.0, "source_azimuth": 40.0}
 
 @pytest.fixture(scope="module")
 def air():
-    band = band_points(AbsorptionTable.open().points(*RESPONSE.wavenumber_range), RESPONSE)
+    band = points_of_band(AbsorptionTable.open(), RESPONSE)
     return BandAtmosphere.of(AtmosphericState.from_profile("midlatitude_summer"), band)
 
 
@@ -242,7 +242,7 @@ def test_ends_of_long_paths_stand_where_traced_rays_end(air, channels):
     def end_height(tables):
         table = tables.table(tables.nodes(NodeCounts(16, 10, 4, 8, 10)))
         reader = ChannelReader.of(table.root, table.attributes)
-        return reader.paths(*place.values()).places.end_height
+        return reader.paths(*place.values()).coordinates.end_height
 
     assert np.abs(end_height(long) - traced).max() < 0.25
     assert np.abs(end_height(with_parts_of(long, tolerance=1e3)) - traced).max() > 2
@@ -352,7 +352,7 @@ def test_an_optical_depth_is_read_by_wavelength_and_beta_star_is_not(table):
 def test_the_night_sky_is_in_the_ambient_light(builds_here):
     """1.6 um without a source: airglow is all there is, and a runtime reads it as it is computed directly."""
     response = SpectralResponse.rectangular(1.6, 1.605)
-    band = band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
+    band = points_of_band(AbsorptionTable.open(), response)
     state = replace(AtmosphericState.from_profile("midlatitude_summer"), night_sky=1.0)
     air, dark = BandAtmosphere.of(state, band), np.zeros(band.wavenumber.size)
     light = solar_irradiance(band.wavenumber) * 1e-6

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import skyshine.mat
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathScope
 from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
@@ -52,7 +52,7 @@ def job_of(folder, more):
 def compiled(loaded):
     job, response = loaded.trimmed, response_of(loaded.trimmed.bands[0])
     state = atmospheric_state(job.site, job.states[0])
-    everything = band_points(absorption_table().points(*response.wavenumber_range), response)
+    everything = points_of_band(absorption_table(), response)
     return state, compiled_band(loaded.on_date_of_state(1), job.states[0], response, state, everything)[0]
 
 

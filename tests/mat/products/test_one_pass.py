@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
@@ -54,7 +54,7 @@ def taken(counts):
 
 
 def test_fields_are_solved_once_and_a_second_source_traces_few_lines(counted):
-    band = band_points(AbsorptionTable.open().points(*RESPONSE.wavenumber_range), RESPONSE)
+    band = points_of_band(AbsorptionTable.open(), RESPONSE)
     air, scale = BandAtmosphere.of(AtmosphericState.from_profile("midlatitude_summer"), band), Scale.kelvin(RESPONSE)
     sunlight = solar_irradiance(band.wavenumber)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.plan import make_plan
 from skyshine.mat.products import shared_nodes as module
@@ -62,7 +62,7 @@ def job_of(tmp_path, folder, monkeypatch):
 
 def nodes_of(loaded, number):
     response, state = response_of(loaded.trimmed.bands[0]), loaded.trimmed.states[number]
-    points = band_points(absorption_table("mt_ckd_4.3").points(*response.wavenumber_range), response)
+    points = points_of_band(absorption_table("mt_ckd_4.3"), response)
     return shared_nodes(loaded, state, response, "sun", points)
 
 

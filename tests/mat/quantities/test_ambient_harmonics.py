@@ -146,7 +146,7 @@ def test_the_level_face_of_a_table_is_that_of_the_level_quantity(lit):
     """At range 0, over a long path, in a cell behind the ground, under all sources."""
     atmosphere, irradiance = lit
     grid = PathGrid([0.0, 2.0, 400.0], [0.5, 20.0], [-40.0, 0.0, 30.0], [-20.0, 20.0, 70.0], [0.0])
-    level = atmosphere.table(grid, irradiance, wanted=("ambient",)).ambient
+    level = atmosphere.table(grid, irradiance, quantities=("ambient",)).ambient
     for count in COUNTS:
         tables = ambient_harmonics(atmosphere, grid, irradiance, count)
         assert tables.radiance.shape == (*grid.shape[:4], count) and np.all(np.isfinite(tables.radiance))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
@@ -31,7 +31,7 @@ GRID = PathGrid(
 
 @pytest.fixture(scope="module")
 def band():
-    return band_points(AbsorptionTable.open().points(*RESPONSE.wavenumber_range), RESPONSE)
+    return points_of_band(AbsorptionTable.open(), RESPONSE)
 
 
 @pytest.fixture(scope="module")
@@ -152,7 +152,7 @@ def test_night_has_only_thermal_path_radiance(air, band):
 
 def test_isothermal_opaque_band_shows_the_black_body():
     response = SpectralResponse.rectangular(4.29, 4.30)
-    band = band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
+    band = points_of_band(AbsorptionTable.open(), response)
     state = AtmosphericState.from_profile("us_standard")
     state = replace(state, temperature=np.full_like(state.temperature, 285.0))
     grid = replace(GRID, altitude_km=[0.0, 1.0], source_azimuth_deg=[0.0])

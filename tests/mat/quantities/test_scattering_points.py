@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
@@ -24,7 +24,7 @@ SOURCES = LineSources.at(np.radians([2.0, 30.0, 70.0]), np.radians([5.0, 60.0, 1
 
 @pytest.fixture(scope="module")
 def air():
-    band = band_points(AbsorptionTable.open().points(*RESPONSE.wavenumber_range), RESPONSE)
+    band = points_of_band(AbsorptionTable.open(), RESPONSE)
     return BandAtmosphere.of(AtmosphericState.from_profile("midlatitude_summer"), band)
 
 

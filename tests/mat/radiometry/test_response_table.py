@@ -159,7 +159,7 @@ def test_scatter_beside_a_response_and_its_noise_below_0():
     column, unit, noise = response_notes(text, "r.csv")
     assert column == "has the column STDEV, which is not read"
     assert unit == "names no unit; 10300 to 11400 is read in nm"
-    assert noise == "has 2 values below 0, down to -0.0005; 0 stands for them"
+    assert noise == "has 2 values below 0, down to -0.0005; they are replaced by 0"
 
 
 @pytest.mark.parametrize(

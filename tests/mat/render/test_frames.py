@@ -400,7 +400,7 @@ def test_a_grazing_camera_sees_finite_pixels(roofed):
         ({"hours": [13.5]}, "found the sun at 75.4 degree at 13:30; s01b01.atmq.h5 holds up to 60"),
         ({"state": 2}, "holds no state 2; allowed: 1"),
         ({"bands": ["b07"]}, "bands.0: found the band 'b07'"),
-        ({"databases": "nowhere"}, "holds no catalog.json; run mat build"),
+        ({"databases": "nowhere"}, "contains no catalog.json; run mat build"),
         ({"sensors": {"b03": {"gain": 1.0}}}, "sensors.b03: found the band 'b03'"),
         ({"camera": {"plan_view": {"height_m": 50000.0, "size": [2, 2]}}}, "km of the observer; s01b01.atmq.h5 holds"),
     ],

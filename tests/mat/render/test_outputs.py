@@ -5,9 +5,9 @@ import OpenImageIO as oiio
 import pytest
 from PIL import Image
 
-from skyshine.mat.render.day_picture import animate, draw_day
+from skyshine.mat.render.day_picture import animate, draw_frames, photograph
 from skyshine.mat.render.files import frame_files, kelvin_values
-from skyshine.mat.render.frames import Frame
+from skyshine.mat.render.frames import Picture
 from skyshine.mat.render.scene_file import Sensor
 from skyshine.schemas.errors import InputError
 
@@ -16,7 +16,7 @@ from skyshine.schemas.errors import InputError
 def frame():
     draw = np.random.default_rng(3)
     radiance = draw.uniform(0.0, 60.0, (5, 7))
-    return Frame(
+    return Picture(
         13.5, "b02", (8.0, 12.0), radiance, draw.uniform(250, 330, (5, 7)), np.full((5, 7), np.nan), np.ones((5, 7))
     )
 
@@ -54,12 +54,12 @@ def test_the_day_has_a_frame_for_each_hour(scene_of, tmp_path):
     frames = [np.linspace(280, 280 + hour, 32).reshape(4, 8) for hour in range(1, 4)]
     animate(frames, [1.0, 2.0, 3.0], tmp_path / "day.png")
     assert Image.open(tmp_path / "day.png").n_frames == 3
-    scene = scene_of(hours=[1.0, 2.0, 3.0])
-    drawn = Image.open(draw_day(scene, {"b01": frames, "b02": frames}, tmp_path / "both.png"))
+    beside = photograph(scene_of(hours=[1.0, 2.0, 3.0]))
+    drawn = Image.open(draw_frames({"b01": frames, "b02": frames}, "123", tmp_path / "both.png", beside))
     assert drawn.width == 1400
 
 
-def test_a_picture_of_one_temperature_alone_is_drawn(scene_of, tmp_path):
+def test_a_picture_of_one_temperature_alone_is_drawn(tmp_path):
     animate([np.full((4, 8), 290.0)] * 2, [1.0, 2.0], tmp_path / "even.png")
     assert Image.open(tmp_path / "even.png").n_frames >= 1
-    assert draw_day(scene_of(hours=[1.0]), {"b01": [np.full((4, 8), 290.0)]}, tmp_path / "even_day.png").is_file()
+    assert draw_frames({"b01": [np.full((4, 8), 290.0)]}, ["1"], tmp_path / "even_day.png").is_file()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import skyshine.mat
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight
@@ -60,7 +60,7 @@ def job(small_job):
 def exact(job):
     """The air of the job at all points of its band."""
     response = response_of(job.bands[0])
-    points = band_points(absorption_table().points(*response.wavenumber_range), response)
+    points = points_of_band(absorption_table(), response)
     return BandAtmosphere.of(atmospheric_state(job.site, job.states[0]), points)
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 import skyshine.mat
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.state.turbidity import typical_aerosol
 from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.physics import physics_left_out
@@ -48,7 +48,7 @@ def test_bands_beyond_25_um_are_built_and_hold(build_inline, tmp_path, tiny_job,
 @pytest.mark.parametrize("width", [0.01, 1e-4])
 def test_points_of_a_narrow_band_weigh_as_much_as_the_band_is_wide(lower, width):
     response = SpectralResponse.rectangular(lower, lower + width)
-    band = band_points(absorption_table().points(*response.wavenumber_range), response)
+    band = points_of_band(absorption_table(), response)
     assert band.weight.sum() == pytest.approx(width, rel=6e-3)
 
 

@@ -57,7 +57,7 @@ def test_between_takes_both_ends(tmp_path):
         (record() + "\n" + record()[:100] + "\n", "not every record has 160"),
         (record().replace("3.500E-18", "3.5x0E-18").replace("3.500e-18", "3.5x0e-18") + "\n", "160-column format"),
         (record(isotopologue="Z") + "\n", "160-column format"),
-        (record() + "\n" + record(molecule=6) + "\n", "holds molecules [2, 6]"),
+        (record() + "\n" + record(molecule=6) + "\n", "contains molecules [2, 6]"),
     ],
 )
 def test_bad_files_are_refused(tmp_path, text, message):

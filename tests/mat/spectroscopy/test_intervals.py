@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.reference_paths import planck_ratio, slab_emission
+from skyshine.mat.atmosphere.gases.path_states import planck_ratio, slab_emission
 from skyshine.mat.spectroscopy.intervals import _stratified
 
 

@@ -11,7 +11,7 @@ from skyshine.mat.job.load import load_job
 from skyshine.mat.job.surface import Operation
 from skyshine.mat.scene.surface import surface_materials
 from skyshine.mat.surface.back_boundary import at_hours, back_drive
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import depth_response
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.material import SurfaceMaterial

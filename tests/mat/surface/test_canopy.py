@@ -10,7 +10,7 @@ from skyshine.mat.products.shade_error import stored_response
 from skyshine.mat.surface import canopy as canopy_module
 from skyshine.mat.surface import canopy_days as canopy_days_module
 from skyshine.mat.surface import solver as solver_module
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
 from skyshine.mat.surface.canopy import (
     CanopyBalance,
     gap_to_sky,
@@ -23,6 +23,7 @@ from skyshine.mat.surface.canopy import (
 from skyshine.mat.surface.canopy_conduction import CanopyConduction
 from skyshine.mat.surface.canopy_days import solve_canopy
 from skyshine.mat.surface.column import from_scene
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import Conduction, surface_admittance
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.forcing import Scene

@@ -8,7 +8,7 @@ import pytest
 from mat.maintain.bench.marching import march
 from skyshine.mat.scene.surface import surface_materials
 from skyshine.mat.surface import solver
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import Conduction, delayed_responses
 from skyshine.mat.surface.days import OneDay, solve_days
 from skyshine.mat.surface.solution import Method

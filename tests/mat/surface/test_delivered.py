@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from skyshine.mat.scene.surface import surface_materials
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.solver import solve_columns
 from skyshine.materials.library import load_library
 

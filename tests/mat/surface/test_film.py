@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from showers import random_rain
 
-from skyshine.mat.surface.balance import Balance, Forcing, skin_of
+from skyshine.mat.surface.balance import Balance, skin_of
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.film import LATENT_HEAT, TOLERANCE, _root, aitken, evaporated, film_of
 from skyshine.mat.surface.material import SurfaceMaterial

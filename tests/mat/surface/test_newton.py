@@ -9,7 +9,8 @@ from click.testing import CliRunner
 
 from skyshine.mat.commands.temperature import command
 from skyshine.mat.surface import newton, solver
-from skyshine.mat.surface.balance import MELTING_POINT, Balance, Forcing
+from skyshine.mat.surface.balance import MELTING_POINT, Balance
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.solver import solve_columns
 from skyshine.mat.surface.stress import random_snow

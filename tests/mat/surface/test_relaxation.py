@@ -7,7 +7,8 @@ import pytest
 
 from skyshine.mat.surface import relaxation
 from skyshine.mat.surface.acceleration import Anderson
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.relaxation import Relaxation, first_guess, imbalance_of, sampled

@@ -13,9 +13,11 @@ from skyshine.mat.surface.soil_moisture import (
     diffusivity,
     dry_layer,
     drying_moisture,
+    freezing_capacity,
     moist_stack,
     resistance,
     supply,
+    unfrozen_water,
 )
 from skyshine.materials.library import load_library
 from skyshine.materials.records import Back, Layer, Soil, ThermalStack
@@ -155,11 +157,25 @@ def test_frozen_soil_conducts_as_cote_and_konrad_have_it():
         assert conductivity(sand, 0.0, frozen) == pytest.approx(dry)
 
 
+def test_water_that_freezes_as_soil_cools_is_the_slope_of_what_stays_liquid():
+    """Andersland and Anderson (1978), in volume fractions: ln w = ln dry density + .5519 ln S - 1.449 S^-.264 ln frost
+    - 11.25; the heat of what freezes by its slope, taken by steps."""
+    for texture, grains in (("silt", 18.0), ("loam", 40.0), ("clay", 60.0)):
+        law = np.log(1500.0) + 0.5519 * np.log(grains) - 1.449 * grains**-0.264 * np.log(3.0) - 11.25
+        assert unfrozen_water(texture, 1500.0, 3.0) == pytest.approx(np.exp(law), rel=2e-3)
+    step = 1e-4
+    freezes = unfrozen_water("silt", 1500.0, 4.0) - unfrozen_water("silt", 1500.0, 4.0 + step)
+    assert freezing_capacity("silt", 1500.0, 0.3, 4.0) == pytest.approx(3.337e5 * 1e3 * freezes / step, rel=1e-3)
+    assert freezing_capacity("clay", 1500.0, 0.05, 2.0) == 0.0  # all of it is liquid still
+    assert freezing_capacity("silt", 1500.0, 0.3, 0.1) == freezing_capacity("silt", 1500.0, 0.3, 1.0)
+
+
 def test_ice_in_the_pores_holds_half_the_heat_of_water():
     layer = Layer(0.1, 0.3, 1600.0, 800.0)
     stack, sand = (
         ThermalStack(Layer(0.002, 0.3, 1600.0, 800.0), (layer, layer), Back("fixed")),
         Soil("sand", 0.4, 3.0, 1),
     )
-    ice, water = (moist_stack(stack, sand, 0.4, frozen).layers[0] for frozen in (True, False))
-    assert water.density * water.heat_capacity - ice.density * ice.heat_capacity == pytest.approx(400 * (4180 - 2030))
+    ice, water = (moist_stack(stack, sand, 0.4, frost).layers[0] for frost in (6.0, 0.0))
+    capacity = water.density * water.heat_capacity - ice.density * ice.heat_capacity
+    assert capacity + freezing_capacity("sand", 1600.0, 0.4, 6.0) == pytest.approx(400 * (4180 - 2030))

@@ -7,7 +7,8 @@ import pytest
 
 from skyshine.mat.surface import newton, solver
 from skyshine.mat.surface.back_boundary import BackFlux
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import Conduction, surface_admittance
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solution import Method

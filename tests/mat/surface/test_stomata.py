@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.stomata import CLOSED, canopy_resistance
 from skyshine.mat.surface.vapour import saturation_pressure

@@ -75,10 +75,10 @@ def test_databases_are_found_by_what_they_hold(year):
 @pytest.mark.parametrize(
     ("wanted", "words"),
     [
-        ({"date": "2026-07-29"}, r"holds no date '2026-07-29'; did you mean '2026-07-28'\? allowed: 2026-01-01, "),
-        ({"band": "windw"}, "holds no band 'windw'; did you mean 'window'"),
-        ({"filetype": "htt"}, "holds no filetype 'htt'; .*allowed: atmq, lunar_atmq, band"),
-        ({"source": "star"}, "holds no source 'star'.*allowed: sun, moon"),
+        ({"date": "2026-07-29"}, r"contains no date '2026-07-29'; did you mean '2026-07-28'\? allowed: 2026-01-01, "),
+        ({"band": "windw"}, "contains no band 'windw'; did you mean 'window'"),
+        ({"filetype": "htt"}, "contains no filetype 'htt'; .*allowed: atmq, lunar_atmq, band"),
+        ({"source": "star"}, "contains no source 'star'.*allowed: sun, moon"),
     ],
 )
 def test_what_no_database_has_is_refused_with_what_there_is(year, wanted, words):
@@ -111,7 +111,7 @@ def test_the_table_that_is_opened_is_that_of_the_folder(small_build):
 
 @pytest.mark.parametrize("text", ["no JSON", "[]", '{"files": [{"file": "s01.htt.h5", "filetype": "htt"}]}'])
 def test_what_is_no_catalogue_is_refused(tmp_path, text):
-    with pytest.raises(InputError, match=r"holds no catalog\.json"):
+    with pytest.raises(InputError, match=r"contains no catalog\.json"):
         open_catalog(tmp_path)
     (tmp_path / "catalog.json").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=r"catalog\.json: is no catalogue of databases"):

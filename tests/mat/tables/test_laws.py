@@ -193,7 +193,7 @@ VIOLATIONS: list[tuple[str, Callable, str]] = [
     ("htt", put("diagnostics/residual", -1.0), "diagnostics/residual"),
     ("htt", axis("time", [0.0, 24.0]), "less than the period 24"),
     ("htt", axis("material", [0, 5]), "material: 1 of 2 values do not lie in 1 to 65535"),
-    ("htt", put("material_name", "rock"), "a name is empty or stands twice"),
+    ("htt", put("material_name", "rock"), "a name is empty or occurs twice"),
     *[
         ("band", put(name, 1.5), f"{name}: 1 of 2 values do not lie in 0 to 1")
         for name in ("reflectance", "emissivity")

@@ -89,7 +89,7 @@ def test_out_of_range_is_chosen_for_each_axis(small_build):
 
 def test_a_file_of_another_type_says_what_is_meant(small_build):
     assert open_as(BandTable, small_build / "b01.band.h5", "build again").blackbody_radiance(300.0) > 0
-    with pytest.raises(InputError, match="holds 'band'; allowed: atmq, lunar_atmq; build again"):
+    with pytest.raises(InputError, match="is of the file type 'band'; allowed: atmq, lunar_atmq; build again"):
         open_as(AtmosphereTable, small_build / "b01.band.h5", "build again")
 
 

@@ -69,5 +69,5 @@ def test_what_the_tracks_do_not_hold_is_refused(table):
     with pytest.raises(InputError, match="track_time: found 36.5; allowed: 0 to 36"):
         table.source_track("sun", time=36.5)
     kept = {name: each for name, each in table.root.variables.items() if not name.startswith(("sun_", "moon_"))}
-    with pytest.raises(InputError, match="holds no tracks of Sun and Moon; build it again"):
+    with pytest.raises(InputError, match="contains no tracks of Sun and Moon; build it again"):
         replace(table, root=replace(table.root, variables=kept)).source_track("sun", time=0)

@@ -111,14 +111,15 @@ fn shaded_steps(shade: &[[f64; 2]]) -> Result<[f64; STEPS]> {
     }
     let (step, mut shaded) = (DAY_H / STEPS as f64, [0.0; STEPS]);
     for (k, share) in shaded.iter_mut().enumerate() {
-        let (first, last) = ((k as f64 - 0.5) * step, (k as f64 + 0.5) * step);
+        let hour = k as f64 * DAY_H / STEPS as f64;
+        let (first, last) = (hour - step / 2.0, hour + step / 2.0);
         for [begin, end] in shade {
             let end = if end < begin { end + DAY_H } else { *end };
             for turn in [-DAY_H, 0.0, DAY_H] {
-                *share += (last.min(end + turn) - first.max(begin + turn)).max(0.0) / step;
+                *share += (last.min(end + turn) - first.max(begin + turn)).max(0.0);
             }
         }
-        *share = share.min(1.0);
+        *share = (*share / step).min(1.0);
     }
     Ok(shaded)
 }
@@ -214,6 +215,9 @@ impl Tables {
     /// # Errors
     /// As [`Tables::shaded_temperature`].
     pub fn heated_temperature(&self, face: &Face, absorbed: &[f64]) -> Result<f64> {
+        if absorbed.is_empty() {
+            return Err(Error::value("absorbed_change must be a list of finite numbers"));
+        }
         let mut kelvin = 0.0;
         self.call(|tables, scratch, failure| unsafe {
             let (heat, steps) = (absorbed.as_ptr(), absorbed.len());

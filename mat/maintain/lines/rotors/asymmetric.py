@@ -88,13 +88,13 @@ def levels(states: tuple[VibrationalState, ...], j: int, coriolis: float = 0.0) 
     energy, vectors = np.linalg.eigh(matrix)
     full = np.zeros((len(states), 2 * j + 1, energy.size))
     share = np.zeros((len(states), 2, energy.size))  # by state and parity of K
-    first = 0
+    offset = 0
     for number, (basis, size) in enumerate(zip(bases, sizes, strict=True)):
-        full[number] = basis @ vectors[first : first + size]
+        full[number] = basis @ vectors[offset : offset + size]
         parity = np.abs(np.arange(-j, j + 1)) % 2
         for odd in (0, 1):
             share[number, odd] = np.sum(full[number][parity == odd] ** 2, axis=0)
-        first += size
+        offset += size
     state, ka = _assigned(share, states, j)
     even_sum = np.array([not states[s].odd for s in state], dtype=bool)
     kc = j - ka
@@ -194,29 +194,29 @@ def _assigned(share: Floats, states: tuple[VibrationalState, ...], j: int) -> tu
     """Vibrational state and Ka of levels in the order of energy: within a state and a parity of K, Ka rises with
     energy. Levels go to the state and parity that prevails, the most certain first, until its Ka are used up.
     """
-    places = {
+    projections = {
         (number, odd): [k for k in _allowed(j, odd=state.odd) if k % 2 == odd]
         for number, state in enumerate(states)
         for odd in (0, 1)
     }
     count = share.shape[-1]
     flat = share.reshape(2 * len(states), count)
-    members: dict[tuple[int, int], list[int]] = {key: [] for key in places}
+    members: dict[tuple[int, int], list[int]] = {key: [] for key in projections}
     for level in np.argsort(-flat.max(axis=0), kind="stable") if count else ():
         for choice in np.argsort(-flat[:, level], kind="stable"):
             key = divmod(int(choice), 2)
-            if len(members[key]) < len(places[key]):
+            if len(members[key]) < len(projections[key]):
                 members[key].append(int(level))
                 break
     state, ka = np.zeros(count, int), np.zeros(count, int)
-    for key, found in members.items():
-        order = sorted(found)
-        state[order], ka[order] = key[0], places[key]
+    for key, assigned in members.items():
+        order = sorted(assigned)
+        state[order], ka[order] = key[0], projections[key]
     return state, ka
 
 
 def _allowed(j: int, *, odd: bool) -> list[int]:
-    """K of the functions that nuclear spin statistics allow; K = 0 stands alone and is even where J is."""
+    """K of the functions that nuclear spin statistics allow; K = 0 has no partner and is even where J is."""
     return [k for k in range(j + 1) if k > 0 or (j % 2 == 1) == odd]
 
 

@@ -29,11 +29,11 @@ class BandLines:
     strength : (N,) array
         cm/molecule at 296 K, natural abundance included.
     air_width, self_width, temperature_exponent, shift : (N,) arrays
-        As in `LineList`.
+        Widths, exponents and shifts as in `LineList`.
     upper_rotation, lower_rotation : (N,) str arrays
         Rotational quantum numbers as HITRAN writes them, 15 characters.
     source : str
-        Where constants, strength and widths come from.
+        Source of constants, strength and widths.
     """
 
     molecule: int
@@ -63,7 +63,7 @@ def strength(
     squared_moment : (N,) array
         Squared transition moments summed over the orientations of both levels, Debye^2.
     partition_sum : float
-        At 296 K, without the weights of nuclear spin that `squared_moment` lacks.
+        Partition sum at 296 K, without the weights of nuclear spin that `squared_moment` lacks.
     share : float
         Natural abundance.
     """

@@ -51,30 +51,32 @@ class NormalModes:
 @functools.cache
 def normal_modes() -> NormalModes:
     """Normal coordinates by diagonalising the mass-weighted force constants."""
-    place = _geometry()
+    position = _geometry()
     step = 1e-5
     shifts = step * np.eye(6)
-    slope = np.array([(_internal(place.ravel() + d) - _internal(place.ravel() - d)) / (2 * step) for d in shifts]).T
+    slope = np.array(
+        [(_internal(position.ravel() + d) - _internal(position.ravel() - d)) / (2 * step) for d in shifts]
+    ).T
     mixed = STRETCH_BEND * LENGTH
     forces = np.array(
         [[STRETCH, STRETCH_STRETCH, mixed], [STRETCH_STRETCH, STRETCH, mixed], [mixed, mixed, BEND * LENGTH**2]]
     )
     square, modes = np.linalg.eigh(slope.T @ forces @ slope / MASS)
-    found = FREQUENCY_UNIT * np.sqrt(square[3:])
+    frequency = FREQUENCY_UNIT * np.sqrt(square[3:])
     # The antisymmetric stretch moves the inner atom along a only.
     antisymmetric = int(np.argmax(np.abs(modes[0, 3:])))
-    bend, stretch = (k for k in np.argsort(found) if k != antisymmetric)
+    bend, stretch = (k for k in np.argsort(frequency) if k != antisymmetric)
     order = [stretch, bend, antisymmetric]
-    wavenumber, modes = found[order], modes[:, 3:][:, order]
+    wavenumber, modes = frequency[order], modes[:, 3:][:, order]
     along_a, along_b = modes[0::2], modes[1::2]
     zeta = along_a.T @ along_b - along_b.T @ along_a
     size = np.sqrt(2 * ROTATION_UNIT / wavenumber) / np.sqrt(MASS)  # Angstrom per dimensionless coordinate
     signs, inertia = np.zeros(3), np.zeros((3, 3, 3))
     for k in range(3):
         move = step * size[k] * modes[:, k].reshape(3, 2)
-        inverse = [np.linalg.inv(_inertia(place + way * move)) for way in (1, -1)]
+        inverse = [np.linalg.inv(_inertia(position + way * move)) for way in (1, -1)]
         inertia[k] = ROTATION_UNIT * (inverse[0] - inverse[1]) / (2 * step)
-        change = _bond_moment(place + move) - _bond_moment(place - move)
+        change = _bond_moment(position + move) - _bond_moment(position - move)
         signs[k] = np.sign(change[0 if k == 2 else 1])
     return NormalModes(wavenumber, zeta, inertia, signs)
 
@@ -86,8 +88,8 @@ def rotation_ratio(masses: tuple[float, float, float]) -> Floats:
 
 def _constants(masses: tuple[float, float, float]) -> Floats:
     """Rotational constants (3,), cm^-1, from the largest."""
-    place, weight = _geometry(), np.array(masses)
-    z, x = (place - weight @ place / weight.sum()).T
+    position, weight = _geometry(), np.array(masses)
+    z, x = (position - weight @ position / weight.sum()).T
     plane = np.array([[weight @ z**2, -weight @ (x * z)], [-weight @ (x * z), weight @ x**2]])
     small, large = np.linalg.eigvalsh(plane)
     return np.asarray(ROTATION_UNIT / np.array([small, large, small + large]))
@@ -95,28 +97,28 @@ def _constants(masses: tuple[float, float, float]) -> Floats:
 
 def _geometry() -> Floats:
     """Positions (3, 2) along a and b, Angstrom, about the centre of like masses; the inner atom first."""
-    place = LENGTH * np.array(
+    position = LENGTH * np.array(
         [[0.0, 0.0], [np.sin(ANGLE / 2), -np.cos(ANGLE / 2)], [-np.sin(ANGLE / 2), -np.cos(ANGLE / 2)]]
     )
-    return np.asarray(place - place.mean(axis=0))
+    return np.asarray(position - position.mean(axis=0))
 
 
 def _internal(flat: Floats) -> Floats:
     """Bond lengths and angle of coordinates (6,)."""
     inner, *outer = flat.reshape(3, 2)
-    first, second = (atom - inner for atom in outer)
-    lengths = np.linalg.norm(first), np.linalg.norm(second)
-    return np.array([*lengths, np.arccos(first @ second / (lengths[0] * lengths[1]))])
+    bond, other_bond = (atom - inner for atom in outer)
+    lengths = np.linalg.norm(bond), np.linalg.norm(other_bond)
+    return np.array([*lengths, np.arccos(bond @ other_bond / (lengths[0] * lengths[1]))])
 
 
-def _inertia(place: Floats) -> Floats:
+def _inertia(position: Floats) -> Floats:
     """Inertia tensor (x, y, z) = (b, c, a) of positions (3, 2)."""
-    z, x = place.T
+    z, x = position.T
     return MASS * np.array(
         [[np.sum(z**2), 0.0, -np.sum(x * z)], [0.0, np.sum(x**2 + z**2), 0.0], [-np.sum(x * z), 0.0, np.sum(x**2)]]
     )
 
 
-def _bond_moment(place: Floats) -> Floats:
+def _bond_moment(position: Floats) -> Floats:
     """Moment (a, b) of two bonds whose moments point to the inner atom and are proportional to the bond's length."""
-    return np.asarray(2 * place[0] - place[1] - place[2])
+    return np.asarray(2 * position[0] - position[1] - position[2])

@@ -22,7 +22,7 @@ class LinearState:
     name : str
         Quantum numbers v1 v2 l2 v3.
     e, f : Constants
-        Of its levels of either parity; a state with l = 0 has e alone.
+        Constants of the levels of either parity; a state with l = 0 has e alone.
     """
 
     name: str
@@ -58,19 +58,23 @@ def transitions(lower: LinearState, upper: LinearState, largest_j: int) -> dict[
     if abs(change) > 1:
         raise ValueError(f"no dipole transition from {lower.name} to {upper.name}")
     # Levels of l > 0 are sums and differences of +l and -l: one of the two parts reaches l = 0, or is reached from it.
-    own, other_own = lower.bending_momentum, upper.bending_momentum
-    share = 2.0 if change and 0 in (own, other_own) else 1.0
+    lower_momentum, upper_momentum = lower.bending_momentum, upper.bending_momentum
+    share = 2.0 if change and 0 in (lower_momentum, upper_momentum) else 1.0
     rows = []
-    for j in range(own, largest_j + 1):
+    for j in range(lower_momentum, largest_j + 1):
         for step in (-1, 0, 1):
-            if j + step < other_own or (j == 0 and step == 0):
+            if j + step < upper_momentum or (j == 0 and step == 0):
                 continue
-            factor = share * (2 * j + 1) * clebsch_gordan(j, j + step, change)[j + step + other_own, j + own] ** 2
+            factor = (
+                share
+                * (2 * j + 1)
+                * clebsch_gordan(j, j + step, change)[j + step + upper_momentum, j + lower_momentum] ** 2
+            )
             for parity in PARITIES if lower.f else PARITIES[:1]:
-                other = parity if step else PARITIES[1 - PARITIES.index(parity)]
-                if factor == 0.0 or (other == "f" and upper.f is None):
+                upper_parity = parity if step else PARITIES[1 - PARITIES.index(parity)]
+                if factor == 0.0 or (upper_parity == "f" and upper.f is None):
                     continue
                 low = lower.energy(parity, j)
-                rows.append((upper.energy(other, j + step) - low, low, factor, j, step, parity == "f"))
+                rows.append((upper.energy(upper_parity, j + step) - low, low, factor, j, step, parity == "f"))
     columns = np.array(rows, float).T
     return dict(zip(("wavenumber", "lower_energy", "factor", "j", "step", "f"), columns, strict=True))

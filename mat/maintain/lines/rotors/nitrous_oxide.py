@@ -9,9 +9,9 @@ from mat.maintain.lines.rotors.linear import LinearState, transitions
 from skyshine.mat.spectroscopy.partition import reference_sum
 from skyshine.schemas.arrays import Floats
 
-MOLECULE = 4
-LARGEST_J = 80
-WEAKEST = 2e-25  # cm/molecule; lines below it are left out
+MOLECULE = 4  # number in HITRAN
+LARGEST_J = 80  # rotational quantum number of the lower level
+WEAKEST = 2e-25  # cm/molecule; weaker lines are omitted
 ABUNDANCE = 0.990333  # of 14N2 16O, HITRAN
 NUCLEAR_SPIN = 9.0  # weight that the partition sums of HITRAN hold
 

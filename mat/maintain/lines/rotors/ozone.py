@@ -15,9 +15,9 @@ from mat.maintain.lines.rotors.force_field import MASS, PERMANENT_MOMENT, normal
 from skyshine.mat.spectroscopy.partition import reference_sum
 from skyshine.schemas.arrays import Floats, Integers
 
-MOLECULE = 3
-LARGEST_J = 72
-WEAKEST = 5e-25  # cm/molecule; lines below it are left out
+MOLECULE = 3  # number in HITRAN
+LARGEST_J = 72  # rotational quantum number of the lower level
+WEAKEST = 5e-25  # cm/molecule; weaker lines are omitted
 
 # Constants of the ground state, cm^-1: J.-M. Flaud et al. 1990, Atlas of Ozone Spectral Parameters from Microwave to
 # Medium Infrared (Academic Press); H. M. Pickett et al. 1985, J. Mol. Spectrosc. 110, 186; to the digits given.
@@ -58,13 +58,14 @@ class Isotopologue:
     Attributes
     ----------
     number : int
-        Of HITRAN.
+        Number in HITRAN.
     abundance : float
         Natural, of HITRAN.
     masses : (3,) tuple
-        Of the inner atom and the two outer ones, u.
+        Masses of the inner atom and the two outer ones, u.
     origins : dict
-        Of the fundamentals at 9.6 um, where they are not those of the main species, cm^-1 (Flaud et al. 1990).
+        Origins of the fundamentals at 9.6 um, where they differ from those of the main species, cm^-1 (Flaud et al.
+        1990).
     """
 
     number: int
@@ -98,7 +99,7 @@ class Band:
     upper : tuple of str
         One state, or two that Coriolis coupling joins.
     operators : tuple of Moment
-        Of each upper state.
+        Moments of each upper state.
     """
 
     lower: str
@@ -106,14 +107,14 @@ class Band:
     operators: tuple[Moment, ...]
 
 
-def state(name: str, species: Isotopologue = MAIN, *, turned: bool = False) -> VibrationalState:
+def state(name: str, species: Isotopologue = MAIN, *, interchanged: bool = False) -> VibrationalState:
     """Constants of a vibrational state by its quantum numbers v1 v2 v3.
 
     Parameters
     ----------
     species : Isotopologue
         Its rotational constants are those of the main species times the ratios of the geometry's moments of inertia.
-    turned : bool
+    interchanged : bool
         Take the levels that nuclear spin forbids where the outer atoms are alike.
     """
     quanta = [int(character) for character in name]
@@ -122,7 +123,7 @@ def state(name: str, species: Isotopologue = MAIN, *, turned: bool = False) -> V
         rotation = rotation + number * (np.array(FUNDAMENTALS[fundamental]) - GROUND.rotation)
     a, b, c = (float(value) for value in rotation * rotation_ratio(species.masses))
     origin = species.origins.get(name, ORIGINS.get(name, 0.0))
-    return replace(GROUND, name=name, origin=origin, rotation=(a, b, c), odd=(quanta[2] % 2 == 1) != turned)
+    return replace(GROUND, name=name, origin=origin, rotation=(a, b, c), odd=(quanta[2] % 2 == 1) != interchanged)
 
 
 def operators(moment: Sequence[float] | Floats) -> dict[str, Moment]:
@@ -220,9 +221,9 @@ def band_lines(band: Band, species: Isotopologue = MAIN) -> list[BandLines]:
 
 
 @functools.lru_cache(maxsize=64)
-def _levels(names: tuple[str, ...], number: int, *, turned: bool) -> list[Levels]:
-    species = {one.number: one for one in (MAIN, OUTER_HEAVY, INNER_HEAVY)}[number]
-    states = tuple(state(name, species, turned=turned) for name in names)
+def _levels(names: tuple[str, ...], number: int, *, interchanged: bool) -> list[Levels]:
+    species = {isotopologue.number: isotopologue for isotopologue in (MAIN, OUTER_HEAVY, INNER_HEAVY)}[number]
+    states = tuple(state(name, species, interchanged=interchanged) for name in names)
     return [levels(states, j, coriolis() if len(names) == 2 else 0.0) for j in range(LARGEST_J + 2)]
 
 
@@ -235,17 +236,17 @@ def coriolis() -> float:
 
 def _columns(band: Band, species: Isotopologue = MAIN) -> dict[str, Floats]:
     """All lines of a band, one array an entry; strengths without natural abundance."""
-    found = []
-    for turned in (False,) if species.symmetric else (False, True):
-        lower = _levels((band.lower,), species.number, turned=turned)
-        upper = _levels(band.upper, species.number, turned=turned)
-        found += [
+    parts = []
+    for interchanged in (False,) if species.symmetric else (False, True):
+        lower = _levels((band.lower,), species.number, interchanged=interchanged)
+        upper = _levels(band.upper, species.number, interchanged=interchanged)
+        parts += [
             _pair(lower[j], upper[k], band.operators)
             for j in range(LARGEST_J + 1)
             for k in (j - 1, j, j + 1)
             if k >= 0 and not j == k == 0
         ]
-    columns = {name: np.concatenate([part[name] for part in found]) for name in found[0]}
+    columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     columns["strength"] = strength(
         columns["wavenumber"],
         columns["lower_energy"],
@@ -270,12 +271,12 @@ def _pair(lower: Levels, upper: Levels, by_state: tuple[Moment, ...]) -> dict[st
     }
 
 
-def _numbers(one: Levels, index: Integers) -> dict[str, Floats]:
+def _numbers(state_levels: Levels, index: Integers) -> dict[str, Floats]:
     """Rotational quantum numbers of levels."""
     return {
-        "j": np.full(index.size, float(one.j)),
-        "ka": one.ka[index].astype(float),
-        "kc": one.kc[index].astype(float),
+        "j": np.full(index.size, float(state_levels.j)),
+        "ka": state_levels.ka[index].astype(float),
+        "kc": state_levels.kc[index].astype(float),
     }
 
 
@@ -305,7 +306,7 @@ def _labelled(part: dict[str, Floats], upper: str, lower: str, isotopologue: int
 
 def all_bands() -> list[BandLines]:
     """The lines of all bands and isotopologues."""
-    found = [lines for band in bands() for lines in band_lines(band)]
+    lists = [lines for band in bands() for lines in band_lines(band)]
     for species in (OUTER_HEAVY, INNER_HEAVY):
-        found += band_lines(bands()[0], species)
-    return found
+        lists += band_lines(bands()[0], species)
+    return lists

@@ -12,7 +12,7 @@ import numpy as np
 from mat.maintain.lines.rotors import nitrous_oxide, ozone
 from mat.maintain.lines.rotors.bands import BandLines
 
-# Regions within which the bands are complete, cm^-1; lines outside them are left out.
+# Regions within which the bands are complete, cm^-1; lines outside them are omitted.
 REGIONS = {
     ozone.MOLECULE: ((600.0, 830.0), (950.0, 1200.0), (2010.0, 2190.0)),
     nitrous_oxide.MOLECULE: ((530.0, 650.0), (1110.0, 1345.0)),

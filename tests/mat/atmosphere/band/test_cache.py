@@ -14,7 +14,7 @@ import pytest
 from skyshine.mat.atmosphere.band import cache as band_cache
 from skyshine.mat.atmosphere.band.cache import FOLDER, Origin, cached_compile_band, content_key
 from skyshine.mat.atmosphere.band.compile import fit_band, over_air
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
@@ -56,7 +56,7 @@ def state():
 @pytest.fixture(scope="module")
 def band():
     response = SpectralResponse.rectangular(11.0, 11.06)
-    return band_points(TABLE.points(*response.wavenumber_range), response)
+    return points_of_band(TABLE, response)
 
 
 def compiled(state, band, distance=1.0, **changed):

@@ -14,6 +14,7 @@ from skyshine.mat.atmosphere.band.compile import (
     points_in_air,
 )
 from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.band.targets import KINDS
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
@@ -41,7 +42,7 @@ def state():
 @pytest.fixture(scope="module")
 def band():
     response = SpectralResponse.rectangular(8.5, 9.2)
-    return band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
+    return points_of_band(AbsorptionTable.open(), response)
 
 
 PARTS = ("unlit", "ground", "light")

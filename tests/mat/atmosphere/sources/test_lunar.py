@@ -362,7 +362,7 @@ def test_direct_moonlight_on_the_ground_follows_the_phase():
     """Miller and Turner 2009 at 0.555 um: 2.15 and 0.444 mW m^-2 um^-1 at phases of 30 and 90 degrees, 3.53 at 10
     degrees.
     """
-    from skyshine.mat.atmosphere.band.points import band_points
+    from skyshine.mat.atmosphere.band.response_points import points_of_band
     from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
     from skyshine.mat.atmosphere.state.state import AtmosphericState
     from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
@@ -370,7 +370,7 @@ def test_direct_moonlight_on_the_ground_follows_the_phase():
     from skyshine.mat.radiometry.blackbody import SpectralResponse
 
     response = SpectralResponse.rectangular(0.55, 0.56)
-    band = band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
+    band = points_of_band(AbsorptionTable.open(), response)
     atmosphere = BandAtmosphere.of(AtmosphericState.from_profile("us_standard"), band)
     direct = []
     for phase in (10.0, 30.0, 90.0):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import CloudLayer
@@ -54,7 +54,7 @@ def made(name, **more):
 
 def band_of(name):
     response = SpectralResponse.rectangular(*BANDS[name])
-    return band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
+    return points_of_band(AbsorptionTable.open(), response)
 
 
 def seen(table):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
@@ -29,7 +29,7 @@ GRID = PathGrid(
 
 @pytest.fixture(scope="module")
 def band():
-    return some_of(band_points(AbsorptionTable.open().points(*RESPONSE.wavenumber_range), RESPONSE), 5)
+    return some_of(points_of_band(AbsorptionTable.open(), RESPONSE), 5)
 
 
 def some_of(band, step):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
@@ -23,7 +23,7 @@ RESPONSE = SpectralResponse.rectangular(4.0, 4.2)
 
 @pytest.fixture(scope="module")
 def air():
-    band = band_points(AbsorptionTable.open().points(*RESPONSE.wavenumber_range), RESPONSE)
+    band = points_of_band(AbsorptionTable.open(), RESPONSE)
     return BandAtmosphere.of(AtmosphericState.from_profile("midlatitude_summer"), band)
 
 

@@ -41,6 +41,7 @@ fn main() -> Result<(), Error> {
     });
     let number = |error: &Error| if error.kind() == ErrorKind::File { 1 } else { 2 };
     let shown = |error: Option<Error>| error.map(|error| json!([number(&error), error.to_string()]));
+    let ranges = [-1.0, f64::NEG_INFINITY, f64::INFINITY, f64::NAN].map(|range| shown(listed.transmittance(&Line { range, ..line }).err()));
     let found = json!({
         "listed": listed.materials().len(),
         "materials": materials,
@@ -55,7 +56,7 @@ fn main() -> Result<(), Error> {
         "threads_alike": alike,
         "untouched": true,
         "refused": shown(tables.temperature(&Face { slope: 400.0, ..face }).err()),
-        "ranges": [-1.0, f64::NEG_INFINITY, f64::INFINITY, f64::NAN].map(|range| shown(listed.transmittance(&Line { range, ..line }).err())),
+        "ranges": ranges,
         "missing": shown(Tables::open("/nowhere", 1, 1, Source::Sun, &[]).err()),
     });
     println!("{found}");

@@ -38,15 +38,15 @@ class PathState:
     apart: Booleans
     emission: list[Floats]
 
-    def values(self, absorption: Floats | Singles, wavenumber: float) -> Singles:
+    def values(self, absorption: Floats | Singles, wavenumber: float | Floats) -> Singles:
         """Transmittance of the paths and thermal radiance of the lines of sight, over that of the warmest level.
 
         Parameters
         ----------
         absorption : (L, K) array
-            Of all gases at the levels, m2 per molecule of air.
-        wavenumber : float
-            Of the black body, cm^-1.
+            Absorption of all gases at the levels, m2 per molecule of air.
+        wavenumber : float or (K,) array
+            Wavenumber of the black body, cm^-1.
 
         Returns
         -------
@@ -65,7 +65,7 @@ def slab_emission(depth: Singles, source: Floats) -> Singles:
     Parameters
     ----------
     depth : (S, K) array
-    source : (L,) array
+    source : (L,) or (L, K) array
         Radiance of a black body at the levels.
 
     Returns
@@ -73,11 +73,17 @@ def slab_emission(depth: Singles, source: Floats) -> Singles:
     (K,) float32 array, in the unit of `source`
     """
     through = np.exp(-np.vstack([np.zeros((1, depth.shape[1]), np.float32), np.cumsum(depth, axis=0)]))
-    first = source.size - 1 - len(depth)
+    first = len(source) - 1 - len(depth)
     mean = 0.5 * (source[first:-1] + source[first + 1 :])
-    return np.asarray(mean.astype(np.float32) @ -np.diff(through, axis=0), dtype=np.float32)
+    emitted = -np.diff(through, axis=0)
+    if mean.ndim == 1:
+        return np.asarray(mean.astype(np.float32) @ emitted, dtype=np.float32)
+    return np.asarray(np.einsum("sk,sk->k", mean, emitted), dtype=np.float32)
 
 
-def planck_ratio(wavenumber: float, temperature: Floats) -> Floats:
-    """Planck radiance at a wavenumber [cm^-1] over that of the warmest of temperatures (L,) [K]: (L,)."""
-    return np.asarray(np.expm1(C2 * wavenumber / temperature.max()) / np.expm1(C2 * wavenumber / temperature))
+def planck_ratio(wavenumber: float | Floats, temperature: Floats) -> Floats:
+    """Planck radiance at a wavenumber [cm^-1] over that of the warmest of temperatures (L,) [K]: (L,); (L, K) at
+    several (K,).
+    """
+    kelvin = temperature if np.ndim(wavenumber) == 0 else temperature[:, None]
+    return np.asarray(np.expm1(C2 * wavenumber / temperature.max()) / np.expm1(C2 * wavenumber / kelvin))

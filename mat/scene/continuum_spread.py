@@ -1,0 +1,100 @@
+"""What the choice between the water vapour continua of MT_CKD changes in the bands of a job.
+
+Measured radiation does not decide between them everywhere (`atmospheres/continuum/README.md`): their spread is an
+error of every file.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from skyshine.mat.atmosphere.band.response_points import points_of_band
+from skyshine.mat.atmosphere.band.sample import Sample
+from skyshine.mat.atmosphere.gases.absorption import available_water_continua, packaged_water_continuum
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
+from skyshine.mat.job.load import LoadedJob
+from skyshine.mat.job.model import Job
+from skyshine.mat.job.warnings import merged
+from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
+from skyshine.mat.scene.atmosphere import air_key, atmospheric_state
+from skyshine.mat.scene.bands import absorption_table, response_of
+from skyshine.mat.scene.grids import path_grid
+from skyshine.schemas.arrays import Floats
+
+NAMED_KELVIN = 0.3  # above which `mat check` names the spread
+_PUBLIC = "lowtran7"  # chosen for its terms, not for what was measured
+_LINES, _SEED = 24, 0  # of sight
+_BACKGROUND = 300.0  # K
+_POINTS = 400  # of a band, evenly among all: a bound of the spread needs no more
+
+
+def other_continua(job: Job) -> list[str]:
+    """Names of the continua of MT_CKD in the package besides the job's."""
+    names = available_water_continua(packaged_water_continuum())
+    return [name for name in names if name not in (job.water_continuum, _PUBLIC)]
+
+
+def spread_warnings(loaded: LoadedJob) -> list[str]:
+    """A line for each band in which the continua differ by more than `NAMED_KELVIN`, with the states it concerns."""
+    job = loaded.trimmed
+    others, known, lines = other_continua(job), dict[tuple[object, ...], float](), []
+    if not others:
+        return []
+    for band in job.needed_bands:
+        response = response_of(job.bands[band - 1])
+        for number, state in enumerate(job.states, 1):
+            key = band, air_key(state)
+            if key not in known:
+                known[key] = spread_kelvin(job, atmospheric_state(job.site, state), response, others)
+            if known[key] > NAMED_KELVIN:
+                lines.append(
+                    (
+                        number,
+                        f"water vapour continua of MT_CKD differ by {known[key]:.1f} K on lines of sight of b{band:02d}"
+                        f" before 300 K (95 %); measurements do not decide: {job.water_continuum} is taken,"
+                        f" {' and '.join(others)} may be (water_continuum)",
+                    )
+                )
+    return merged(lines)
+
+
+def spread_kelvin(job: Job, state: AtmosphericState, response: SpectralResponse, others: list[str]) -> float:
+    """Largest difference of other continua from the job's, 95 % of random lines of sight before a black body [K].
+
+    Parameters
+    ----------
+    job : Job
+    state : AtmosphericState
+        Its particles are passed over.
+    response : SpectralResponse
+    others : list of str
+        Names of continua.
+    """
+    clear = replace(state, aerosols=(), hydrometeors=())
+    shown = []
+    sample = None
+    for name in (job.water_continuum, *others):
+        band = points_of_band(absorption_table(name), response)
+        some = np.unique(np.linspace(0, band.weight.size - 1, _POINTS).astype(int))
+        air = SpectralAir.of(clear, band.points.subset(some), band.gases, band.weight[some])
+        wavenumber, weight = band.wavenumber[some], band.radiance_weight[some]
+        if sample is None:
+            sample = Sample.for_test(air.shells, path_grid(job), _LINES, np.random.default_rng(_SEED))
+        shown.append([_radiance(air, line.segments, int(line.node[-1]), wavenumber) @ weight for line in sample.lines])
+    step = (
+        planck_wavenumber(wavenumber, _BACKGROUND + 0.5) - planck_wavenumber(wavenumber, _BACKGROUND - 0.5)
+    ) @ weight
+    change = np.abs(np.array(shown[1:]) - shown[0]).max(axis=0) / step
+    return float(np.percentile(change, 95))
+
+
+def _radiance(air: SpectralAir, segments: Segments, end: int, wavenumber: Floats) -> Floats:
+    """Radiance (P,) at the observer of a black body at the end of the first segments of a line."""
+    depth = segments.column(air.optics.extinction)
+    emitted = air.thermal_radiance(segments, Depths(depth))[:end].sum(axis=0)
+    seen: Floats = np.exp(-depth[:end].sum(axis=0)) * planck_wavenumber(wavenumber, _BACKGROUND) + emitted
+    return seen

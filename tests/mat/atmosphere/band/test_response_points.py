@@ -1,0 +1,74 @@
+"""Points of a band for its own response, against line-by-line spectra of the fine table on paths that nothing saw."""
+
+import numpy as np
+import pytest
+
+from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.response_points import points_of_band
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.radiometry.blackbody import SpectralResponse
+
+TABLE = AbsorptionTable.open()
+
+
+def own_spectrum(low, high):
+    """Mean transmittances of the judging paths over the cells of [low, high] cm-1, cut at its very ends."""
+    reference = TABLE.fine.reference_spectra(low - 1, high + 1)
+    width = np.diff(reference.cell[:2])[0]
+    share = np.clip(np.minimum(reference.cell + width / 2, high) - np.maximum(reference.cell - width / 2, low), 0, None)
+    rows = ~reference.fitted & ~reference.emission
+    return reference, rows, reference.value[rows] @ share / share.sum()
+
+
+@pytest.mark.parametrize("low, high", [(1136.3, 1149.4), (768.0, 769.2), (2130.6, 2171.0), (3003.3, 3021.7)])
+def test_a_narrow_band_has_the_transmittance_of_its_own_lines(low, high):
+    response = SpectralResponse.rectangular(1e4 / high, 1e4 / low)
+    reference, rows, truth = own_spectrum(low, high)
+    band = points_of_band(TABLE, response)
+    values = reference.at_points(band.points, fitted=False)[~reference.emission[~reference.fitted]]
+    error = values @ band.weight / band.weight.sum() - truth
+    assert rows.sum() == error.size and np.sqrt(np.mean(error**2)) < 0.003, error
+    assert band.weight.sum() == pytest.approx(1e4 / low - 1e4 / high, rel=1e-6)
+    # The statement weights wavelengths of the band alike, not wavenumbers.
+    assert band.line_by_line.transmittance_rms == pytest.approx(np.sqrt(np.mean(error**2)), abs=5e-4)
+    assert band.line_by_line.transmittance_max >= band.line_by_line.transmittance_rms
+
+
+def test_a_strong_line_just_outside_does_not_count():
+    """A band of 1 cm-1 whose interval of 5 cm-1 holds lines outside it: whole intervals are ten times further off."""
+    low, high = 1136.3, 1137.5
+    response = SpectralResponse.rectangular(1e4 / high, 1e4 / low)
+    reference, _, truth = own_spectrum(low, high)
+
+    def rms(band):
+        values = reference.at_points(band.points, fitted=False)[~reference.emission[~reference.fitted]]
+        return np.sqrt(np.mean((values @ band.weight / band.weight.sum() - truth) ** 2))
+
+    whole = band_points(TABLE.points(*response.wavenumber_range), response)
+    assert rms(points_of_band(TABLE, response)) < 0.1 * rms(whole)
+
+
+def test_a_wide_band_has_whole_intervals_but_at_its_ends():
+    response = SpectralResponse.rectangular(8.0, 12.0)
+    whole, own = band_points(TABLE.points(*response.wavenumber_range), response), points_of_band(TABLE, response)
+    assert np.mean(np.isin(own.points.wavenumber, whole.points.wavenumber)) > 0.97
+    assert own.weight.size < 1.03 * whole.weight.size
+    assert own.line_by_line.transmittance_rms < 5e-4 and own.line_by_line.radiance_rms < 5e-4
+
+
+def test_a_band_beyond_the_fine_table_states_no_error():
+    own = points_of_band(TABLE, SpectralResponse.rectangular(2.0, 2.05))
+    assert own.line_by_line is None
+
+
+def test_another_continuum_changes_the_points_and_not_what_is_stated():
+    response = SpectralResponse.rectangular(8.7, 8.8)
+    one, two = (
+        points_of_band(AbsorptionTable.open(water_continuum=name), response) for name in ("mt_ckd_4.3", "mt_ckd_2.4")
+    )
+    np.testing.assert_array_equal(one.weight, two.weight)
+    assert one.line_by_line == two.line_by_line
+    sections = [
+        band.points.cross_sections([1e5], [290.0], [0.01], ["H2O_continuum"])["H2O_continuum"] for band in (one, two)
+    ]
+    assert not np.allclose(*sections, rtol=1e-2)

@@ -1,0 +1,96 @@
+"""Random filters of 0.02 to 0.5 um from 3 to 14 um: transmittance and path radiance of the band against own sums of its
+lines, in air and on paths that neither the table nor its reference spectra have seen.
+"""
+
+import os
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba")
+pytest.importorskip("netCDF4")
+
+from skyshine.mat.atmosphere.band.response_points import points_of_band
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.gases.reference_spectra import ReferenceSpectra
+from skyshine.mat.radiometry.blackbody import SpectralResponse
+
+pytestmark = [pytest.mark.validation, pytest.mark.shared_data]  # 10 minutes
+
+FILTERS, SEED = 30, 45
+WIDTH, MIDDLE = (0.02, 0.5), (3.0, 14.0)  # um
+LIMIT = 0.005  # rms over all filters and paths
+
+
+def filters():
+    rng = np.random.default_rng(SEED)
+    width = np.exp(rng.uniform(*np.log(WIDTH), FILTERS))
+    middle = rng.uniform(MIDDLE[0] + WIDTH[1] / 2, MIDDLE[1] - WIDTH[1] / 2, FILTERS)
+    return [SpectralResponse.rectangular(m - w / 2, m + w / 2) for m, w in zip(middle, width, strict=True)]
+
+
+@pytest.fixture(scope="module")
+def builder(shared_data, tmp_path_factory):
+    """Sources of all lines, and the states of other perturbations with other paths than any in the file."""
+    from mat.maintain.lines.rotors.records import write_all
+    from skyshine.mat.spectroscopy.table import Builder
+
+    lowtran = os.environ.get("SKYSHINE_LOWTRAN")  # lowtran7.f; without it O3 and N2O have generated lines alone
+    generated = tmp_path_factory.mktemp("generated")
+    write_all(generated)
+    lookups = None if lowtran is None else shared_data / "ozone_n2o"
+    return Builder(shared_data / "lines", shared_data / "continua", lookups, lowtran, generated=generated)
+
+
+def test_random_filters(builder):
+    from skyshine.mat.spectroscopy.intervals import Spectra
+    from skyshine.mat.spectroscopy.training import held_out_states
+
+    table = AbsorptionTable.open()
+    states = [held_out_states(seed=77)[1], held_out_states(seed=78)[2]]
+    names = {gas.name for gas in builder.sources} | {"H2O_continuum"}
+    size = [len(state.columns) + len(state.emission) for state in states]
+    emission = np.concatenate([np.arange(n) >= n - len(s.emission) for n, s in zip(size, states, strict=True)])
+    ours = ReferenceSpectra(
+        tuple(_with(state, names) for state in states),
+        np.zeros(sum(size), bool),
+        emission,
+        np.zeros(0),
+        np.zeros((0, 0)),
+    )
+    squares, stated = [], []
+    print("\n   um        points  transmittance rms, largest   radiance rms, largest   stated rms of both")
+    for response in filters():
+        low, high = response.wavenumber_range
+        band = points_of_band(table.with_own_continuum(), response)
+        total, weight = np.zeros(sum(size)), 0.0
+        for first in range(int(np.floor(low)), int(np.ceil(high))):
+            spectra = Spectra(builder.sources, builder.continua, float(first), float(first + 1))
+            inside = (spectra.wavenumber >= low) & (spectra.wavenumber <= high)
+            micron = 1e4 / spectra.wavenumber[inside] ** 2 * (spectra.wavenumber[1] - spectra.wavenumber[0])
+            for state, place in zip(states, np.split(np.arange(sum(size)), np.cumsum(size)[:-1]), strict=True):
+                absorption = np.asarray(sum(spectra.at_levels(state).values()))[:, inside]
+                total[place] += state.values(absorption, first + 0.5) @ micron
+            weight += micron.sum()
+        error = ours.at_points(band.points, fitted=False) @ band.weight / band.weight.sum() - total / weight
+        parts = [error[~emission], error[emission]]
+        rms = [float(np.sqrt(np.mean(part**2))) for part in parts]
+        squares.append([value**2 for value in rms])
+        said = band.line_by_line
+        stated.append([said.transmittance_rms, said.radiance_rms])
+        print(
+            f"{response.lower:7.3f} {response.upper:7.3f} {band.weight.size:5d}   {rms[0]:.4f}"
+            f" {np.abs(parts[0]).max():.4f}   {rms[1]:.4f} {np.abs(parts[1]).max():.4f}  "
+            f" {stated[-1][0]:.4f} {stated[-1][1]:.4f}"
+        )
+    measured, said = np.sqrt(np.mean(squares, axis=0)), np.sqrt(np.mean(np.square(stated), axis=0))
+    print(f"rms over all: {measured}; stated: {said}")
+    assert np.all(measured <= LIMIT)
+    assert np.all(said >= 0.8 * measured)
+
+
+def _with(state, names):
+    """The state with the gases of the lines alone."""
+    from dataclasses import replace
+
+    return replace(state, fraction={name: x for name, x in state.fraction.items() if name in names})

@@ -27,9 +27,9 @@ from skyshine.schemas.arrays import Floats
 
 NAMED_KELVIN = 0.3  # above which `mat check` names the spread
 _PUBLIC = "lowtran7"  # chosen for its terms, not for what was measured
-_LINES, _SEED = 24, 0  # of sight
+_LINES, _SEED = 16, 0  # of sight
 _BACKGROUND = 300.0  # K
-_POINTS = 400  # of a band, evenly among all: a bound of the spread needs no more
+_POINTS = 200  # of a band, evenly among all: a bound of the spread needs no more
 
 
 def other_continua(job: Job) -> list[str]:

@@ -137,9 +137,11 @@ static inline int32_t find(const Axis *axis, double value, int32_t kind, size_t 
 
 /* Linear interpolation in every axis: sum over the corners of a cell, of which those without weight are not read. */
 static inline double corner_sum(const Array *array, const Place *places) {
-    size_t index[1 << SKY_AXES] = {0};
-    double weight[1 << SKY_AXES] = {1}, total = 0;
+    size_t index[1 << SKY_AXES];
+    double weight[1 << SKY_AXES], total = 0;
     int corners = 1;
+    index[0] = 0; /* all others are written before they are read: to clear them would cost more than the sum */
+    weight[0] = 1;
     for (int32_t k = 0; k < array->rank; k++) {
         size_t count = array->axes[k].count, lower = places[k].lower, upper = places[k].upper;
         double high = places[k].weight;

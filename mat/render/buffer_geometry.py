@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.render.camera import ViewRays, camera_axes
-from skyshine.mat.render.frame_file import FrameModel, RendererName
+from skyshine.mat.render.frame_file import FrameModel, LoadedFrame, RendererName
 from skyshine.mat.render.plan_surface import turned
 from skyshine.schemas.arrays import Booleans, Floats
+from skyshine.schemas.errors import InputError
 
 _ROTATION = 1e-3  # by which a matrix of single precision, or of printed digits, may differ from a rotation
 
@@ -120,6 +121,58 @@ class Pose:
         axes = AXES[frame.renderer]
         turn = np.stack([ahead, right, up], axis=-1) @ np.array([axes.ahead, axes.right, axes.up])
         return cls(at, turn, ahead, right, up)
+
+
+def poses_of(frame: LoadedFrame) -> list[Pose]:
+    """Poses of the frames: one of all, or one for each.
+
+    Raises
+    ------
+    InputError
+        A matrix is no pose, or their number is not that of the frames.
+    """
+    camera, model = frame.model.camera, frame.model
+    if camera.look_at is not None:
+        assert camera.position is not None
+        return [Pose.looking(model, camera.position, camera.look_at)]
+    if camera.poses is not None:
+        place: tuple[str, ...] = ("camera", "poses")
+        matrices = _matrices(frame)
+    elif camera.pose is not None:
+        place, matrices = ("camera", "pose"), np.array([camera.pose], float)
+    else:
+        place = ("camera", "quaternion")
+        if not np.linalg.norm(camera.quaternion or 0.0) > 0:
+            raise frame.error(place, "found a quaternion of length 0; allowed: w, x, y, z of a rotation")
+        matrices = quaternion_matrix(camera.position or 0.0, camera.quaternion or 0.0)[None]
+    poses = []
+    for matrix in matrices:
+        try:
+            poses.append(Pose.of_matrix(model, matrix))
+        except ValueError as error:
+            raise frame.error(place, str(error)) from None
+    return poses
+
+
+def _matrices(frame: LoadedFrame) -> Floats:
+    """Matrices (m, 4, 4) of the files of poses."""
+    place, marks = ("camera", "poses"), frame.marks
+    files = dict.fromkeys(frame.path(place, mark) for mark in marks)
+    arrays = []
+    for file in files:
+        try:
+            read = (
+                np.load(file, allow_pickle=False) if file.suffix == ".npy" else file.read_text(encoding="utf-8").split()
+            )
+            arrays.append(np.asarray(read, float).reshape(-1, 4, 4))
+        except (OSError, ValueError, EOFError, TypeError) as error:
+            raise InputError(f"holds no matrices of 4 x 4 numbers ({error}); save them so", file=file) from None
+    matrices = np.concatenate(arrays)
+    if len(matrices) not in (1, len(marks)) or len(matrices) == 0:
+        raise frame.error(
+            place, f"found {len(matrices)} matrices and {len(marks)} frames; allowed: one, or one a frame"
+        )
+    return matrices
 
 
 def quaternion_matrix(position: npt.ArrayLike, quaternion: npt.ArrayLike) -> Floats:

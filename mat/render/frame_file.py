@@ -96,8 +96,8 @@ class SunlitLayer(Layer):
 class Buffers(StrictModel):
     """The pictures of the renderer, all of one size."""
 
-    depth: DepthLayer = Field(description="How far each pixel sees.")
-    ids: IdLayer = Field(description="What each pixel shows.")
+    depth: DepthLayer = Field(description="Depth, or distance, of each pixel.")
+    ids: IdLayer = Field(description="Ids, colours or names of what each pixel shows.")
     normals: NormalLayer | None = Field(None, description="Without them they follow from the depth.")
     sunlit: SunlitLayer | None = Field(None, description="Without it, and without a mesh, all is in the light.")
 

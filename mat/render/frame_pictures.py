@@ -17,7 +17,7 @@ from skyshine.mat.render.buffer_geometry import (
     Pose,
     distances,
     normals_from_depth,
-    quaternion_matrix,
+    poses_of,
     view_of,
     world,
 )
@@ -40,7 +40,6 @@ from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.threads import thread_count
 from skyshine.schemas.arrays import Booleans, Floats, Integers
-from skyshine.schemas.errors import InputError
 from skyshine.schemas.progress import Progress, silent
 
 # km beyond the altitudes of a table up to which its nearest is read: 0.13 K by the lapse of 6.5 K/km of the standard
@@ -363,58 +362,6 @@ class HourTemperatures:
         dark = interpolate(self.shaded, self.rules, {name: values[rows] for name, values in where.items()})
         kelvin[rows] = lit[rows] * kelvin[rows] + (1.0 - lit[rows]) * dark
         return kelvin
-
-
-def poses_of(frame: LoadedFrame) -> list[Pose]:
-    """Poses of the frames: one of all, or one for each.
-
-    Raises
-    ------
-    InputError
-        A matrix is no pose, or their number is not that of the frames.
-    """
-    camera, model = frame.model.camera, frame.model
-    if camera.look_at is not None:
-        assert camera.position is not None
-        return [Pose.looking(model, camera.position, camera.look_at)]
-    if camera.poses is not None:
-        place: tuple[str, ...] = ("camera", "poses")
-        matrices = _matrices(frame)
-    elif camera.pose is not None:
-        place, matrices = ("camera", "pose"), np.array([camera.pose], float)
-    else:
-        place = ("camera", "quaternion")
-        if not np.linalg.norm(camera.quaternion or 0.0) > 0:
-            raise frame.error(place, "found a quaternion of length 0; allowed: w, x, y, z of a rotation")
-        matrices = quaternion_matrix(camera.position or 0.0, camera.quaternion or 0.0)[None]
-    poses = []
-    for matrix in matrices:
-        try:
-            poses.append(Pose.of_matrix(model, matrix))
-        except ValueError as error:
-            raise frame.error(place, str(error)) from None
-    return poses
-
-
-def _matrices(frame: LoadedFrame) -> Floats:
-    """Matrices (m, 4, 4) of the files of poses."""
-    place, marks = ("camera", "poses"), frame.marks
-    files = dict.fromkeys(frame.path(place, mark) for mark in marks)
-    arrays = []
-    for file in files:
-        try:
-            read = (
-                np.load(file, allow_pickle=False) if file.suffix == ".npy" else file.read_text(encoding="utf-8").split()
-            )
-            arrays.append(np.asarray(read, float).reshape(-1, 4, 4))
-        except (OSError, ValueError, EOFError, TypeError) as error:
-            raise InputError(f"holds no matrices of 4 x 4 numbers ({error}); save them so", file=file) from None
-    matrices = np.concatenate(arrays)
-    if len(matrices) not in (1, len(marks)) or len(matrices) == 0:
-        raise frame.error(
-            place, f"found {len(matrices)} matrices and {len(marks)} frames; allowed: one, or one a frame"
-        )
-    return matrices
 
 
 def _nothing() -> FewTriangles:

@@ -9,10 +9,9 @@ from PIL import Image
 from renderer_buffers import save_exr
 
 from skyshine.mat.render.buffer_files import cryptomatte_id, read_cryptomatte, read_layer
-from skyshine.mat.render.buffer_geometry import normals_from_depth, view_of
+from skyshine.mat.render.buffer_geometry import normals_from_depth, poses_of, view_of
 from skyshine.mat.render.buffers import MaterialTable, Stored, carla_depth, depth_of, normals_of, sunlit_of
 from skyshine.mat.render.frame_file import load_frame
-from skyshine.mat.render.frame_pictures import poses_of
 from skyshine.schemas.errors import InputError
 
 MODEL = {

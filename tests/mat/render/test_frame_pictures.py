@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from PIL import Image
 from renderer_buffers import (
     COLUMNS,
@@ -21,6 +22,7 @@ from renderer_buffers import (
 )
 
 import skyshine
+from skyshine.mat.cli import main
 from skyshine.mat.render.camera import view_rays
 from skyshine.mat.render.frame_file import load_frame
 from skyshine.mat.render.frame_pictures import FrameRenderer
@@ -368,3 +370,23 @@ def test_faces_that_look_down_are_said_and_altitudes_beyond_the_table_refused(fr
     assert "look further down than a slope of 45 degree" in renderer.notes[0]
     with pytest.raises(InputError, match=r"altitude_km: found surfaces at 5 to 5\.0\d* km; s01.htt.h5 holds 0 to 1"):
         FrameRenderer(frame_of(altitude_km=5.0)).check()
+
+
+def test_the_commands_check_and_draw_a_frame(frame_of, drawn, tmp_path):
+    frame = frame_of(files={"lit.npy": np.ones((ROWS, COLUMNS))}, mesh=None)
+    model = content_of(frame)
+    model["materials"], model["default_material"] = {"3": "asphalt_road"}, "grass_green"
+    file = frame.folder / "frame.yaml"
+    file.write_text(json.dumps(model))
+    run = CliRunner().invoke
+    checked = run(main, ["check", "--allow-outside", "--buffers", str(file)])
+    assert checked.exit_code == 0 and "frame.yaml: holds; frames: 1" in checked.output
+    assert "note: " in checked.output and "(200); drawn as grass_green" in checked.output
+    answer = run(main, ["render", "--allow-outside", "--buffers", str(file), "--out", str(tmp_path / "out"), "--json"])
+    assert answer.exit_code == 0, answer.output
+    answer = json.loads(answer.output)
+    assert len(answer["files"]) == 3 and "drawn as grass_green" in answer["notes"][0]
+    file.write_text(json.dumps(model | {"hours": [30.0]}))
+    for command in ("check", "render"):
+        refused = run(main, [command, "--allow-outside", "--buffers", str(file)])
+        assert refused.exit_code == 2 and "frame.yaml:1:" in refused.output

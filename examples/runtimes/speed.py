@@ -1,10 +1,9 @@
 """Speed of the C library, of the Rust crate and of the npm package: pixels a second of processor time on one frame,
-beside the Python package.
+beside the Python package, which is measured once with the air of the frame's centre and once with that of each pixel's
+own line.
 
 Run: python speed.py FOLDER [--band N], with the folder of a build and skyshine installed. The programs are built in a
-temporary folder; a language whose tools are not there is left out. The npm package needs the package `ziglang`. The
-package is `skyshine.mat.runtime.pixel`, once with the air of the frame's centre and once with that of each pixel's own
-line.
+temporary folder; a language whose tools are not there is left out. The npm package needs the package `ziglang`.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ import numpy as np
 
 HERE = Path(__file__).parent
 SIDE = 256  # pixels of a row and of a column
-TURNS = 200
+TURNS = 100
 REPEATS = 3  # the fastest is kept: other programs on the machine only ever slow one down
 ALTITUDE = 0.9  # km, of the observer above the ground
 
@@ -89,19 +88,24 @@ def by_library(tables: list[Any], frame: dict[str, Any], count: int, *, own: boo
         to_observer=-directions(of["elevation"], of["heading"]),
     )
     if own:
-        lines = LinesOfSight(
-            of["range"],
-            lines.altitude,
-            of["elevation"],
-            lines.source_elevation,
-            whole["source_heading"] - of["heading"],
-        )
+        turn = whole["source_heading"] - of["heading"]
+        lines = LinesOfSight(of["range"], lines.altitude, of["elevation"], lines.source_elevation, turn)
         view = replace(view, lines=lines)
     codes = of["material"][:, None]
     place = (of["surface_altitude"], of["surface_azimuth"], of["surface_slope"])
     faces = Faces(codes, np.ones(codes.shape), *place, whole["time"])
     surface, band, air = tables
     return pixel_radiance(surface, band, air, faces, view).radiance
+
+
+def seconds_in_python(tables: list[Any], frame: dict[str, Any], *, own: bool) -> float:
+    """Seconds a pixel of processor time in the package, the fastest of several runs."""
+    runs = []
+    for _ in range(REPEATS):
+        begin = time.process_time()
+        by_library(tables, frame, SIDE * SIDE, own=own)
+        runs.append(time.process_time() - begin)
+    return min(runs) / SIDE**2
 
 
 # Of each language: its tool, the commands that build its program in a folder, and the command of the program.
@@ -138,16 +142,6 @@ def built(language: str, folder: Path) -> list[str]:
         words = [word.format(here=HERE, to=folder) for word in step]
         subprocess.run(words, check=True, stdout=subprocess.DEVNULL, env=os.environ | {"PATH": path})
     return [word.format(to=folder) for word in command]
-
-
-def seconds_in_python(tables: list[Any], frame: dict[str, Any], *, own: bool) -> float:
-    """Seconds a pixel of processor time in the package, the fastest of several runs."""
-    runs = []
-    for _ in range(REPEATS):
-        begin = time.process_time()
-        by_library(tables, frame, SIDE * SIDE, own=own)
-        runs.append(time.process_time() - begin)
-    return min(runs) / SIDE**2
 
 
 def seconds_of(command: list[str], scene: Path, content: dict[str, Any]) -> tuple[float, np.ndarray]:
@@ -189,8 +183,6 @@ def main() -> None:
     frame = frame_of(files)
     tables = [skyshine.mat.open(files[name]) for name in ("surface", "band", "atmosphere")]
     by_library(tables, frame, 1)  # reads their arrays
-    rows = {"Python package": False, "Python package, lines of their own": True}
-    python = {name: seconds_in_python(tables, frame, own=own) for name, own in rows.items()}
     expected = by_library(tables, frame, SIDE * SIDE)
     print("| | million pixels/s | largest difference |\n|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
@@ -202,8 +194,8 @@ def main() -> None:
             pixel, radiance = measured(command, files, frame, Path(folder) / "scene.json")
             apart = float(np.max(np.abs(radiance / expected - 1)))
             print(f"| {language} | {1e-6 / pixel:.3g} | {apart:.1g} |")
-    for name, seconds in python.items():
-        print(f"| {name} | {1e-6 / seconds:.3g} | |")
+    for name, own in (("Python package", False), ("Python package, lines of their own", True)):
+        print(f"| {name} | {1e-6 / seconds_in_python(tables, frame, own=own):.3g} | |")
 
 
 if __name__ == "__main__":

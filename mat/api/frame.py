@@ -28,7 +28,7 @@ class Frame:
     source : path or mapping
         A YAML frame file, or its content.
     folder : path, optional
-        To which the paths of a mapping are relative; by default the working directory.
+        Folder to which the paths of a mapping are relative; by default the working directory.
 
     Attributes
     ----------
@@ -110,8 +110,8 @@ class Frame:
             A picture of at most 16 of them for each band, then the files of each.
         """
         folder = picture_folder(self._frame.folder, out)
-        every = -(-len(self.hours) // MOST)
-        shown: dict[str, list[Floats]] = {}
+        stride = -(-len(self.hours) // MOST)
+        panels: dict[str, list[Floats]] = {}
         titles: dict[int, str] = {}
         count, files = Counter[str](), []
         for mark, picture in self.pictures(progress=progress):
@@ -119,12 +119,12 @@ class Frame:
             files += frame_files(folder, f"{self.name}_{mark}" if mark else self.name, picture, sensor)
             number = count[picture.band]
             count[picture.band] += 1
-            if number % every == 0:
+            if number % stride == 0:
                 band = f"{picture.wavelength[0]:g} to {picture.wavelength[1]:g} um"
                 step = shown_step(*reversed(picture.radiance.shape))
-                shown.setdefault(band, []).append(picture.apparent_temperature[::step, ::step])
+                panels.setdefault(band, []).append(picture.apparent_temperature[::step, ::step])
                 titles[number] = f"{mark} {clock_text(picture.hour)}".strip()
-        overview = draw_frames(shown, list(titles.values()), folder / f"{self.name}_frames.png")
+        overview = draw_frames(panels, list(titles.values()), folder / f"{self.name}_frames.png")
         return [overview, *files]
 
     def __repr__(self) -> str:

@@ -311,7 +311,7 @@ def _narrow(table: AbsorptionTable, low: float, high: float, resolution: float |
     points = table.points(low, high)
     if resolution is None or table.fine is None or np.all(resolution % np.diff(points.interval_edges, axis=1) == 0):
         return points
-    covered = any(first <= low and high <= last for first, last in table.fine.coverage)
+    covered = any(start <= low and high <= stop for start, stop in table.fine.coverage)
     return table.fine.points(low, high) if covered else points
 
 

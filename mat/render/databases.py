@@ -157,7 +157,7 @@ def in_twilight(air: AtmosphereTable, elevation: Floats) -> Booleans:
 
 def _catalog(folder: Path, refuse: Refuse) -> tuple[Entry, ...]:
     if not (folder / CATALOG).is_file():
-        raise refuse(("databases",), f"{folder} holds no {CATALOG}; run mat build, or name the folder it wrote")
+        raise refuse(("databases",), f"{folder} contains no {CATALOG}; run mat build, or name the folder it wrote")
     return open_catalog(folder).entries
 
 

@@ -27,9 +27,9 @@ from skyshine.schemas.arrays import Floats
 
 NAMED_KELVIN = 0.3  # above which `mat check` names the spread
 _PUBLIC = "lowtran7"  # chosen for its terms, not for what was measured
-_LINES, _SEED = 24, 0  # of sight
+_LINES, _SEED = 16, 0  # of sight
 _BACKGROUND = 300.0  # K
-_POINTS = 400  # of a band, evenly among all: a bound of the spread needs no more
+_POINTS = 200  # of a band, evenly among all: a bound of the spread needs no more
 
 
 def other_continua(job: Job) -> list[str]:
@@ -41,20 +41,21 @@ def other_continua(job: Job) -> list[str]:
 def spread_warnings(loaded: LoadedJob) -> list[str]:
     """A line for each band in which the continua differ by more than `NAMED_KELVIN`, with the states it concerns."""
     job = loaded.trimmed
-    others, known, lines = other_continua(job), dict[tuple[object, ...], float](), []
+    others, spread, lines = other_continua(job), dict[tuple[object, ...], float](), []
     if not others:
         return []
     for band in job.needed_bands:
         response = response_of(job.bands[band - 1])
         for number, state in enumerate(job.states, 1):
             key = band, air_key(state)
-            if key not in known:
-                known[key] = spread_kelvin(job, atmospheric_state(job.site, state), response, others)
-            if known[key] > NAMED_KELVIN:
+            if key not in spread:
+                spread[key] = spread_kelvin(job, atmospheric_state(job.site, state), response, others)
+            if spread[key] > NAMED_KELVIN:
                 lines.append(
                     (
                         number,
-                        f"water vapour continua of MT_CKD differ by {known[key]:.1f} K on lines of sight of b{band:02d}"
+                        f"water vapour continua of MT_CKD differ by {spread[key]:.1f} K on lines of sight of "
+                        f"b{band:02d}"
                         f" before 300 K (95 %); measurements do not decide: {job.water_continuum} is taken,"
                         f" {' and '.join(others)} may be (water_continuum)",
                     )
@@ -75,20 +76,22 @@ def spread_kelvin(job: Job, state: AtmosphericState, response: SpectralResponse,
         Names of continua.
     """
     clear = replace(state, aerosols=(), hydrometeors=())
-    shown = []
+    radiances = []
     sample = None
     for name in (job.water_continuum, *others):
         band = points_of_band(absorption_table(name), response)
-        some = np.unique(np.linspace(0, band.weight.size - 1, _POINTS).astype(int))
-        air = SpectralAir.of(clear, band.points.subset(some), band.gases, band.weight[some])
-        wavenumber, weight = band.wavenumber[some], band.radiance_weight[some]
+        selected = np.unique(np.linspace(0, band.weight.size - 1, _POINTS).astype(int))
+        air = SpectralAir.of(clear, band.points.subset(selected), band.gases, band.weight[selected])
+        wavenumber, weight = band.wavenumber[selected], band.radiance_weight[selected]
         if sample is None:
             sample = Sample.for_test(air.shells, path_grid(job), _LINES, np.random.default_rng(_SEED))
-        shown.append([_radiance(air, line.segments, int(line.node[-1]), wavenumber) @ weight for line in sample.lines])
+        radiances.append(
+            [_radiance(air, line.segments, int(line.node[-1]), wavenumber) @ weight for line in sample.lines]
+        )
     step = (
         planck_wavenumber(wavenumber, _BACKGROUND + 0.5) - planck_wavenumber(wavenumber, _BACKGROUND - 0.5)
     ) @ weight
-    change = np.abs(np.array(shown[1:]) - shown[0]).max(axis=0) / step
+    change = np.abs(np.array(radiances[1:]) - radiances[0]).max(axis=0) / step
     return float(np.percentile(change, 95))
 
 
@@ -96,5 +99,5 @@ def _radiance(air: SpectralAir, segments: Segments, end: int, wavenumber: Floats
     """Radiance (P,) at the observer of a black body at the end of the first segments of a line."""
     depth = segments.column(air.optics.extinction)
     emitted = air.thermal_radiance(segments, Depths(depth))[:end].sum(axis=0)
-    seen: Floats = np.exp(-depth[:end].sum(axis=0)) * planck_wavenumber(wavenumber, _BACKGROUND) + emitted
-    return seen
+    radiance: Floats = np.exp(-depth[:end].sum(axis=0)) * planck_wavenumber(wavenumber, _BACKGROUND) + emitted
+    return radiance

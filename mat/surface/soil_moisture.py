@@ -124,7 +124,7 @@ def unfrozen_water(texture: str, dry_density: float, frost: float) -> float:
     texture : str
         A name of `TEXTURES`.
     dry_density : float
-        Of the soil [kg m^-3].
+        Dry density of the soil [kg m^-3].
     frost : float
         Below 0 C, above 0 [K].
 

@@ -18,6 +18,10 @@ from skyshine.tmm.database.layout import FILETYPE, FORMAT_VERSION
 CHECKOUT = Path(__file__).parents[2]
 RUNTIMES = CHECKOUT / "examples" / "runtimes"
 KERNEL = CHECKOUT / "mat" / "kernel"
+sys.path.insert(0, str(KERNEL))
+
+import backend
+
 PROJECT = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["project"]
 CALLS = (
     "open",
@@ -102,6 +106,13 @@ def test_cargo_packs_the_crate_with_the_sources_of_the_library():
     sources = {f"kernel/{path.name}" for path in KERNEL.iterdir() if path.suffix in (".c", ".h")}
     assert sources | {"build.rs", "src/lib.rs", "README.md"} <= held
     assert not [name for name in held if name.startswith("kernel/") and name not in sources]
+
+
+def test_the_crate_compiles_the_sources_as_the_package_does():
+    build = text("rust", "build.rs")
+    listed = re.search(r"const ONCE: .*? = &\[(.*?)\];", build)[1]
+    assert set(re.findall(r'"(.*?)"', listed)) == set(backend.ONCE) - {"freestanding.c"}
+    assert {flag for flag in backend.FLAGS.split() if f'"{flag}"' not in build} <= {"-std=c11", "-O3", "-fPIC"}
 
 
 @pytest.mark.validation  # a minute: the packed crate is compiled

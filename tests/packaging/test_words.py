@@ -23,7 +23,13 @@ PLAIN = [  # folders that hold both limits; those that are missing here are stil
     "tmm",
     "schemas",
     "materials",
-    *(f"mat/{name}" for name in ("api", "builder", "commands", "exchange", "job", "plan", "products", "scene")),
+    *(
+        f"mat/{name}"
+        for name in (
+            *("api", "bench", "builder", "commands", "exchange", "job", "maintain", "measure", "plan", "products"),
+            *("quantities", "radiometry", "scene", "spectroscopy", "tables"),
+        )
+    ),
 ]
 DOCUMENTED = ast.Module, ast.ClassDef, ast.FunctionDef
 

@@ -7,9 +7,9 @@ spectra then show the temperature of 1 km.
 
 MODTRAN 5.2.1 has an older water vapour continuum than MT_CKD 4.3 (Mlawer et al. 2023), which lowered the self continuum
 of the 8-12 um window; that of 2000-3200 cm-1 was raised by MT_CKD 2.5 (Mlawer et al. 2012). With the continuum of
-MT_CKD 2.4 line by line agrees to 0.0121 from 3 to 5 um and to 0.0116 from 8 to 12 um. Points of 5 cm^-1 intervals
-differ from line by line by rms 0.003 and 0.010, for bins of 0.1 um, 41 to 107 and 7 to 16 cm^-1, cut through intervals:
-two fifths of the sum of squares of the points at 8-12 um; largest (0.033) from 1136 to 1149 cm-1.
+MT_CKD 2.4 line by line agrees to 0.0121 from 3 to 5 um and to 0.0116 from 8 to 12 um. The points do
+so to 0.0115 and 0.0115; whole intervals of 5 cm^-1, through which bins of 0.1 um cut (41 to 107 and 7 to 16 cm^-1), to
+0.0116 and 0.0150.
 
 What is left of line by line at 8-12 um follows the square of humidity: one factor on it in each bin leaves 0.0004 to
 0.005, at the laser bands of CO2 (961 and 1064 cm-1) 0.001, above 0.005 only from 1149 to 1163 cm-1 (0.008). MODTRAN's
@@ -185,7 +185,7 @@ def rms(values):
         ("3-5 um", "mt_ckd_4.3", 0.018, 0.015),
         ("8-12 um", "mt_ckd_4.3", 0.03, 0.03),
         ("3-5 um", "mt_ckd_2.4", 0.012, 0.012),
-        ("8-12 um", "mt_ckd_2.4", 0.017, 0.03),
+        ("8-12 um", "mt_ckd_2.4", 0.013, 0.02),
         ("3-5 um", "lowtran7", 0.045, 0.035),
         ("8-12 um", "lowtran7", 0.035, 0.032),
     ],

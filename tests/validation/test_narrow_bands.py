@@ -78,11 +78,9 @@ def test_random_filters(builder):
         squares.append([value**2 for value in rms])
         said = band.line_by_line
         stated.append([said.transmittance_rms, said.radiance_rms])
-        print(
-            f"{response.lower:7.3f} {response.upper:7.3f} {band.weight.size:5d}   {rms[0]:.4f}"
-            f" {np.abs(parts[0]).max():.4f}   {rms[1]:.4f} {np.abs(parts[1]).max():.4f}  "
-            f" {stated[-1][0]:.4f} {stated[-1][1]:.4f}"
-        )
+        numbers = [value for size, part in zip(rms, parts, strict=True) for value in (size, np.abs(part).max())]
+        cells = " ".join(f"{value:.4f}" for value in (*numbers, *stated[-1]))
+        print(f"{response.lower:7.3f} {response.upper:7.3f} {band.weight.size:5d}   {cells}")
     measured, said = np.sqrt(np.mean(squares, axis=0)), np.sqrt(np.mean(np.square(stated), axis=0))
     print(f"rms over all: {measured}; stated: {said}")
     assert np.all(measured <= LIMIT)

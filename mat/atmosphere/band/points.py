@@ -23,7 +23,7 @@ class LineByLineError:
     ----------
     transmittance_rms, transmittance_max : float
     radiance_rms, radiance_max : float
-        Of thermal path radiance, over that of a black body as warm as the warmest air.
+        Errors of thermal path radiance, over that of a black body as warm as the warmest air.
     """
 
     transmittance_rms: float
@@ -52,7 +52,7 @@ class BandPoints:
     gases : tuple of str or None
         Absorbing gases that are taken into account; None for all.
     line_by_line : LineByLineError or None
-        Of all points of the band, where there are spectra to judge them by.
+        Error of all points of the band, where there are spectra to compare with.
     """
 
     points: SpectralPoints

@@ -78,7 +78,7 @@ class _Cells:
     ----------
     reference : ReferenceSpectra
     width : float
-        Of a cell, cm^-1.
+        Width of a cell, cm^-1.
     micron : (C,) array
         Mean response, um per cm^-1.
     """

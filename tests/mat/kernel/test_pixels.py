@@ -271,6 +271,14 @@ def test_faces_outside_the_tables_are_refused(tables, changed, words):
         pixel_radiance(*tables, replace(of_materials(tables, faces), **changed), view)
 
 
+@pytest.mark.parametrize("name", ["altitude", "lit", "shares", "temperature"])
+def test_lists_of_another_length_are_refused(tables, name):
+    faces, view = pixels()
+    short = np.ones((7, MATERIALS) if name in ("shares", "temperature") else 7)
+    with pytest.raises(ValueError, match="broadcast"):
+        pixel_radiance(*tables, replace(of_materials(tables, faces), **{name: short}), view)
+
+
 @pytest.mark.parametrize(
     ("axis", "value", "words"),
     [

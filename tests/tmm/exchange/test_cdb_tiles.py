@@ -205,7 +205,7 @@ def test_a_tile_of_others_is_not_overwritten(sheet, library, tmp_path):
     place = parse_tile("N12E044_LC05_U0_R0")
     write_table(place.table(tmp_path / "cdb"), [Composite(1, "Old wall", Substrate((("BM_ASPHALT", 100),)))])
     before = tiles[place.name].read_bytes()
-    with pytest.raises(InputError, match="holds 'Old wall', which is no material of the library, and would be lost"):
+    with pytest.raises(InputError, match="contains 'Old wall', which is no material of the library, and would be lost"):
         cut(path, tmp_path / "cdb", library)
     assert tiles[place.name].read_bytes() == before
 

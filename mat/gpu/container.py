@@ -16,7 +16,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import StrPath
 from skyshine.schemas.whole_files import part_file
 
-FORMAT, FORMAT_VERSION = "skyshine-gpu", "2.0.0"
+FORMAT, FORMAT_VERSION = "skyshine-gpu", "2.1.0"
 ENDING = ".gpu.json"
 _WIDTH = 1024  # texels in a row of numbers, which every graphics processor takes
 ALIGNMENT = 16  # bytes; a row of RGBA32F texels

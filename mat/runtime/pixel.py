@@ -21,6 +21,8 @@ _OPTIONAL = (
     "temperature", "ground_temperature", "lit", "sky_view", "wall_temperature", "shade", "shaded_sky",
     "shaded_temperature",
 )  # fmt: skip
+_BY_MATERIAL = ("material", "share", "temperature", "shaded_temperature")
+_DIRECTIONS = ("normal", "to_source", "to_observer")
 _LINE = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
 
 
@@ -176,7 +178,7 @@ def pixel_radiance(
     """
     _refuse_unknown(faces)
     count, materials = faces.codes.shape
-    given = {
+    given: dict[str, npt.NDArray[Any]] = {
         "material": faces.codes,
         "share": faces.shares,
         "surface_altitude": faces.altitude,
@@ -191,8 +193,10 @@ def pixel_radiance(
     if faces.ground_material is not None:
         optional["ground_material"] = np.broadcast_to(surface.material_codes(faces.ground_material), count)
     given |= {name: values for name, values in optional.items() if values is not None}
-    given |= {name: np.broadcast_to(values, count) for name, values in given.items() if np.ndim(values) == 0}
-    given["time"] = np.broadcast_to(faces.time, count)
+    given["time"] = faces.time
+    wide = dict.fromkeys(_BY_MATERIAL, (count, materials)) | dict.fromkeys(_DIRECTIONS, (count, 3))
+    # The library sees no lengths: arrays of another shape end here.
+    given = {name: np.broadcast_to(values, wide.get(name, (count,))) for name, values in given.items()}
     with messages():
         lines, of_lines = _lines(view, count)
         terms = kernel_tables(surface, band, air).pixels(count, materials, lines, given | of_lines)

@@ -12,7 +12,7 @@ from gpu_files import read_gpu
 
 import skyshine.mat
 from skyshine.mat.cli import main
-from skyshine.mat.gpu.air import FRAME_BYTES, export_air
+from skyshine.mat.gpu.air import FRAME_BYTES, GroundDay, export_air
 from skyshine.mat.gpu.codes import export_codes
 from skyshine.mat.gpu.evaluation import GpuAir
 from skyshine.mat.gpu.export import Frame, export_gpu
@@ -93,6 +93,20 @@ def test_the_air_of_a_whole_day_and_of_all_altitudes(tables):
     assert content.stated_error["p99"] <= 0.3
     at_night = GpuAir.of(content).frame(-60.0)
     assert not np.any(np.abs(at_night.terms["direct"]) > 1e-3)
+
+
+def test_the_ground_of_a_day_is_that_of_its_hour(tables):
+    """Tilted faces see the ground that the atmosphere names, warmer at 14 h than at 4 h."""
+    surface, band, air = tables
+    day = GroundDay.of(air, band, surface)
+    gpu = GpuAir.of(export_air(air, band, ground_day=day, texels=1500))
+    pixels = random_pixels(gpu.content, 500, np.random.default_rng(4), 30.0)
+    one = np.ones(500)
+    faces = replace(pixels.faces, time=14.0 * one, ground_temperature=None, slope=80 * one)
+    exact = pixel_radiance(surface, band, air, faces, pixels.view).radiance
+    apart = [np.abs(gpu.frame(30.0, hour).radiance(band, faces, pixels.view) - exact).mean() for hour in (14.0, 4.0)]
+    assert apart[0] < 0.2 * apart[1]
+    assert gpu.ground_at(14.0)[0] == pytest.approx(float(air.ground_temperature(surface, time=14.0)), abs=1e-3)
 
 
 def test_a_table_of_one_altitude(tables):

@@ -159,6 +159,21 @@ def test_quantities_agree_with_numpy(tables, quantity, space):
     np.testing.assert_allclose(found, expected, rtol=AGREEMENT, atol=1e-13 * np.abs(expected).max())
 
 
+def test_light_of_the_source_agrees_while_it_fades(tables):
+    """Between the lowest elevation, -20 degrees, and one at which it is dark."""
+    air = tables[2]
+    for name in ("source_factor", "scattered_ratio", "source_reference"):
+        air = with_data(air, name, np.ones_like(air.root.variables[name].data))
+    axis = air.root.axes["source_elevation"]
+    dusk = replace(axis, attributes=axis.attributes | {"dark_below": -40.0})
+    air = replace(air, root=replace(air.root, axes=air.root.axes | {"source_elevation": dusk}))
+    where = {"range": 5.0, "altitude": 0.5, "elevation": -3.0, "source_azimuth": 60.0}
+    where["source_elevation"] = np.array([-20.0, -25.0, -30.0, -39.0, -45.0])
+    found, expected = (table.value("path_radiance_ratio", **where) for table in (air, NumpyAir.of(air)))
+    np.testing.assert_allclose(found, expected, rtol=AGREEMENT)
+    assert np.all(np.diff(found) < 0)
+
+
 @pytest.mark.parametrize("kelvin", [None, 293.0])
 @pytest.mark.parametrize("by_wavelength", [False, True])
 def test_light_on_faces_agrees_with_numpy(tables, kelvin, by_wavelength):

@@ -25,6 +25,9 @@ from skyshine.schemas.arrays import Booleans, Floats
 _SPREAD = 0.3
 # Such errors of a band's transmittance that may remain: by intervals of the table, by narrow ones with mean responses.
 _COARSE, _CUT = 3e-4, 1e-4
+# rms that interpolation between the table's pressures and temperatures adds to a transmittance (`absorption.md`): the
+# spectra share it.
+_INTERPOLATION = 3.5e-4
 _SUM_WEIGHT = 30.0  # of the row of a fit that is the sum of the weights
 
 
@@ -178,5 +181,5 @@ def _error(band: BandPoints, cells: _Cells) -> LineByLineError:
     error = reference.at_points(band.points, fitted=False) @ band.weight / band.weight.sum() - truth
     emission = reference.emission[judged]
     parts = (error[~emission], error[emission])
-    rms = tuple(float(np.sqrt(np.mean(part**2))) for part in parts)
-    return LineByLineError(*rms, *(float(np.abs(part).max()) for part in parts))
+    rms = [float(np.hypot(np.sqrt(np.mean(part**2)), _INTERPOLATION)) for part in parts]
+    return LineByLineError(*rms, *(float(np.hypot(np.abs(part).max(), _INTERPOLATION)) for part in parts))

@@ -130,10 +130,18 @@ QUANTITIES = {
 }
 
 
+def bright(air, factor):
+    """An atmosphere that scatters light of the source, by the factor of its direction."""
+    for name in ("scattered_ratio", "source_reference"):
+        air = with_data(air, name, np.ones_like(air.root.variables[name].data))
+    return with_data(air, "source_factor", factor(air.root.variables["source_factor"].data.shape))
+
+
 @pytest.mark.parametrize("quantity", QUANTITIES)
 @pytest.mark.parametrize("space", [False, True])
 def test_quantities_agree_with_numpy(tables, quantity, space):
-    air, draw = tables[2], np.random.default_rng(11)
+    draw = np.random.default_rng(11)
+    air = bright(tables[2], lambda shape: draw.uniform(0, 1, shape).astype(np.float32))
     if space:
         air = replace(air, attributes=air.attributes | {"altitude_km": np.array([0.01, 100.0]), "range_km": [0.0, 1e5]})
     high = draw.uniform(150, 3e4, COUNT) if space else draw.uniform(0.01, 1, COUNT)
@@ -161,9 +169,7 @@ def test_quantities_agree_with_numpy(tables, quantity, space):
 
 def test_light_of_the_source_agrees_while_it_fades(tables):
     """Between the lowest elevation, -20 degrees, and one at which it is dark."""
-    air = tables[2]
-    for name in ("source_factor", "scattered_ratio", "source_reference"):
-        air = with_data(air, name, np.ones_like(air.root.variables[name].data))
+    air = bright(tables[2], lambda shape: np.ones(shape, np.float32))
     axis = air.root.axes["source_elevation"]
     dusk = replace(axis, attributes=axis.attributes | {"dark_below": -40.0})
     air = replace(air, root=replace(air.root, axes=air.root.axes | {"source_elevation": dusk}))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +50,6 @@ def draw_frames(
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
-    from PIL import Image
 
     shown = _shown(len(titles))
     low, high = _limits(bands)
@@ -81,12 +79,8 @@ def draw_frames(
             axes.append(axis)
     bar = figure.colorbar(drawn, ax=axes, location="bottom", fraction=0.05, aspect=60, pad=0.01)
     bar.set_label("apparent temperature, °C", fontsize=9)
-    drawing = BytesIO()
-    figure.savefig(drawing, dpi=_DPI, format="png")
-    # 256 colours take a third of the bytes.
-    palette = Image.open(drawing).convert("RGB").quantize(256, dither=Image.Dither.NONE)
     try:
-        palette.save(picture, optimize=True)
+        figure.savefig(picture, dpi=_DPI, format="png", pil_kwargs={"optimize": True})
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror}; check the folder", file=picture) from None
     return picture

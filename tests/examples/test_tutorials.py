@@ -148,6 +148,10 @@ def test_commands_and_options_of_a_page_exist(page):
         for part in command.split("&&"):
             program, *words = shlex.split(part)
             group, context = PROGRAMS[program], None
+            if "--to" in words and hasattr(
+                group.get_command(context, words[0]), "get_command"
+            ):  # mat export --to FORMAT
+                words = [words[0], words.pop(words.index("--to") + 1), *(word for word in words[1:] if word != "--to")]
             while words and hasattr(group, "get_command") and group.get_command(context, words[0]):
                 group = group.get_command(context, words.pop(0))
             assert group is not PROGRAMS[program], command

@@ -8,6 +8,7 @@ import pytest
 import yaml
 from click.testing import CliRunner
 
+from mat.maintain.bench.leaving_out import leaving_out
 from skyshine.mat.cli import main
 from skyshine.schemas.documents import read_yaml
 
@@ -39,7 +40,7 @@ def starter(folder, changes):
 
 
 def measured(file):
-    done = CliRunner().invoke(main, ["bench", "leaving-out", str(file), "--json"], catch_exceptions=False)
+    done = CliRunner().invoke(leaving_out, [str(file), "--json"], catch_exceptions=False)
     assert done.exit_code == 0, done.output
     found = json.loads(done.output)
     less = {name: found["as_it_is"][name]["value"] / found["whole"][name]["value"] for name in ("time", "size")}

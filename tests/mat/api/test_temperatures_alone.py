@@ -29,7 +29,7 @@ def test_the_temperatures_are_built_drawn_and_verified(job):
     assert result.exit_code == 0, result.output
 
 
-@pytest.mark.parametrize("command", [["report"], ["bench"], ["bench", "leaving-out"]])
+@pytest.mark.parametrize("command", [["report"], ["bench"]])
 def test_what_needs_a_band_says_so(job, command):
     result = CliRunner().invoke(main, [*command, str(job)])
     assert result.exit_code == 2 and "found no band; allowed here: one or more; add one to bands" in result.output

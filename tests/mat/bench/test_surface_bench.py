@@ -78,7 +78,7 @@ def test_forcing_between_the_times_of_a_day_is_linear_and_closes_over_midnight()
 def test_the_oracle_and_the_solver_agree_on_a_wall_in_the_sun_of_the_starter_job(inputs):
     (material,) = surface_materials([load_library()["concrete"]])
     case = case_of(material, inputs, intervals=96, cells=12)
-    ((_, solution),) = (part for part in solve_columns(material, case.few, steps=192) if len(part[0]))
+    ((_, solution),) = (part for part in solve_columns(material, case.oracle_forcing, steps=192) if len(part[0]))
     every = case.reference.shape[1] // 96
     assert np.abs(solution.temperature[:, ::2] - case.reference[:, ::every]).max() < 0.1
     assert case.oracle_seconds > 0
@@ -92,12 +92,12 @@ def test_the_error_of_the_solver_falls_with_its_steps_to_that_of_the_oracle(inpu
     case = case_of(material, inputs)
     errors = {}
     for steps in (96, 192, 576):
-        ((_, solution),) = solve_columns(material, case.few, steps=steps, fine_steps=None)
+        ((_, solution),) = solve_columns(material, case.oracle_forcing, steps=steps, fine_steps=None)
         errors[steps] = np.abs(solution.temperature - case.reference[:, :: 576 // steps]).max(axis=1)
     assert np.abs(case.reference_error).max() < 0.005
     assert np.all(errors[96] > 1.5 * errors[192]) and np.all(errors[192] > 2 * errors[576])
     assert errors[576].max() < 0.015
-    ((_, sturdy),) = solve_columns(material, case.few, steps=96, fine_steps=None, scheme="bdf2")
+    ((_, sturdy),) = solve_columns(material, case.oracle_forcing, steps=96, fine_steps=None, scheme="bdf2")
     assert np.all(errors[96] < 0.9 * np.abs(sturdy.temperature - case.reference[:, ::6]).max(axis=1))
 
 

@@ -67,7 +67,7 @@ def test_what_gazebo_reads_is_the_apparent_temperature(built, tmp_path):
 
 def test_texels_without_material_are_refused_or_named(built, tmp_path):
     folder = built({"#C80000": "asphalt_road", "#00C800": "grass_green"})
-    with pytest.raises(InputError, match="has 8 texels without material; name what stands"):
+    with pytest.raises(InputError, match="has 8 texels without material; name a substitute"):
         write_heat_signatures(folder, tmp_path, AT_SIX)
     assert not list(tmp_path.glob("*.png"))
     write_heat_signatures(folder, tmp_path, AT_SIX, "asphalt_road")

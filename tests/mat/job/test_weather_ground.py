@@ -95,11 +95,11 @@ def test_the_ground_of_the_latitude_lies_at_the_station_of_the_weather(tmp_path,
 @pytest.mark.parametrize(
     "place, text, remark",
     [
-        ((100, 6), "88.8", r"contains no year of the ground, .* \(in line 109: air_temperature_c: found 88.8; allowed"),
+        ((100, 6), "88.8", r"contains no year of the ground; .* \(in line 109: air_temperature_c: found 88.8; allowed"),
         (
             (100, 1),
             "13",
-            r"contains no year of the ground, .* \(in line 109: found month 13, day 5, hour 5",
+            r"contains no year of the ground; .* \(in line 109: found month 13, day 5, hour 5",
         ),
     ],
 )

@@ -372,7 +372,8 @@ def test_faces_that_look_down_are_said_and_altitudes_beyond_the_table_refused(fr
         FrameRenderer(frame_of(altitude_km=5.0)).check()
 
 
-def test_the_commands_check_and_draw_a_frame(frame_of, drawn, tmp_path):
+def test_the_commands_check_and_draw_a_frame(frame_of, drawn, tmp_path, monkeypatch):
+    monkeypatch.setenv("SKYSHINE_ALLOW_OUTSIDE", "0")  # set back after --allow-outside
     frame = frame_of(files={"lit.npy": np.ones((ROWS, COLUMNS))}, mesh=None)
     model = content_of(frame)
     model["materials"], model["default_material"] = {"3": "asphalt_road"}, "grass_green"

@@ -98,7 +98,7 @@ def test_a_folder_without_water_is_refused(tmp_path):
 
 def test_finer_bins_of_the_band_model_name_what_they_need():
     with pytest.raises(InputError, match="line_by_line with a folder of HITRAN records"):
-        skyshine.mat.spectrum(wavenumber=(1000, 1005), resolution=1.0)
+        skyshine.mat.spectrum(wavenumber=(1000, 1005), resolution=0.5)
 
 
 @pytest.mark.shared_data

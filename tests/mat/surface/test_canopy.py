@@ -411,8 +411,8 @@ def test_response_to_a_small_shadow_is_the_derivative(leaf_area, sun_path, weath
     (_, before), (_, after) = (solve_days(material, [lambda _, f=f: f], steps=288)[0] for f in (forcing, shaded))
     truth = 100 * (after.temperature - before.temperature)
     absorbed = Balance(shaded, material).absorbed - Balance(forcing, material).absorbed
-    columns = response.columns(np.array([0]), np.array([0.0]), np.array([0.0]))
-    found = 100 * columns.change(absorbed, before.temperature, np.array([1e4]))
+    faces = [np.array([1]), np.array([0.0]), np.array([0.0]), np.array([0.0])]  # code, altitude, azimuth, slope
+    found = 100 * response.changes(faces, absorbed, before.temperature, np.array([1e4]))
     assert truth.min() < -8 and np.sqrt(np.mean((found - truth) ** 2)) < 0.06 * np.abs(truth).max()
 
 
@@ -433,6 +433,8 @@ def test_a_wall_is_near_the_whole_solution(sun_path, weather, sky, around, chang
     beside = replace(open_scene, surroundings=around)
     (_, before), (_, after) = (solve_days(material, each.days, steps=288)[0] for each in (open_scene, beside))
     absorbed = Balance(beside.forcing(288), material).absorbed - Balance(open_scene.forcing(288), material).absorbed
-    columns = response.columns(np.array([0]), np.array([0.0]), np.array([0.0]))
-    error = before.temperature + columns.change(absorbed, before.temperature, np.array([1e4])) - after.temperature
+    faces = [np.array([1]), np.array([0.0]), np.array([0.0]), np.array([0.0])]  # code, altitude, azimuth, slope
+    error = (
+        before.temperature + response.changes(faces, absorbed, before.temperature, np.array([1e4])) - after.temperature
+    )
     assert np.ptp(after.temperature - before.temperature) > changed and np.sqrt(np.mean(error**2)) < allowed

@@ -259,4 +259,6 @@ def test_the_end_of_a_record_does_not_warm_its_begin(tmp_path):
     assert record.size == 72 and outputs[0]["time"]["values"][0].startswith("2026-06-21T00:00:00")
     assert record[:48] == pytest.approx(np.tile(day, 2), abs=0.5) and record[60:].mean() > day[12:].mean() + 5
     notes = [" ".join(output["notes"]) for output in outputs]
-    assert "the first day, 7 times, stands for them (spin-up)" in notes[0] and "the record, 24 h, repeats" in notes[1]
+    assert (
+        "the first day, 7 times, is repeated for them (spin-up)" in notes[0] and "the record, 24 h, repeats" in notes[1]
+    )

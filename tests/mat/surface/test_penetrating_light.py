@@ -207,7 +207,7 @@ def test_the_response_to_shade_is_that_of_less_sunlight(cold):
     """A tenth of the sunlight less, for some hours; the heat loss hardly bends over so little."""
     material = ice(stack(PenetratingLight(0.8, 5.0), depths=(0.2, 0.3)))
     response = stored_response(response_table([material], cold))
-    columns = response.columns(np.zeros(1, int), np.zeros(1), np.zeros(1))
+    faces = [np.ones(1, int), np.zeros(1), np.zeros(1), np.zeros(1)]  # code, altitude, azimuth, slope
     forcing = cold.forcing(FORCING_STEPS).columns(np.array([0]))
     hidden = np.where(np.abs(np.arange(FORCING_STEPS) / FORCING_STEPS - 0.5) < 0.1, 0.1, 0.0)[None, :]
     less = {name: getattr(forcing, name) * (1 - hidden) for name in ("shortwave_direct", "shortwave_diffuse")}
@@ -217,7 +217,7 @@ def test_the_response_to_shade_is_that_of_less_sunlight(cold):
         ((_, solution),) = solve_columns(material, lambda _, each=each: each, steps=FORCING_STEPS)
         surfaces.append(solution.temperature)
     absorbed = -hidden * absorbed_sunlight(material, forcing)
-    change = columns.change(absorbed, surfaces[0], np.full(1, 1e4))
+    change = response.changes(faces, absorbed, surfaces[0], np.full(1, 1e4))
     want = surfaces[1] - surfaces[0]
     assert want.min() < -0.15
     assert change == pytest.approx(want, abs=0.06 * np.abs(want).max())

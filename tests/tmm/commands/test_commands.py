@@ -130,7 +130,7 @@ def test_paths_out_of_the_folder(run, tmp_path, monkeypatch, old, new):
     "way, warning",
     [
         ("seeds: {polygons: {water_fresh: [[[1, 1], [9, 1], [9, 9]]]}}", "all seeds are of one material"),
-        ("rules: {rules: [{material: water_fresh, when: {hue: {at_least: 400}}}]}", "no rule holds anywhere"),
+        ("rules: {rules: [{material: water_fresh, when: {hue: {at_least: 400}}}]}", "no rule matches anywhere"),
         ("palette: {colours: {'50': water_fresh}}", None),
     ],
 )

@@ -125,4 +125,4 @@ def test_a_seed_names_one_material(two_halves, write_image, tmp_path):
     )
     result = CliRunner().invoke(main, ["check", str(tmp_path / "tmm.yaml")])
     assert result.exit_code == 2 and "tmm.yaml:6:" in result.stderr
-    assert "allowed here: one material; mixtures stand in material, palette" in result.stderr
+    assert "allowed here: one material; mixtures are allowed in material, palette" in result.stderr

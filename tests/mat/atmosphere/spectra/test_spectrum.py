@@ -104,7 +104,7 @@ def test_sun_outshines_moon():
         (["--wavenumber", "750:700"], "LO < HI"),
         (["--wavenumber", "750"], "two numbers"),
         (["--wavenumber", "1:2"], "not covered"),
-        (["--wavenumber", "1100:1200", "--resolution", "7"], "multiple"),
+        (["--wavenumber", "1100:1200", "--resolution", "0.7"], "multiple"),
         (["--wavenumber", "1100:1200", "--resolution", "nan"], "multiple"),
         (["--wavenumber", "1100:1200", "--range", "far"], "'space'"),
         (["--wavenumber", "1100:1200", "--range", "-1"], "at least 0"),

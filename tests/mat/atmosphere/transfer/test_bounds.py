@@ -96,7 +96,7 @@ def test_scattered_light_stays_below_its_bound(name, band):
     whole, dark = air.table(GRID, sun), replace(air, air=replace(air.air, scatters=False)).table(GRID, sun)
     differences = {kind: np.abs(value - seen(dark)[kind]) for kind, value in seen(whole).items()}
     largest = max(differences["path"].max(), differences["sky"].max())
-    assert largest <= bound * (1 + 1e-6) and bound < LOOSENESS.get(name, 60.0) * largest
+    assert largest <= bound * (1 + 1e-6) and bound < LOOSENESS.get(name, 70.0) * largest
     assert not np.any(differences["direct"]) and np.array_equal(whole.beta_star, dark.beta_star)
     print(f"{name}, {band}: bound over largest {bound / largest:.2g}")
 

@@ -48,8 +48,13 @@ def run(*command: object, folder: Path) -> str:
 
 
 def need(*tools: str) -> None:
-    if missing := [tool for tool in tools if shutil.which(tool) is None]:
+    if missing := [tool for tool in tools if not works(tool)]:
         pytest.skip(f"{', '.join(missing)} not installed")
+
+
+def works(tool: str) -> bool:
+    """Whether a tool runs: rustup leaves a cargo on the path that has no compiler."""
+    return shutil.which(tool) is not None and subprocess.run([tool, "--version"], capture_output=True).returncode == 0
 
 
 def camel(name: str) -> str:

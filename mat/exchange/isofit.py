@@ -23,7 +23,6 @@ from pathlib import Path
 import numpy as np
 from scipy.special import erf
 
-from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
@@ -31,6 +30,7 @@ from skyshine.mat.atmosphere.spectra.spectrum import line_points
 from skyshine.mat.atmosphere.state.gas_amounts import CARBON_DIOXIDE_PPM, GasAmounts
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
+from skyshine.mat.scene.bands import absorption_table
 from skyshine.schemas.arrays import Floats, Reals
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
@@ -145,7 +145,7 @@ def write_lut(lut: Lut, path: Path, advance: Callable[[int], object] = lambda _:
     >>> grid = skyshine.mat.Lut(wavelength=(550, 560), fwhm=(10, 10), water=(1, 2), optical_depth=(0.1,))
     >>> skyshine.mat.lut(grid, Path("lut.nc"))  # doctest: +SKIP
     """
-    table = AbsorptionTable.open()
+    table = absorption_table()
     reach = _REACH * np.array(lut.fwhm)
     low, high = float(np.min(lut.wavelength - reach)), float(np.max(lut.wavelength + reach))
     points = table.points(1e7 / high, 1e7 / low)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, default_water_continuum
 from skyshine.mat.job.atmosphere import Band
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.radiometry.response_table import parse_response
@@ -29,5 +29,5 @@ def response_of(band: Band) -> SpectralResponse:
 
 @lru_cache(maxsize=4)
 def absorption_table(water_continuum: str | None = None) -> AbsorptionTable:
-    """The packaged band model with its own or another water vapour continuum, opened once a process."""
-    return AbsorptionTable.open(water_continuum=water_continuum)
+    """The packaged band model with a water vapour continuum, by default that of jobs, opened once a process."""
+    return AbsorptionTable.open(water_continuum=water_continuum or default_water_continuum())

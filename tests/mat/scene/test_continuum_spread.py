@@ -5,9 +5,11 @@ from dataclasses import replace
 import pytest
 
 import skyshine.mat
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.load import load_job
 from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.scene.bands import absorption_table
 from skyshine.mat.scene.continuum_spread import other_continua, spread_kelvin, spread_warnings
 
 WINDOW = SpectralResponse.rectangular(8.0, 12.0)
@@ -37,3 +39,8 @@ def test_check_names_the_spread(loaded):
 
 def test_continua_of_the_package_but_that_of_lowtran_are_compared(loaded):
     assert other_continua(loaded.trimmed) == ["mt_ckd_4.3", "mt_ckd_2.4"]
+
+
+def test_the_table_without_a_name_has_the_continuum_of_jobs_that_name_none(loaded):
+    assert absorption_table().content == absorption_table(loaded.trimmed.water_continuum).content
+    assert absorption_table().content != AbsorptionTable.open().content  # whose own is another

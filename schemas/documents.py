@@ -266,6 +266,23 @@ def read_yaml(file: StrPath) -> Document:
     return _document(text, file)
 
 
+def read_document(source: StrPath | Mapping[str, Any], folder: Path | None = None) -> Document:
+    """Read a YAML file, or the same content as plain data.
+
+    Parameters
+    ----------
+    source : path or mapping
+    folder : Path, optional
+        Folder to which the paths in a mapping are relative; by default the working directory.
+
+    Raises
+    ------
+    InputError
+        Those of `read_yaml` and `mapping_document`.
+    """
+    return mapping_document(source, folder or Path.cwd()) if isinstance(source, Mapping) else read_yaml(source)
+
+
 def mapping_document(data: Mapping[str, Any], folder: StrPath) -> Document:
     """A document whose content is given as plain data; its paths are relative to a folder, its errors name no line.
 

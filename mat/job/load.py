@@ -26,7 +26,7 @@ from skyshine.mat.job.trim import limited_axes, trimmed
 from skyshine.mat.job.warnings import merged
 from skyshine.mat.radiometry.response_table import response_notes
 from skyshine.materials.library import MaterialLibrary, load_library
-from skyshine.schemas.documents import Document, mapping_document, parse_model, problem_text, read_yaml
+from skyshine.schemas.documents import Document, parse_model, problem_text, read_document
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.paths import job_path
 
@@ -120,7 +120,7 @@ def load_job(
     InputError
         With file:line:column of the first thing that does not fit.
     """
-    document = mapping_document(source, folder or Path.cwd()) if isinstance(source, Mapping) else read_yaml(source)
+    document = read_document(source, folder)
     library = library or load_library()
     context = {"materials": library.names, "folder": document.file.resolve().parent}
     document = _with_operations(document, library)

@@ -17,7 +17,7 @@ import pydantic
 from pydantic import Field
 
 from skyshine.mat.runtime.shade import SHADED_SKY
-from skyshine.schemas.documents import Document, StrictModel, mapping_document, parse_model, read_yaml
+from skyshine.schemas.documents import Document, StrictModel, parse_model, read_document
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import job_path
 
@@ -332,5 +332,5 @@ def load_scene(source: str | os.PathLike[str] | Mapping[str, Any], *, folder: Pa
     InputError
         With file:line:column of the first thing that does not fit.
     """
-    document = mapping_document(source, folder or Path.cwd()) if isinstance(source, Mapping) else read_yaml(source)
+    document = read_document(source, folder)
     return LoadedScene(parse_model(document, SceneModel, {"folder": document.file.resolve().parent}), document)

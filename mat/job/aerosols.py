@@ -68,6 +68,13 @@ class AerosolLayer(StrictModel):
     profile: JobFile | None = Field(
         None, description="CSV of height[km] above the ground and extinction[km^-1] at 0.55 um, linear between."
     )
+    optics: JobFile | None = Field(
+        None,
+        description=(
+            "CSV of height[km] above the ground, wavelength[um], extinction[km^-1], single_scattering_albedo and"
+            " asymmetry, linear between heights; says what the particles are, where they are and how much there is."
+        ),
+    )
     optical_depth: float | None = Field(
         None,
         ge=0,
@@ -77,8 +84,13 @@ class AerosolLayer(StrictModel):
 
     @pydantic.model_validator(mode="after")
     def _one_of_each(self) -> Self:
+        if self.optics is not None:
+            others = [name for name in type(self).model_fields if name != "optics" and getattr(self, name) is not None]
+            if others:
+                raise ValueError(f"found optics and {' and '.join(others)}; allowed: optics alone; remove the others")
+            return self
         for names, hint in (
-            (("model", "table", "size_distribution"), "say what the particles are"),
+            (("model", "table", "size_distribution"), "say what the particles are, or give optics"),
             (("height_km", "scale_height_km", "profile"), "say where they are"),
         ):
             amounts = [name for name in names if getattr(self, name) is not None]
@@ -99,6 +111,8 @@ class AerosolLayer(StrictModel):
     @property
     def particles(self) -> str:
         """Name of the particles, for files and people."""
+        if self.optics is not None:
+            return f"optics of {self.optics.name}"
         if self.table is not None:
             return self.table.name
         return self.model or "spheres"
@@ -106,6 +120,8 @@ class AerosolLayer(StrictModel):
     @property
     def place(self) -> str:
         """Where they are, for files and people."""
+        if self.optics is not None:
+            return "by height"
         if self.profile is not None:
             return f"by {self.profile.name}"
         if self.height_km is not None:

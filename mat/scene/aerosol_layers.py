@@ -8,6 +8,7 @@ from skyshine.mat.atmosphere.particles.aerosol_layer import AerosolLayer
 from skyshine.mat.atmosphere.particles.aerosol_table import (
     COVERED,
     parse_aerosol,
+    parse_aerosol_optics,
     parse_extinction_profile,
     parse_refractive_index,
 )
@@ -26,7 +27,13 @@ def aerosol_layers(state: State) -> list[AerosolLayer]:
     InputError
         With file:line:column of what does not fit in a table.
     """
-    return [_layer(state, layer) for layer in state.aerosol_layers]
+    layers: list[AerosolLayer] = []
+    for layer in state.aerosol_layers:
+        if layer.optics is not None:
+            layers += parse_aerosol_optics(layer.optics.text, layer.optics.path)
+        else:
+            layers.append(_layer(state, layer))
+    return layers
 
 
 def _layer(state: State, layer: aerosols.AerosolLayer) -> AerosolLayer:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from skyshine.mat.atmosphere.particles.aerosol_layer import AerosolLayer
 from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel
 from skyshine.mat.atmosphere.particles.size_distribution import RefractiveIndex
 from skyshine.schemas.arrays import Floats
@@ -16,11 +17,19 @@ from skyshine.schemas.errors import nearest
 COLUMNS = {"wavelength": "um", "extinction": "", "single_scattering_albedo": "", "asymmetry": ""}
 INDEX_COLUMNS = {"wavelength": "um", "real": "", "imaginary": ""}
 PROFILE_COLUMNS = {"height": "km", "extinction": "km^-1"}
+OPTICS_COLUMNS = {
+    "height": "km",
+    "wavelength": "um",
+    "extinction": "km^-1",
+    "single_scattering_albedo": "",
+    "asymmetry": "",
+}
 # The heat balance asks for all light from 0.3 um on; beyond 30 um little is left of what a warm body emits.
 COVERED = (0.299, 30.0)
 LARGEST_INDEX = 10.0
 HIGHEST = 80.0  # km above the ground, of a profile
 MOST_HEIGHTS = 100
+MOST_OPTICS_HEIGHTS = 24  # each is a kind of particle of its own in light along lines
 
 
 def parse_aerosol(text: str, file: str | Path) -> HenyeyGreensteinModel:
@@ -48,10 +57,76 @@ def parse_aerosol(text: str, file: str | Path) -> HenyeyGreensteinModel:
     wavelength, extinction, albedo, asymmetry = _columns(table, COLUMNS)
     _check_wavelengths(table, wavelength)
     _check(table, "extinction", extinction > 0, "above 0, in any measure")
-    _check(table, "single_scattering_albedo", (albedo >= 0) & (albedo <= 1), "0 to 1")
-    _check(table, "asymmetry", np.abs(asymmetry) < 1, "between -1 and 1")
+    _check_scattering(table, albedo, asymmetry)
     absorption = extinction * (1 - albedo)
     return HenyeyGreensteinModel.of_table(Path(file).name, wavelength, extinction, absorption, asymmetry)[0]
+
+
+def parse_aerosol_optics(text: str, file: str | Path) -> list[AerosolLayer]:
+    """Aerosol whose optical properties depend on height: extinction and scattered light by height and wavelength.
+
+    Between two heights extinction, scattering, and scattering times phase function are linear in height: the particles
+    of each height are a layer of their own, whose amount falls to 0 at its neighbours.
+
+    Parameters
+    ----------
+    text : str
+        CSV with the columns height[km] above the ground, wavelength[um], extinction[km^-1], single_scattering_albedo
+        and asymmetry, sorted by height, then wavelength. Each height has wavelengths of its own, from 0.299 um or less
+        to 30 um or more. A height without particles has an extinction of 0 at all of them.
+    file : path
+        Named in messages.
+
+    Returns
+    -------
+    list of AerosolLayer
+        One for each height with particles, from the ground up.
+
+    Raises
+    ------
+    InputError
+        As `parse_aerosol`; and for heights that fall, that are more than 24, or that have no particles.
+    """
+    table = parse_table(text, file)
+    height, wavelength, extinction, albedo, asymmetry = _columns(table, OPTICS_COLUMNS)
+    column = table.names.index("height")
+    for row in np.flatnonzero(np.diff(height) < 0)[:1]:
+        raise table.error(
+            row + 1, column, f"found {height[row + 1]:g} after {height[row]:g}; allowed: a height that rises; sort rows"
+        )
+    _check(table, "height", (height >= 0) & (height <= HIGHEST), f"0 to {HIGHEST:g}")
+    _check(table, "extinction", extinction >= 0, "at least 0")
+    _check_scattering(table, albedo, asymmetry)
+    nodes, start = np.unique(height, return_index=True)
+    if not 2 <= nodes.size <= MOST_OPTICS_HEIGHTS:
+        raise table.error(
+            start[-1], column, f"found {nodes.size} heights; allowed: 2 to {MOST_OPTICS_HEIGHTS}; add or thin out some"
+        )
+    if not np.any(extinction > 0):
+        raise table.error(0, table.names.index("extinction"), "found no extinction; allowed: some above 0; add it")
+    layers = []
+    for node, rows in enumerate(map(slice, start, [*start[1:], height.size])):
+        _check_wavelengths(table, wavelength[rows], rows.start)
+        empty = extinction[rows] == 0
+        if np.all(empty):
+            continue
+        for row in np.flatnonzero(empty)[:1]:
+            raise table.error(
+                rows.start + row,
+                table.names.index("extinction"),
+                "found 0; allowed: above 0, or 0 at all wavelengths of a height without particles",
+            )
+        model, at_550 = HenyeyGreensteinModel.of_table(
+            Path(file).name,
+            wavelength[rows],
+            extinction[rows],
+            extinction[rows] * (1 - albedo[rows]),
+            asymmetry[rows],
+        )
+        near = slice(max(node - 1, 0), node + 2)
+        amount = np.where(np.arange(nodes.size) == node, 1e-3 * at_550, 0.0)
+        layers.append(AerosolLayer.measured(model, 1e3 * nodes[near], amount[near], None))
+    return layers
 
 
 def parse_refractive_index(text: str, file: str | Path) -> RefractiveIndex:
@@ -98,22 +173,28 @@ def _columns(table: CsvTable, columns: dict[str, str]) -> list[Floats]:
     return [table.values[:, table.names.index(name)] for name in columns]
 
 
-def _check_wavelengths(table: CsvTable, wavelength: Floats) -> None:
-    _check_rising(table, "wavelength", wavelength)
-    first, last = wavelength[0], wavelength[-1]
-    if not 0 < first <= COVERED[0] or last < COVERED[1]:
+def _check_scattering(table: CsvTable, albedo: Floats, asymmetry: Floats) -> None:
+    _check(table, "single_scattering_albedo", (albedo >= 0) & (albedo <= 1), "0 to 1")
+    _check(table, "asymmetry", np.abs(asymmetry) < 1, "between -1 and 1")
+
+
+def _check_wavelengths(table: CsvTable, wavelength: Floats, start: int = 0) -> None:
+    """Check wavelengths (W,) of the rows of a table from one on."""
+    _check_rising(table, "wavelength", wavelength, start)
+    shortest, longest = wavelength[0], wavelength[-1]
+    if not 0 < shortest <= COVERED[0] or longest < COVERED[1]:
         raise table.error(
-            0 if not 0 < first <= COVERED[0] else wavelength.size - 1,
+            start + (0 if not 0 < shortest <= COVERED[0] else wavelength.size - 1),
             table.names.index("wavelength"),
-            f"found wavelengths from {first:g} to {last:g} um; allowed: from {COVERED[0]:g} um or less, above 0, to"
-            f" {COVERED[1]:g} um or more; add rows",
+            f"found wavelengths from {shortest:g} to {longest:g} um; allowed: from {COVERED[0]:g} um or less, above 0,"
+            f" to {COVERED[1]:g} um or more; add rows",
         )
 
 
-def _check_rising(table: CsvTable, name: str, values: Floats) -> None:
+def _check_rising(table: CsvTable, name: str, values: Floats, start: int = 0) -> None:
     for row in np.flatnonzero(np.diff(values) <= 0)[:1]:
         raise table.error(
-            row + 1,
+            start + row + 1,
             table.names.index(name),
             f"found {values[row + 1]:g} after {values[row]:g}; allowed: a {name} that rises; sort the rows",
         )

@@ -67,6 +67,20 @@ def test_layers_add_to_the_optical_depth_of_the_column(written):
     assert np.all(layers[2].extinction_550[height > 1211] == 0) and layers[2].extinction_550[0] == pytest.approx(1e-4)
 
 
+def test_optics_by_height_are_layers_of_their_own(written):
+    rows = "".join(f"{h},{w},{e},0.5,0.1\n" for h, e in ((0, 0.1), (1, 0.1), (3, 0)) for w in (0.25, 40))
+    optics = "height[km],wavelength[um],extinction[km^-1],single_scattering_albedo,asymmetry\n" + rows
+    replaced = ("      - {model: desert, height_km: [2, 4], optical_depth: 0.3}", "      - {optics: o.csv}")
+    job = written(replaced, **{"o.csv": optics}).trimmed
+    air = atmospheric_state(job.site, job.states[0])
+    assert [part.model.name for part in air.aerosols[-4:]] == ["o.csv", "o.csv", "smoke.csv", "spheres"]
+    assert float(air.aerosol_optical_depth(550.0, air.surface_altitude)) == pytest.approx(0.1 + 0.2 + 0.16, abs=3e-3)
+    assert "aerosol optics of o.csv by height" in summary_line(state_summaries(job)[0])
+    assert state_attributes(job.states[0])["aerosol_layers"].startswith("optics of o.csv by height; smoke.csv")
+    other = written(replaced, **{"o.csv": optics.replace("0,0.25,0.1", "0,0.25,0.2")}).trimmed
+    assert air_key(other.states[0]) != air_key(job.states[0])
+
+
 def test_layers_stand_alone_without_an_aerosol(written):
     job = written(("aerosol_optical_depth: 0.1", "aerosol: none")).trimmed
     air = atmospheric_state(job.site, job.states[0])
@@ -95,6 +109,18 @@ def test_air_is_another_with_other_layers_or_files(written):
     ]
     assert len(set(keys)) == 4
     assert air_key(written().trimmed.states[0]) == keys[0]
+
+
+def test_optics_that_do_not_fit_are_refused_at_their_place(written):
+    rows = "".join(f"{h},{w},0.1,1.5,0.1\n" for h in (0, 1) for w in (0.25, 40))
+    optics = "height[km],wavelength[um],extinction[km^-1],single_scattering_albedo,asymmetry\n" + rows
+    with pytest.raises(InputError, match=r"found 1.5; allowed: 0 to 1"):
+        check_scene(
+            written(
+                ("      - {model: desert, height_km: [2, 4], optical_depth: 0.3}", "      - {optics: o.csv}"),
+                **{"o.csv": optics},
+            )
+        )
 
 
 @pytest.mark.parametrize(

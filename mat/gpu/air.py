@@ -67,7 +67,7 @@ class GroundDay:
         if AxisRule.of("time", surface.root.axes["time"]).interpolation == PERIODIC:
             time = np.append(time, time[0] + 24.0)
         kelvin = air.ground_temperature(surface, time=time)
-        emissivity = stated_ground(air.path, air.attributes).emissivity
+        emissivity = stated_ground(air.attributes).emissivity
         return cls(time, kelvin, emissivity * band.blackbody_radiance(kelvin))
 
 

@@ -93,7 +93,7 @@ class AirFields:
         """Temperature of the ground around faces [K]."""
         if self.ground_temperature is not None:
             return self.ground_temperature
-        return stated_ground(self.air.path, self.air.attributes).temperature
+        return stated_ground(self.air.attributes).temperature
 
     @property
     def fades(self) -> bool:
@@ -186,7 +186,7 @@ def _transmittance(fields: AirFields, lines: LinesOfSight) -> Floats:
 @lru_cache(maxsize=4)
 def _ground_light(fields: AirFields, lines: LinesOfSight) -> dict[int, Floats]:
     """What the ground emits and materials reflect (..., M), by harmonic."""
-    stated = stated_ground(fields.air.path, fields.air.attributes)
+    stated = stated_ground(fields.air.attributes)
     kelvin, radiance = fields.ground_kelvin, stated.radiance
     if fields.ground_temperature is not None:
         radiance = stated.emissivity * float(fields.band.blackbody_radiance(kelvin))

@@ -10,9 +10,9 @@ from skyshine.schemas.whole_files import write_whole
 
 NAMES = {"GLSL": "skyshine.glsl", "HLSL": "skyshine.hlsl"}
 _SOURCE = "pixel.shader.j2"
-# Words of GLSL, which the source is written in, in the other languages; two arguments make atan of GLSL an atan2.
-_WORDS = {
-    "GLSL": ((r"\batan2\(", "atan("),),
+# Words of GLSL, which the source is written in, in the other languages.
+_WORDS: dict[str, tuple[tuple[str, str], ...]] = {
+    "GLSL": (),
     "HLSL": ((r"\bvec([234])\b", r"float\1"), (r"\bivec([234])\b", r"int\1"), (r"\bmix\(", "lerp(")),
 }
 

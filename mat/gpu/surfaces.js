@@ -21,9 +21,8 @@ SKYSHINE.surfaces = (() => {
       face.toSource = toSource;
       face.toObserver = normalize(way);
       face.normal = dot(normal, way) < 0.0 ? -normal : normal; // triangles have two sides
-      float level = length(face.normal.xy);
-      float slope = skyshineDegrees(atan(level, face.normal.z));
-      float azimuth = level > 1e-6 ? skyshineDegrees(atan(face.normal.x, face.normal.y)) : 0.0;
+      float slope = skyshineAngle(length(face.normal.xy), face.normal.z);
+      float azimuth = skyshineAngle(face.normal.x, face.normal.y);
       SkyshineAirOfPixel air = skyshineAirAt(length(way) * 0.001, face.toObserver);
       float radiance = skyshinePath(air, face);
       float warmth = 0.0;

@@ -207,8 +207,6 @@ class AtmosphereTable(Table):
                 " has tilted faces",
                 file=self.path,
             )
-        if AMBIENT_HARMONICS in self.quantities:
-            stated_ground(self.path, self.attributes)
         self._refuse_axes("ambient_radiance", where)
         arguments = [*(where[name] for name in AXES[:4]), slope, azimuth]
         arguments += [] if ground_temperature is None else [ground_temperature]
@@ -229,7 +227,7 @@ class AtmosphereTable(Table):
         """
         name = self.attributes.get("ground_material")
         if name is None:
-            return np.full(np.shape(time), stated_ground(self.path, self.attributes).temperature)
+            return np.full(np.shape(time), stated_ground(self.attributes).temperature)
         lowest = float(surface.root.axes["altitude"].values[0])
         return surface.temperature(material=str(name), altitude=lowest, time=time)
 

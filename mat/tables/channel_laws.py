@@ -25,6 +25,11 @@ _NUMBERS = {
     "ground_altitude_km": Limits("-1 to 10", -1.0, 10.0),
     "scale_height_km": Limits("above 0, up to 1000", 0.0, 1000.0, above=True),
 }
+_GROUND = {  # of files with light on tilted faces
+    "ground_emissivity": Limits("0 to 1", 0.0, 1.0),
+    "ground_temperature": Limits("0 or above", 0.0, 1e300),
+    "ground_radiance": Limits("0 or above", 0.0, 1e300),
+}
 _SPANS = {"range_km": Limits("0 or above", 0.0, 1e9), "altitude_km": Limits("-1 or above", -1.0, 1e9)}
 _LAST_NUMBER = 65535  # of channels and of parts
 
@@ -37,7 +42,7 @@ def broken_channel_laws(root: Group) -> Iterator[str]:
     root : Group
         Root group, with the root attributes of the file.
     """
-    yield from _attributes(root.attributes)
+    yield from _attributes(root)
     dimensions = _required_dimensions(root)
     for name, dims in dimensions.items():
         if name not in root.variables:
@@ -63,9 +68,12 @@ def broken_channel_laws(root: Group) -> Iterator[str]:
 
 def _required_dimensions(root: Group) -> dict[str, tuple[str, ...]]:
     """Axes of the arrays that the file must hold."""
-    harmonics = bool({*HARMONIC_LIGHT, GROUND_EMISSION} & set(root.variables))
-    fields = fields_of(harmonics=harmonics, bent=END_RISE in root.variables)
+    fields = fields_of(harmonics=_lights_tilted_faces(root), bent=END_RISE in root.variables)
     return {name: field.dims for name, field in fields.items() if name != NOT_READ}
+
+
+def _lights_tilted_faces(root: Group) -> bool:
+    return not {*HARMONIC_LIGHT, GROUND_EMISSION}.isdisjoint(root.variables)
 
 
 def _axes(root: Group, dimensions: dict[str, tuple[str, ...]]) -> Iterator[str]:
@@ -80,8 +88,9 @@ def _axes(root: Group, dimensions: dict[str, tuple[str, ...]]) -> Iterator[str]:
             yield f"{name}: the numbers span {nodes[0]:g} to {nodes[-1]:g}; allowed: 1 to {_LAST_NUMBER}"
 
 
-def _attributes(attributes: dict[str, Any]) -> Iterator[str]:
-    for name, limits in _NUMBERS.items():
+def _attributes(root: Group) -> Iterator[str]:
+    attributes = root.attributes
+    for name, limits in (_NUMBERS | (_GROUND if _lights_tilted_faces(root) else {})).items():
         value = _numbers(attributes.get(name))
         if value.shape != () or limits.outside(value):
             yield f"{name}: found {_shown(attributes.get(name))}; allowed: a number, {limits.words}"

@@ -1,5 +1,7 @@
 """Texel formats, nodes of axes, and the two languages of the shader."""
 
+import ctypes
+import re
 import shutil
 import subprocess
 
@@ -113,3 +115,22 @@ def test_both_languages_have_the_same_functions():
     ]
     assert names[0] == names[1]
     assert len(names[0]) > 8
+
+
+def test_angles_of_faces_do_not_depend_on_the_sign_of_zero(tmp_path):
+    """The function of the include, compiled as C, for it is C as well; a face exactly to the south has x of 0 or -0."""
+    text = shader("GLSL")
+    code = re.search(r"^float skyshineAngle\(.*?^}", text, re.S | re.M).group(0)
+    words = "".join(f"#define {word} {word}f\n" for word in ("sqrt", "atan")) + "#define abs fabsf\n#define max fmaxf\n"
+    (tmp_path / "angle.c").write_text(f"#include <math.h>\n{words}{code}\n", encoding="utf-8")
+    compiler = shutil.which("cc") or pytest.skip("no C compiler")
+    subprocess.run([compiler, "-O1", "-shared", "-fPIC", "-o", "angle.so", "angle.c", "-lm"], cwd=tmp_path, check=True)
+    angle = ctypes.CDLL(tmp_path / "angle.so").skyshineAngle
+    angle.argtypes, angle.restype = [ctypes.c_float] * 2, ctypes.c_float
+    random = np.random.default_rng(3).normal(size=(200, 2))
+    exact = [(zero, along) for zero in (0.0, -0.0) for along in (1.0, -1.0, 1e-3, -1e3)]
+    for across, along in [*exact, (1.0, 0.0), (-1.0, -0.0), (1e-4, -1.0), *random]:
+        turn = angle(across, along) - np.degrees(np.arctan2(across, along))
+        assert abs((turn + 180) % 360 - 180) < 1e-4, (across, along)
+    assert angle(0.0, 0.0) == 0.0
+    assert not any(re.search(r"atan2|atan\([^()]*,", shader(language)) for language in PROGRAMS)

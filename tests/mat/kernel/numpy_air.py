@@ -429,7 +429,7 @@ def ambient_radiance(
         shape = np.broadcast_shapes(places, np.shape(slope), np.shape(azimuth))
         level = level.reshape((1,) * (len(shape) - len(places)) + level.shape)
         return np.array(np.broadcast_to(level, shape + parts))
-    stated = stated_ground(table.path, table.attributes)
+    stated = stated_ground(table.attributes)
     kelvin, emitted = np.asarray(stated.temperature), np.asarray(stated.radiance)
     if ground_temperature is not None and blackbody is not None:
         kelvin = np.asarray(ground_temperature, float)

@@ -1,7 +1,5 @@
 """Ambient radiance of faces read from a built table."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -84,12 +82,6 @@ def test_outside_the_axes_it_clamps_or_refuses(sun):
 def test_a_ground_temperature_needs_the_band(sun):
     with pytest.raises(InputError, match="give the .band table"):
         sun.ambient_radiance(slope=90.0, ground_temperature=300.0, **PLACE)
-
-
-def test_a_file_that_does_not_state_its_ground_is_refused(sun):
-    bare = replace(sun, attributes={k: v for k, v in sun.attributes.items() if k != "ground_radiance"})
-    with pytest.raises(InputError, match="lacks ground_emissivity, ground_temperature, ground_radiance"):
-        bare.ambient_radiance(slope=90.0, **PLACE)
 
 
 def test_ground_of_a_material_has_its_emissivity_and_its_temperature_by_the_hour(grounded):

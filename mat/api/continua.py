@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,6 +64,8 @@ def compare_continua(*, background: float = BACKGROUND, **arguments: Any) -> lis
     names = dict.fromkeys([default_water_continuum(), *available_water_continua(packaged_water_continuum())])
     for name in names:
         line = spectrum(**{**arguments, "water_continuum": name})
+        if line.coords:
+            raise InputError(f"found several values of {', '.join(line.coords)}; allowed: a single line of sight")
         temperature = _apparent_temperature(line, background)
         reference = effects[0].temperature if effects else temperature
         effects.append(ContinuumEffect(name, float(line.transmittance.mean()), temperature, temperature - reference))
@@ -87,7 +88,7 @@ def _apparent_temperature(line: Spectrum, background: float) -> float:
     """Brightness temperature of a line of sight over its bins [K]."""
     width = float(np.median(np.diff(line.wavenumber))) if line.wavenumber.size > 1 else 5.0
     behind = np.zeros(line.wavenumber.size)
-    if not math.isinf(line.range):
+    if not np.isinf(line.range):
         behind = line.transmittance * planck_wavenumber(line.wavenumber, background)
     radiance = float(np.sum(behind + line.path_thermal + line.path_scattered)) * width
     low, high = line.wavenumber[0] - width / 2, line.wavenumber[-1] + width / 2

@@ -1,4 +1,4 @@
-"""Spectra of one line of sight through a standard atmosphere, a sounding or the air of a job's state."""
+"""Spectra of lines of sight through a standard atmosphere, a sounding or the air of a job's state."""
 
 from __future__ import annotations
 
@@ -56,15 +56,24 @@ FULL_MOON_PHASE = 4.0
 
 @dataclass(frozen=True, eq=False)
 class Spectrum(LineSpectrum):
-    """Spectra of a line of sight; the fields are those of `LineSpectrum`, arrays (B,) over spectral bins.
+    """Spectra of lines of sight; the fields are those of `LineSpectrum`, arrays (..., B) over spectral bins.
 
     Attributes
     ----------
     attributes : dict of str
         What was computed, and from which data.
+    coords : dict of str to (units, (n,) values)
+        Arguments given as arrays, a dimension each of the arrays before the bins: visibility and range [km], altitude
+        [km], elevation [degree]. Empty for a single line of sight.
     """
 
     attributes: dict[str, str] = field(default_factory=dict)
+    coords: dict[str, Column] = field(default_factory=dict)
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Names of the dimensions of the spectra, wavenumber last."""
+        return (*self.coords, "wavenumber")
 
     @property
     def wavelength(self) -> npt.NDArray[np.float64]:
@@ -73,7 +82,7 @@ class Spectrum(LineSpectrum):
 
     @property
     def columns(self) -> dict[str, Column]:
-        """Units and values (B,) of each spectrum by name, wavenumber first."""
+        """Units and values (..., B) of each spectrum by name, wavenumber (B,) first."""
         return {
             "wavenumber": ("cm^-1", self.wavenumber),
             "transmittance": ("1", self.transmittance),
@@ -88,13 +97,19 @@ class Spectrum(LineSpectrum):
         }
 
     def to_xarray(self) -> xarray.Dataset:
-        """The spectra as an `xarray.Dataset` over wavenumber, with wavelength beside it."""
+        """The spectra as an `xarray.Dataset` over `dims`, with wavelength, and the length and end of each line."""
         columns = {**self.columns, "wavelength": ("um", self.wavelength)}
-        wavenumber = columns.pop("wavenumber")
+        wavenumber, wavelength = columns.pop("wavenumber"), columns.pop("wavelength")
+        lines = tuple(self.coords)
         return dataset(
-            {"wavenumber": wavenumber},
-            {name: (("wavenumber",), units, values) for name, (units, values) in columns.items()},
-            {"range_km": self.range / 1e3, "ends_at_ground": int(self.ground)},
+            {**self.coords, "wavenumber": wavenumber},
+            {
+                **{name: (self.dims, units, values) for name, (units, values) in columns.items()},
+                "wavelength": (("wavenumber",), *wavelength),
+                "path_length": (lines, "km", np.asarray(self.range) / 1e3),
+                "ends_at_ground": (lines, "1", self.ground),
+            },
+            self.attributes,
         )
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -103,8 +118,14 @@ class Spectrum(LineSpectrum):
         Raises
         ------
         InputError
-            The name ends otherwise, or the file cannot be written.
+            The name ends otherwise, the file cannot be written, or there are several lines of sight.
         """
+        if self.coords:
+            raise InputError(
+                f"found lines of sight over {', '.join(self.coords)}; allowed: a single one; use"
+                " to_xarray().to_netcdf(path)",
+                file=path,
+            )
         about = {"range_km": f"{self.range / 1e3:g}", "ends_at_ground": str(self.ground).lower(), **self.attributes}
         ending = os.path.splitext(path)[1].lower()
         if ending == ".h5":
@@ -120,11 +141,13 @@ class Spectrum(LineSpectrum):
             raise InputError("is no name for a spectrum; allowed: a name that ends in .h5 or .csv", file=path)
 
     def __repr__(self) -> str:
-        end = "the ground" if self.ground else "space" if math.isinf(self.range) else "its range"
-        return (
-            f"<Spectrum {self.wavenumber[0]:g} to {self.wavenumber[-1]:g} cm^-1, {self.wavenumber.size} bins,"
-            f" {self.range / 1e3:.4g} km to {end}; mean transmittance {self.transmittance.mean():.4f}>"
-        )
+        bins = f"<Spectrum {self.wavenumber[0]:g} to {self.wavenumber[-1]:g} cm^-1, {self.wavenumber.size} bins,"
+        mean = f"mean transmittance {self.transmittance.mean():.4f}>"
+        if self.coords:
+            sizes = " x ".join(f"{len(values)} {name}" for name, (_, values) in self.coords.items())
+            return f"{bins} lines of sight: {sizes}; {mean}"
+        end = "the ground" if self.ground else "space" if np.isinf(self.range) else "its range"
+        return f"{bins} {self.range / 1e3:.4g} km to {end}; {mean}"
 
 
 def spectrum(
@@ -136,12 +159,12 @@ def spectrum(
     atmosphere: str | os.PathLike[str] | None = None,
     above: str | None = None,
     co2_ppm: float | None = None,
-    altitude: float | None = None,
-    elevation: float = 0.0,
-    range: float | Literal["space"] = math.inf,
+    altitude: npt.ArrayLike | None = None,
+    elevation: npt.ArrayLike = 0.0,
+    range: npt.ArrayLike | Literal["space"] = math.inf,
     resolution: float | None = None,
     aerosol: str | None = None,
-    visibility: float | None = None,
+    visibility: npt.ArrayLike | None = None,
     aerosol_optical_depth: float | None = None,
     angstrom_exponent: float | None = None,
     wind: float | None = None,
@@ -156,7 +179,11 @@ def spectrum(
     line_by_line: str | os.PathLike[str] | None = None,
     continua: str | os.PathLike[str] = "lowtran7",
 ) -> Spectrum:
-    """Transmittance and radiance along one line of sight.
+    """Transmittance and radiance along lines of sight.
+
+    Each of `visibility`, `altitude`, `elevation` and `range` may be a one-dimensional array: it is then a dimension of
+    the result, in this order, before that of the bins. Lines of sight through one air share the solution of its
+    scattered light, with which scattered radiance differs from that of a line alone by less than 0.1 %.
 
     Parameters
     ----------
@@ -174,12 +201,12 @@ def spectrum(
         Standard profile that continues a sounding to space; by default us_standard.
     co2_ppm : float, optional
         Carbon dioxide at the ground; by default that of jobs, 420.
-    altitude : float, optional
+    altitude : float or (A,) array, optional
         Altitude of the observer above sea level [km]; by default the ground: 0, the bottom of the sounding, or the
         job's site.
-    elevation : float
-        Elevation of the line of sight above the horizontal [degree].
-    range : float
+    elevation : float or (E,) array
+        Elevation of the line of sight above the horizontal [degree]; from the ground at least 0.
+    range : float or (R,) array
         [km]; infinite or ``'space'`` for space.
     resolution : float, optional
         Bins [cm^-1], a multiple of the band model's intervals: 1 between 700 and 3400 cm^-1, else 5 and more, which is
@@ -187,7 +214,7 @@ def spectrum(
         default 1, a whole number of them between the limits.
     aerosol : str, optional
         Near the ground, by default rural; ``'none'`` for clear air.
-    visibility : float, optional
+    visibility : float or (V,) array, optional
         [km]; by default that of the aerosol.
     aerosol_optical_depth : float, optional
         Vertical optical depth of the aerosol from the ground to space at 0.55 um; replaces a visibility.
@@ -220,12 +247,13 @@ def spectrum(
     Returns
     -------
     Spectrum
+        Arrays (B,) of a single line of sight, up to (V, A, E, R, B) of arrays; `dims` and `coords` name them.
 
     Raises
     ------
     InputError
-        A name is unknown, a number is not finite or outside its limits, the line of sight starts below the ground, or
-        the air is described beside a job.
+        A name is unknown, a number is not finite or outside its limits, an array is empty or has two dimensions, the
+        line of sight starts below the ground or looks down from it, or the air is described beside a job.
 
     Examples
     --------
@@ -235,6 +263,9 @@ def spectrum(
     (20,)
     >>> bool((line.path_scattered == 0).all())
     True
+    >>> lines = skyshine.mat.spectrum(elevation=[0, 30, 90], range=[1, "space"], wavenumber=(900, 1000))
+    >>> lines.dims, lines.transmittance.shape
+    (('elevation', 'range', 'wavenumber'), (3, 2, 20))
     """
     conditions = {
         "atmosphere": atmosphere,
@@ -254,26 +285,26 @@ def spectrum(
     if job is None and state != 1:
         raise InputError(f"found state {state} without a job; allowed: a state of a job; give the job")
     low, high = _limits(wavenumber, wavelength)
-    elevation, range, source_elevation, source_azimuth = (
+    source_elevation, source_azimuth = (
         _number(name, value)
-        for name, value in (
-            ("elevation", elevation),
-            ("range", math.inf if isinstance(range, str) and range == "space" else range),
-            ("source_elevation", source_elevation),
-            ("source_azimuth", source_azimuth),
-        )
+        for name, value in (("source_elevation", source_elevation), ("source_azimuth", source_azimuth))
     )
+    _finite(source_elevation=source_elevation, source_azimuth=source_azimuth)
     loaded = None if job is None else _on_the_day(job, state, described)
-    air = _described_air(**described) if loaded is None else _air_of(loaded, state, low, high)
-    altitude = air.surface_altitude / 1e3 if altitude is None else _number("altitude", altitude)
-    _finite(
-        altitude=altitude,
-        elevation=elevation,
-        source_elevation=source_elevation,
-        source_azimuth=source_azimuth,
-    )
-    if not range >= 0:
-        raise InputError(f"found the range {range}; allowed: at least 0 km, or infinity for space")
+    visibilities = None if visibility is None else _numbers("visibility", visibility)
+    if loaded is not None:
+        airs = [_air_of(loaded, state, low, high)]
+    elif visibilities is None:
+        airs = [_described_air(**described)]
+    else:
+        airs = [_described_air(**{**described, "visibility": value}) for value in visibilities.ravel().tolist()]
+    bottom = airs[0].surface_altitude / 1e3
+    sights = {
+        "altitude": np.array(bottom) if altitude is None else _numbers("altitude", altitude),
+        "elevation": _numbers("elevation", elevation),
+        "range": _numbers("range", range, infinite=True),
+    }
+    _check_looking_up(bottom, **sights)
     if water_continuum is None:
         water_continuum = default_water_continuum() if loaded is None else loaded.trimmed.water_continuum
     table = AbsorptionTable.open(water_continuum=water_continuum)
@@ -283,18 +314,20 @@ def spectrum(
         points = _summed(points, line_by_line, continua, low, high, 1.0 if resolution is None else resolution)
         stated["absorption"] = _from_lines(points)
         resolution = None  # the intervals of these points are the bins
-    line = line_spectrum(
-        air,
-        points,
-        _irradiance(source, points, None if loaded is None else loaded.trimmed),
-        altitude=altitude * 1e3,
-        elevation=np.radians(elevation),
-        distance=range * 1e3,
-        source_elevation=np.radians(source_elevation),
-        source_azimuth=np.radians(source_azimuth),
-        resolution=resolution,
-    )
-    arguments = {"wavenumber": [low, high], "altitude": altitude, "elevation": elevation, "range": range, **conditions}
+    irradiance = _irradiance(source, points, None if loaded is None else loaded.trimmed)
+    lines = [
+        line_spectrum(
+            air,
+            points,
+            irradiance,
+            **_of_one_shape(**sights),
+            source_elevation=np.radians(source_elevation),
+            source_azimuth=np.radians(source_azimuth),
+            resolution=resolution,
+        )
+        for air in airs
+    ]
+    arguments = {"wavenumber": [low, high], **sights, **conditions, "visibility": visibilities}
     arguments |= {"source": source, "source_elevation": source_elevation, "source_azimuth": source_azimuth}
     arguments |= {"job": job if isinstance(job, str | None) else "in memory", "state": None if job is None else state}
     recorded = {
@@ -303,7 +336,51 @@ def spectrum(
         if value is not None
     }
     stated["job"] = yaml.safe_dump(recorded, sort_keys=False)
-    return Spectrum(**{item.name: getattr(line, item.name) for item in fields(line)}, attributes=stated)
+    given = ({} if visibilities is None else {"visibility": visibilities}) | sights
+    coords = {name: (_UNITS[name], values) for name, values in given.items() if values.ndim}
+    along_visibility = "visibility" in coords
+    return Spectrum(**_joined(lines, along_visibility), attributes=stated, coords=coords)
+
+
+_UNITS = {"visibility": "km", "altitude": "km", "elevation": "degree", "range": "km"}
+
+
+def _joined(lines: Sequence[LineSpectrum], stacked: bool) -> dict[str, Any]:
+    """Fields of the spectra of several airs, stacked along a dimension before the others; or those of the only one."""
+    if not stacked:
+        return {item.name: getattr(lines[0], item.name) for item in fields(lines[0])}
+    joined = {
+        item.name: np.stack([getattr(line, item.name) for line in lines])
+        for item in fields(lines[0])
+        if item.name not in ("wavenumber", "transmittance_by_gas")
+    }
+    gases = {gas: np.stack([line.transmittance_by_gas[gas] for line in lines]) for gas in lines[0].transmittance_by_gas}
+    return joined | {"wavenumber": lines[0].wavenumber, "transmittance_by_gas": gases}
+
+
+def _of_one_shape(
+    altitude: npt.NDArray[np.float64], elevation: npt.NDArray[np.float64], range: npt.NDArray[np.float64]
+) -> dict[str, npt.NDArray[np.float64]]:
+    """Altitudes [km], elevations [degree] and ranges [km], each a number or an array, as arguments of `line_spectrum`,
+    broadcast to a dimension for each array.
+    """
+    sights = {"altitude": altitude * 1e3, "elevation": np.radians(elevation), "distance": range * 1e3}
+    mesh = iter(np.meshgrid(*(values for values in sights.values() if values.ndim), indexing="ij"))
+    return {name: next(mesh) if values.ndim else values for name, values in sights.items()}
+
+
+def _check_looking_up(
+    bottom: float,
+    altitude: npt.NDArray[np.float64],
+    elevation: npt.NDArray[np.float64],
+    range: npt.NDArray[np.float64],
+) -> None:
+    """Refuse lines of sight from the ground [km] into it, which end where they begin."""
+    if np.any(range > 0) and np.any(elevation < 0) and np.any(np.abs(altitude - bottom) < 1e-9):
+        raise InputError(
+            f"found elevation {elevation.min():g} of an observer on the ground at {bottom:g} km, whose line of sight"
+            " ends where it begins; allowed: at least 0 degree there; raise the altitude"
+        )
 
 
 def _narrow(table: AbsorptionTable, low: float, high: float, resolution: float | None) -> SpectralPoints:
@@ -434,11 +511,48 @@ def _profile(name: str | os.PathLike[str], above: str) -> tuple[Any, float]:
 
 
 def _plain(value: Any) -> Any:
-    """A number of numpy as one of Python, which YAML knows."""
-    return value.item() if isinstance(value, np.generic) else value
+    """Numbers and arrays of numpy as those of Python, which YAML knows."""
+    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
 
 
-def _number(name: str, value: float) -> float:
+def _numbers(name: str, value: Any, infinite: bool = False) -> npt.NDArray[np.float64]:
+    """A number () or array (n,) of what the user gave; with `infinite` for what must only be at least 0, or
+    ``'space'``.
+
+    Raises
+    ------
+    InputError
+    """
+    if isinstance(value, str) or not np.iterable(value):
+        values = np.array(_number(name, _infinite(value) if infinite else value))
+    else:
+        rows = [_infinite(item) for item in value] if infinite else value
+        try:
+            values = np.ma.filled(np.ma.asarray(rows, dtype=float), np.nan)
+        except (TypeError, ValueError):
+            raise InputError(f"found {name} {value!r}; allowed: numbers") from None
+        if values.ndim != 1 or not values.size:
+            raise InputError(
+                f"found {name} of shape {values.shape}; allowed: a number or a one-dimensional array of them"
+            )
+    if infinite and not np.all(values >= 0):
+        raise InputError(f"found the {name} {_worst(values, ~(values >= 0))}; allowed: at least 0 km, or 'space'")
+    if not infinite and not np.all(np.isfinite(values)):
+        raise InputError(f"found {name} {_worst(values, ~np.isfinite(values))}; allowed: a finite number")
+    return values
+
+
+def _worst(values: npt.NDArray[np.float64], wrong: npt.NDArray[np.bool_]) -> float:
+    """First of the values that are wrong."""
+    return float(np.ravel(values)[np.flatnonzero(wrong)[0]])
+
+
+def _infinite(value: Any) -> Any:
+    """Infinity for ``'space'``."""
+    return math.inf if isinstance(value, str) and value == "space" else value
+
+
+def _number(name: str, value: Any) -> float:
     """A Python float of whatever is a single number, such as numpy's.
 
     Raises

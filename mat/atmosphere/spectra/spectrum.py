@@ -1,10 +1,12 @@
-"""Spectra of one line of sight: transmittance by gas, path radiance, light on the surface at its end."""
+"""Spectra of lines of sight: transmittance by gas, path radiance, light on the surface at their ends."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
@@ -15,7 +17,7 @@ from skyshine.mat.atmosphere.transfer.night_light import night_irradiance, night
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance, zenith_angles
 from skyshine.mat.atmosphere.transfer.source_nodes import elevations_along
-from skyshine.schemas.arrays import Floats, Integers, Reals
+from skyshine.schemas.arrays import Booleans, Floats, Integers, Reals
 from skyshine.schemas.errors import InputError
 
 # Points computed together: bounds memory to about 100 MB.
@@ -24,28 +26,28 @@ _CHUNK = 600
 
 @dataclass(frozen=True, eq=False)
 class LineSpectrum:
-    """Means over B spectral bins.
+    """Means over B spectral bins, of lines of sight in an array of any shape (...); that of a single one is ().
 
     Attributes
     ----------
     wavenumber : (B,) array
         Middle of each bin, cm^-1.
-    transmittance : (B,) array
-    transmittance_by_gas : dict of (B,) arrays
+    transmittance : (..., B) array
+    transmittance_by_gas : dict of (..., B) arrays
         Transmittances of each gas alone; the water vapour continuum separately.
-    transmittance_rayleigh, transmittance_aerosol : (B,) arrays
+    transmittance_rayleigh, transmittance_aerosol : (..., B) arrays
         Transmittances of scattering by molecules alone, and of particles.
-    path_thermal, path_scattered : (B,) arrays
+    path_thermal, path_scattered : (..., B) arrays
         W m^-2 sr^-1 (cm^-1)^-1.
-    sky_irradiance, direct_irradiance : (B,) arrays
+    sky_irradiance, direct_irradiance : (..., B) arrays
         Diffuse, and direct normal to the beam, at the end of the line of sight; at the observer where that leads into
         space. W m^-2 (cm^-1)^-1.
-    night_sky : (B,) array
+    night_sky : (..., B) array
         Radiance of airglow and starlight at the end of a line of sight that leads into space above the horizon, through
         the air; 0 elsewhere, and where the state has no night sky. W m^-2 sr^-1 (cm^-1)^-1.
-    range : float
+    range : float or (...) array
         m, to the end of the range or to the ground; infinite into space.
-    ground : bool
+    ground : bool or (...) array
         The line of sight ends at the ground.
     """
 
@@ -59,8 +61,8 @@ class LineSpectrum:
     sky_irradiance: Floats
     direct_irradiance: Floats
     night_sky: Floats
-    range: float
-    ground: bool
+    range: float | Floats
+    ground: bool | Booleans
 
 
 def line_spectrum(
@@ -68,14 +70,14 @@ def line_spectrum(
     points: SpectralPoints,
     irradiance: Floats,
     *,
-    altitude: float,
-    elevation: float,
-    distance: float,
+    altitude: npt.ArrayLike,
+    elevation: npt.ArrayLike,
+    distance: npt.ArrayLike,
     source_elevation: float,
     source_azimuth: float,
     resolution: float | None = None,
 ) -> LineSpectrum:
-    """Spectra along one line of sight.
+    """Spectra along lines of sight through one air, whose scattered light is solved once for all of them.
 
     Parameters
     ----------
@@ -83,9 +85,9 @@ def line_spectrum(
     points : SpectralPoints
     irradiance : (P,) array
         Irradiance of the source outside the atmosphere, W m^-2 (cm^-1)^-1; 0 for none.
-    altitude, elevation, distance : float
+    altitude, elevation, distance : float or arrays
         Altitude of the observer above sea level, m; elevation of the line of sight, rad; its range, m, infinite for
-        space.
+        space. Arrays are broadcast to one shape.
     source_elevation, source_azimuth : float
         rad; at the observer for path radiance, azimuth from that of the line of sight; for the light on the surface the
         elevation is that at the surface.
@@ -102,36 +104,33 @@ def line_spectrum(
         For a resolution below the width of an interval, or what `geometry.trace` refuses.
     """
     bins, centre = _bins(points, resolution)
-    values, line = line_points(
-        state,
-        points,
-        irradiance,
-        altitude=altitude,
-        elevation=elevation,
-        distance=distance,
-        source_elevation=source_elevation,
-        source_azimuth=source_azimuth,
-    )
+    sights = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in (altitude, elevation, distance)))
+    shape, rows = sights[0].shape, np.stack([sight.ravel() for sight in sights], axis=1)
+    sums: dict[str, Floats] = {}
+    ends: list[LineEnd] = []
+    for part, number, values, end in _parts(state, points, irradiance, rows, source_elevation, source_azimuth):
+        for name, at_points in values.items():
+            if name not in sums:
+                sums[name] = np.zeros((len(rows), centre.size))
+            sums[name][number] += np.bincount(bins[part], points.weight[part] * at_points, centre.size)
+        if part.start == 0:
+            ends.append(end)
     width = np.bincount(bins, points.weight, centre.size)
-
-    def mean(name: str) -> Floats:
-        binned: Floats = np.bincount(bins, points.weight * values[name], centre.size) / width
-        return binned
-
+    means = {name: (total / width).reshape(*shape, centre.size) for name, total in sums.items()}
+    length, ground = np.array([end.length for end in ends]), np.array([end.ground for end in ends])
     return LineSpectrum(
         wavenumber=centre,
-        transmittance=mean("transmittance"),
-        transmittance_by_gas={gas: mean(gas) for gas in line.gases},
-        transmittance_rayleigh=mean("transmittance_rayleigh"),
-        transmittance_aerosol=mean("transmittance_aerosol"),
-        path_thermal=mean("path_thermal"),
-        path_scattered=mean("path_scattered"),
-        sky_irradiance=mean("sky_irradiance"),
-        direct_irradiance=mean("direct_irradiance"),
-        night_sky=mean("night_sky"),
-        range=line.length,
-        ground=line.ground,
+        transmittance_by_gas={gas: means[gas] for gas in ends[0].gases},
+        range=length.reshape(shape) if shape else float(length[0]),
+        ground=ground.reshape(shape) if shape else bool(ground[0]),
+        **{name: means[name] for name in _MEANS},
     )
+
+
+_MEANS = (
+    *("transmittance", "transmittance_rayleigh", "transmittance_aerosol", "path_thermal", "path_scattered"),
+    *("sky_irradiance", "direct_irradiance", "night_sky"),
+)
 
 
 def line_points(
@@ -145,7 +144,7 @@ def line_points(
     source_elevation: float,
     source_azimuth: float,
 ) -> tuple[dict[str, Reals], LineEnd]:
-    """What `line_spectrum` averages, at each spectral point.
+    """What `line_spectrum` averages of a single line of sight, at each spectral point.
 
     Parameters
     ----------
@@ -159,16 +158,38 @@ def line_points(
         ``sky_scattered``, the parts of the sky's irradiance, beside it.
     LineEnd
     """
+    rows = np.array([[altitude, elevation, distance]])
+    parts = list(_parts(state, points, irradiance, rows, source_elevation, source_azimuth))
+    return {name: np.concatenate([part[2][name] for part in parts]) for name in parts[0][2]}, parts[0][3]
+
+
+def _parts(
+    state: AtmosphericState,
+    points: SpectralPoints,
+    irradiance: Floats,
+    rows: Floats,
+    source_elevation: float,
+    source_azimuth: float,
+) -> Iterator[tuple[slice, int, dict[str, Reals], LineEnd]]:
+    """Values at parts of the points: the part, the number of the line, its values (p,) by name, and its end. Lines of
+    sight are rows (M, 3) of altitude, elevation, distance.
+    """
     source = np.array([source_elevation]), np.array([source_azimuth])
-    parts = []
+    dark = not np.any(irradiance > 0)
     for start in range(0, points.wavenumber.size, _CHUNK):
         part = slice(start, start + _CHUNK)
         air = SpectralAir.of(state, points.subset(np.arange(points.wavenumber.size)[part]))
-        line = _Line.of(air, altitude, elevation, distance)
-        air = _of_line(air, line, *source)
-        parts.append(_along(air, line) | _from_source(air, line, irradiance[part], *source))
-    values = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    return values, LineEnd(line.length, line.ground, tuple(air.optics.absorption))
+        lines = [_Line.of(air, *row) for row in rows.tolist()]
+        air = _of_lines(air, lines, *source)
+        surfaces, place = np.unique([line.surface for line in lines], return_inverse=True)
+        light = _light_on(air, surfaces, irradiance[part], source[0], dark)
+        for number, line in enumerate(lines):
+            depths = Depths(line.segments.column(air.optics.extinction))
+            values = _along(air, line, depths) | {name: rows[place[number]] for name, rows in light.items()}
+            values["path_scattered"] = np.zeros(air.optics.wavenumber.size)
+            if line.segments.index.size and not dark:
+                values["path_scattered"] = _scattered(air, line, depths, *source) * irradiance[part]
+            yield part, number, values, LineEnd(line.length, line.ground, tuple(air.optics.absorption))
 
 
 @dataclass(frozen=True)
@@ -198,12 +219,11 @@ class _Line:
         Rays with M = 1.
     segments : Segments
         Up to the range.
-    depths : Depths
     length : float
         m; to the ground if the line ends there.
     ground : bool
         The line ends at the ground.
-    surface : (1,) array
+    surface : float
         Altitude of the end, m; of the observer where the line leads into space.
     elevation : float
         Elevation of the line at the observer, rad.
@@ -211,10 +231,9 @@ class _Line:
 
     rays: Rays
     segments: Segments
-    depths: Depths
     length: float
     ground: bool
-    surface: Floats
+    surface: float
     elevation: float
 
     @classmethod
@@ -226,68 +245,73 @@ class _Line:
         length = float(rays.end[0]) if ground else distance
         segments = Segments.of(rays, 0).within(length)
         end = altitude if np.isinf(distance) and not ground else segments.altitude[-1]
-        depths = Depths(segments.column(air.optics.extinction))
-        return cls(rays, segments, depths, length, ground, np.array([end]), elevation)
+        return cls(rays, segments, length, ground, float(end), elevation)
 
 
-def _of_line(air: SpectralAir, line: _Line, source_elevation: Floats, source_azimuth: Floats) -> SpectralAir:
-    """The air with its scattered light solved where the line needs it: for the source's elevations along it, in its own
-    directions and those from which the sky lights its end.
+def _of_lines(
+    air: SpectralAir, lines: Sequence[_Line], source_elevation: Floats, source_azimuth: Floats
+) -> SpectralAir:
+    """The air with its scattered light solved where the lines need it: for the source's elevations along them, in their
+    own directions and those from which the sky lights their ends.
     """
-    segments = line.segments
-    sources, angles = np.sin(source_elevation), set(zenith_angles())
-    if segments.index.size:
-        along = source_cosine(line.rays, source_elevation, source_azimuth)[0, segments.ends]
-        sources = np.append(sources, 0.5 * (along[1:] + along[:-1]))
-        angles |= set(angles_along(segments.upward_cosine))
-    return replace(air, elevations=elevations_along(sources), angles=tuple(sorted(angles)))
+    sines, cosines = [np.sin(source_elevation)], [np.zeros(0)]
+    for line in (line for line in lines if line.segments.index.size):
+        along = source_cosine(line.rays, source_elevation, source_azimuth)[0, line.segments.ends]
+        sines.append(0.5 * (along[1:] + along[:-1]).ravel())
+        cosines.append(line.segments.upward_cosine.ravel())
+    upward, angles = np.concatenate(cosines), set(zenith_angles())
+    if upward.size:
+        angles |= set(angles_along(upward))
+    return replace(air, elevations=elevations_along(np.concatenate(sines)), angles=tuple(sorted(angles)))
 
 
-def _along(air: SpectralAir, line: _Line) -> dict[str, Reals]:
-    """Transmittances and thermal path radiance (P,) by name."""
+def _along(air: SpectralAir, line: _Line, depths: Depths) -> dict[str, Reals]:
+    """Transmittances, thermal path radiance and the night sky (P,) by name."""
     optics, segments = air.optics, line.segments
     sections = {
         **optics.absorption,
         "transmittance_rayleigh": optics.rayleigh,
         "transmittance_aerosol": optics.aerosol_extinction,
     }
+    transmittance = np.exp(-depths.cumulative[-1])
     return {
-        "transmittance": np.exp(-line.depths.cumulative[-1]),
-        "path_thermal": air.thermal_radiance(segments, line.depths).sum(axis=0),
-        "night_sky": _behind(air, line),
+        "transmittance": transmittance,
+        "path_thermal": air.thermal_radiance(segments, depths).sum(axis=0),
+        "night_sky": _behind(air, line, transmittance),
         **{name: np.exp(-segments.column(section).sum(axis=0)) for name, section in sections.items()},
     }
 
 
-def _behind(air: SpectralAir, line: _Line) -> Floats:
+def _behind(air: SpectralAir, line: _Line, transmittance: Reals) -> Floats:
     """Radiance (P,) of the night sky at the end of a line that leads into space, as the air lets it through."""
     if np.isfinite(line.length) or line.elevation <= 0:
         return np.zeros(air.optics.wavenumber.size)
-    whole = night_radiance(air, float(np.sin(line.elevation)), float(line.surface[0]))
-    seen: Floats = whole * np.exp(-line.depths.cumulative[-1])
-    return seen
+    radiance: Floats = night_radiance(air, float(np.sin(line.elevation)), line.surface) * transmittance
+    return radiance
 
 
-def _from_source(
-    air: SpectralAir, line: _Line, irradiance: Floats, source_elevation: Floats, source_azimuth: Floats
+def _scattered(
+    air: SpectralAir, line: _Line, depths: Depths, source_elevation: Floats, source_azimuth: Floats
+) -> Floats:
+    """Light of the source scattered into a line (P,), per unit of its irradiance."""
+    ends = line.segments.ends
+    to_source = source_cosine(line.rays, source_elevation, source_azimuth)[0, ends]
+    deflection = scattering_cosine(line.rays, source_elevation, source_azimuth)[0, ends]
+    scattered: Floats = air.scattered_light.along(line.segments, depths, to_source, deflection)[0][0]
+    return scattered
+
+
+def _light_on(
+    air: SpectralAir, surface: Floats, irradiance: Floats, source_elevation: Floats, dark: bool
 ) -> dict[str, Floats]:
-    """Scattered path radiance and irradiances of the surface at the end of the line, (P,) by name."""
-    scattered, segments = np.zeros(irradiance.size), line.segments
-    dark = not np.any(irradiance > 0)
-    if segments.index.size and not dark:
-        to_source = source_cosine(line.rays, source_elevation, source_azimuth)[0, segments.ends]
-        deflection = scattering_cosine(line.rays, source_elevation, source_azimuth)[0, segments.ends]
-        scattered = air.scattered_light.along(segments, line.depths, to_source, deflection)[0][0] * irradiance
-    sky = sky_irradiance(air, line.surface, np.zeros(0) if dark else source_elevation)
-    direct = direct_transmittance(air.source_paths, line.surface, source_elevation)[0, 0]
-    night = night_irradiance(air, line.surface)[0]
-    lit = sky.scattered.sum(axis=(0, 1)) * irradiance
+    """Irradiances (Z, P) by name of level surfaces at altitudes (Z,) [m]."""
+    sky = sky_irradiance(air, surface, np.zeros(0) if dark else source_elevation)
+    scattered = sky.scattered.sum(axis=1) * irradiance
     return {
-        "path_scattered": scattered,
-        "sky_thermal": sky.thermal[0],
-        "sky_scattered": lit,
-        "sky_irradiance": sky.thermal[0] + lit + night,
-        "direct_irradiance": direct * irradiance,
+        "sky_thermal": sky.thermal,
+        "sky_scattered": scattered,
+        "sky_irradiance": sky.thermal + scattered + night_irradiance(air, surface),
+        "direct_irradiance": direct_transmittance(air.source_paths, surface, source_elevation)[:, 0] * irradiance,
     }
 
 

@@ -60,7 +60,7 @@ def test_transmittance_is_the_product_of_its_parts_in_a_window():
     np.testing.assert_array_equal(data.transmittance.values, line.transmittance)
     assert data.path_thermal.attrs["units"] == "W m^-2 sr^-1 (cm^-1)^-1"
     assert float(data.sel(wavenumber=952.5).wavelength) == pytest.approx(10.4987, abs=1e-4)
-    assert float(data.attrs["range_km"]) == 1.0 and "Spectrum 902.5 to 997.5" in repr(line)
+    assert float(data.path_length) == 1.0 and "Spectrum 902.5 to 997.5" in repr(line)
 
 
 def test_wavelength_limits_are_those_of_wavenumber():

@@ -35,6 +35,7 @@ BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILLION, PURPLE = (
 )
 COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY)  # of lines; black is for what stands out
 HEAT, AMOUNT = "inferno", "viridis"  # maps of temperatures, and of everything else; both grow evenly in lightness
+WHITE_HOT = "gray"  # map of what a camera sees
 _DASHES = ("-", (0, (5, 2)), (0, (1.2, 1.2)))  # of lines beyond the colours
 _SMALL = 8  # points
 _POINTS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")

@@ -112,7 +112,7 @@ class Frame:
         folder = picture_folder(self._frame.folder, out)
         stride = -(-len(self.hours) // MOST)
         panels: dict[str, list[Floats]] = {}
-        titles: dict[int, str] = {}
+        titles: dict[int, tuple[str, float]] = {}
         count, files = Counter[str](), []
         for mark, picture in self.pictures(progress=progress):
             sensor = (self._frame.model.sensors or {}).get(picture.band)
@@ -123,8 +123,9 @@ class Frame:
                 band = f"{picture.wavelength[0]:g} to {picture.wavelength[1]:g} um"
                 step = shown_step(*reversed(picture.radiance.shape))
                 panels.setdefault(band, []).append(picture.apparent_temperature[::step, ::step])
-                titles[number] = f"{mark} {clock_text(picture.hour)}".strip()
-        overview = draw_frames(panels, list(titles.values()), folder / f"{self.name}_frames.png")
+                titles[number] = f"{mark} {clock_text(picture.hour)}".strip(), picture.sun_elevation
+        names, sun = zip(*titles.values(), strict=True)
+        overview = draw_frames(panels, names, folder / f"{self.name}_frames.png", sun_elevation=sun)
         return [overview, *files]
 
     def __repr__(self) -> str:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skyshine.mat.budget.budget import Budget, error_budget
+from skyshine.mat.budget.budget import STEPS, Budget, error_budget
 from skyshine.mat.budget.page import render
 from skyshine.mat.budget.summary import describe_all
 from skyshine.mat.budget.truth import Prepared
@@ -111,7 +111,7 @@ def report(
     scenes: int = 40,
     seed: int = 1,
     band: int | None = None,
-    advance: Callable[[int], object] | None = None,
+    advance: Callable[[int], object] = lambda _: None,
 ) -> Report:
     """Measure the error budget of the databases of a job.
 
@@ -129,7 +129,7 @@ def report(
     band : int, optional
         One band, counted from 1; by default all.
     advance : callable, optional
-        Called with 1 when one of `budget_count` budgets is measured.
+        Called with 1 when one of `step_count` steps is finished.
 
     Returns
     -------
@@ -148,7 +148,7 @@ def report(
     for state, number in _sets(loaded, band):
         prepared = Prepared.of(loaded, state, number)
         for source in loaded.trimmed.sources:
-            budget = error_budget(prepared, folder, library, source=source, scenes=scenes, seed=seed)
+            budget = error_budget(prepared, folder, library, source=source, scenes=scenes, seed=seed, advance=advance)
             if budget is None:
                 notes.append(
                     f"State {state}, band {number}: the tables' axes leave no room for a view with the {source}."
@@ -156,15 +156,13 @@ def report(
             else:
                 budgets.append(budget)
                 notes += [note for note in budget.notes if note not in notes]
-            if advance is not None:
-                advance(1)
     return Report(tuple(budgets), describe_all(budgets, notes, job=loaded.trimmed.name, seed=seed))
 
 
-def budget_count(job: str | os.PathLike[str] | Mapping[str, Any], band: int | None = None) -> int:
-    """Number of budgets that `report` measures: one for each state, band and source."""
+def step_count(job: str | os.PathLike[str] | Mapping[str, Any], band: int | None = None) -> int:
+    """Number of steps of `report`: some for each state, band and source."""
     loaded = load_job(job)
-    return len(_sets(loaded, band)) * len(loaded.trimmed.sources)
+    return STEPS * len(_sets(loaded, band)) * len(loaded.trimmed.sources)
 
 
 def _sets(loaded: LoadedJob, band: int | None) -> Sequence[tuple[int, int]]:

@@ -82,10 +82,12 @@ class Scene:
         folder = picture_folder(self._scene.folder, out)
         days: dict[str, list[Floats]] = {}
         titles: dict[str, str] = {}
+        sun: dict[float, float] = {}
         step = shown_step(*self._scene.model.camera.size)
         files = []
         for frame in self.frames(progress=progress):
             days.setdefault(frame.band, []).append(frame.apparent_temperature[::step, ::step])
+            sun[frame.hour] = frame.sun_elevation
             titles[frame.band] = f"{frame.wavelength[0]:g} to {frame.wavelength[1]:g} um"
             files += frame_files(folder, self.name, frame, (self._scene.model.sensors or {}).get(frame.band))
         pictures = [
@@ -93,7 +95,8 @@ class Scene:
                 {titles[band]: frames for band, frames in days.items()},
                 [clock_text(hour) for hour in self.hours],
                 folder / f"{self.name}_day.png",
-                photograph(self._scene),
+                sun_elevation=[sun[hour] for hour in self.hours],
+                photograph=photograph(self._scene),
             )
         ]
         if len(self.hours) > 1:

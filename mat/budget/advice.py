@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.budget.budget import Budget
-from skyshine.mat.budget.sizes import RADIANCE, in_kelvin, kelvin, measures
+from skyshine.mat.budget.sizes import RADIANCE, in_kelvin, kelvin, measures, reported
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.quantity import quantity
 
@@ -105,16 +105,31 @@ def headline(budgets: Sequence[Budget]) -> str:
     """
     if not budgets:
         return "Nothing was measured."
-    worst = max(budgets, key=lambda budget: (in_kelvin(budget), _rms(budget, budget.errors["pixel"])))
-    error = worst.errors["pixel"]
-    size = measures(kelvin(worst, error) if in_kelvin(worst) else error)
-    unit = "K" if in_kelvin(worst) else "W m⁻² sr⁻¹"
-    place = f"state {worst.state}, {worst.response.lower:.3g}-{worst.response.upper:.3g} µm, {worst.source}"
-    text = f"Pixels are within {size['p99']:.2g} {unit} in 99 % of the views, {size['rms']:.2g} {unit} rms ({place}"
-    text += ", the worst of the sets of tables)" if len(budgets) > 1 else ")"
-    best = gains(worst)[0]
+    largest = max(budgets, key=lambda budget: (in_kelvin(budget), _rms(budget, budget.errors[_total(budget)])))
+    total = _total(largest)
+    error = largest.errors[total]
+    size = reported(kelvin(largest, error) if in_kelvin(largest) else error)
+    unit = "K" if in_kelvin(largest) else "W m⁻² sr⁻¹"
+    place = f"state {largest.state}, {largest.response.lower:.3g}-{largest.response.upper:.3g} µm, {largest.source}"
+    if len(budgets) > 1:
+        place += ", the worst of the sets of tables"
+    text = f"The error of a pixel is {size['rms']:.2g} {unit} rms"
+    if np.isfinite(size["p99"]):
+        text += f" and within {size['p99']:.2g} {unit} in 99 % of the pixels"
+    pixel = _rms(largest, largest.errors["pixel"])
+    if total == "all":
+        text += f", as a runtime has it that reads the tables once a frame, and {pixel:.2g} {unit} rms where it reads"
+        text += f" them at each pixel ({place})"
+    else:
+        text += f" ({place})"
+    best = gains(largest)[0]
     if best.share < 0.05:
         return f"{text}; no single key takes more than {max(best.share, 0):.0%} of that away."
     if best.key == NO_KEY:
-        return f"{text}; most of it comes from {' and '.join(best.sources)}, which no key makes smaller."
-    return f"{text}; {best.key} could take it to {best.after:.2g} {unit} rms at best."
+        return f"{text}; most of that comes from {' and '.join(best.sources)}, which no key makes smaller."
+    return f"{text}; {best.key} could take that to {best.after:.2g} {unit} rms at best."
+
+
+def _total(budget: Budget) -> str:
+    """Name of the row that has most of a runtime's sources of error."""
+    return "all" if "all" in budget.errors else "pixel"

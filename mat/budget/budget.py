@@ -6,6 +6,7 @@ replaces its part of the whole truth (`truth.FacetTruth`).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -111,18 +112,30 @@ class Budget:
     notes: list[str] = field(default_factory=list)
 
 
+STEPS = 10  # of a budget, each reported when it is finished
+
+
 def error_budget(
-    prepared: Prepared, folder: Path, library: MaterialLibrary, *, source: str, scenes: int, seed: int
+    prepared: Prepared,
+    folder: Path,
+    library: MaterialLibrary,
+    *,
+    source: str,
+    scenes: int,
+    seed: int,
+    advance: Callable[[int], object] = lambda _: None,
 ) -> Budget | None:
     """Measure the errors of one set of tables.
 
     Parameters
     ----------
     folder : Path
-        Of the built databases.
+        Folder of the built databases.
     source : {'sun', 'moon'}
     scenes, seed : int
         Number of random views, and what they are drawn with.
+    advance : callable
+        Called with 1 when one of `STEPS` parts is finished.
 
     Returns
     -------
@@ -149,22 +162,37 @@ def error_budget(
         seed=seed,
     )
     if drawn is None:
+        advance(STEPS)
         return None
     truth, views, around = drawn.truth, drawn.views, drawn.around
     measured = Measurement(prepared, tables, truth, views, around, grid)
-    extrapolation = measured.of_frames(random_stream(seed, Stream.BUDGET))
-    errors = measured.of_light() | measured.of_temperatures() | measured.of_atmosphere() | extrapolation.errors
+    advance(1)
     notes = []
     if prepared.has_air_of_an_hour:
         notes.append(f"State {prepared.state}: its air is that of one time, so the weather of the air makes no error.")
-    try:
-        errors |= measured.of_weather()
-    except InputError as error:
-        notes.append(f"State {prepared.state}: the weather of the air was not measured: {error}.")
-    errors |= measured.of_continua()
-    errors |= unmodelled_errors(measured, random_stream(seed, Stream.UNMODELLED))
-    errors |= measured.of_vertices(random_stream(seed, Stream.VERTICES))
-    errors |= {"pixel": measured.pixel(), "normalisation": measured.of_normalisation()} | measured.of_materials()
+
+    def of_weather() -> dict[str, Floats]:
+        try:
+            return measured.of_weather()
+        except InputError as error:
+            notes.append(f"State {prepared.state}: the weather of the air was not measured: {error}.")
+            return {}
+
+    extrapolation = measured.of_frames(random_stream(seed, Stream.BUDGET))
+    errors = dict(extrapolation.errors)
+    advance(1)
+    for part in (
+        measured.of_light,
+        measured.of_temperatures,
+        measured.of_atmosphere,
+        of_weather,
+        measured.of_continua,
+        lambda: unmodelled_errors(measured, random_stream(seed, Stream.UNMODELLED)),
+        lambda: measured.of_vertices(random_stream(seed, Stream.VERTICES)),
+        lambda: {"pixel": measured.pixel(), "normalisation": measured.of_normalisation()} | measured.of_materials(),
+    ):
+        errors |= part()
+        advance(1)
     counted = dict.fromkeys(FAR_SOURCES, ~views.near) | {"near_range": views.near}
     return Budget(
         prepared.state,

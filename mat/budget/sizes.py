@@ -10,6 +10,7 @@ from skyshine.mat.radiometry.equivalent_temperature import SHORTEST
 from skyshine.schemas.arrays import Floats
 
 RADIANCE = "W m^-2 sr^-1"
+FEWEST = 200  # errors of which a 95th or 99th percentile is given: two of them lie beyond the latter
 
 
 def kelvin(budget: Budget, error: Floats) -> Floats:
@@ -47,3 +48,10 @@ def measures(values: Floats, weight: Floats | None = None) -> dict[str, float]:
         },
         "maximum": float(size[share > 0].max()),
     }
+
+
+def reported(values: Floats, weight: Floats | None = None) -> dict[str, float]:
+    """`measures` without percentiles, not a number, where fewer than `FEWEST` errors count."""
+    sizes = measures(values, weight)
+    count = values.size if weight is None else np.count_nonzero(np.broadcast_to(weight, values.shape))
+    return sizes if count >= FEWEST else sizes | {"p95": np.nan, "p99": np.nan}

@@ -12,7 +12,7 @@ from skyshine.mat.budget.advice import headline
 from skyshine.mat.budget.budget import PIXEL_SOURCES, SOURCES, Budget
 from skyshine.mat.budget.frames import FIELDS_OF_VIEW
 from skyshine.mat.budget.quantisation import BITS, PixelScale
-from skyshine.mat.budget.sizes import RADIANCE, in_kelvin, kelvin, measures
+from skyshine.mat.budget.sizes import RADIANCE, in_kelvin, kelvin, measures, reported
 from skyshine.mat.budget.views import OBSERVERS_KM
 from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.quantity import quantity
@@ -73,8 +73,8 @@ def _source(budget: Budget, name: str) -> dict[str, Any]:
     count = len(budget.materials)
     return {
         "what": SOURCES[name],
-        "radiance": {key: quantity(value, RADIANCE) for key, value in measures(error, weight).items()},
-        "temperature": {key: quantity(value, "K") for key, value in measures(error_kelvin, weight).items()},
+        "radiance": {key: quantity(value, RADIANCE) for key, value in reported(error, weight).items()},
+        "temperature": {key: quantity(value, "K") for key, value in reported(error_kelvin, weight).items()},
         "rms_by_material": {
             material: {
                 "radiance": quantity(by_material[i], RADIANCE),
@@ -116,8 +116,8 @@ def _region(budget: Budget, rows: Booleans) -> dict[str, Any]:
     error = budget.errors["pixel"]
     return {
         "views": int(rows.sum()),
-        "radiance": {key: quantity(value, RADIANCE) for key, value in measures(error[rows]).items()},
-        "temperature": {key: quantity(value, "K") for key, value in measures(kelvin(budget, error)[rows]).items()},
+        "radiance": {key: quantity(value, RADIANCE) for key, value in reported(error[rows]).items()},
+        "temperature": {key: quantity(value, "K") for key, value in reported(kelvin(budget, error)[rows]).items()},
     }
 
 

@@ -127,6 +127,10 @@ def command(
 def _numbers(result: Contrast) -> dict[str, Any]:
     return {
         "band": result.band,
+        "wavelength": quantity(list(result.wavelength), "um"),
+        "date": result.date,
+        "sun_up": quantity(list(result.sun_up), "h"),
+        "stated_error": quantity(result.stated_error, "K"),
         "time": quantity(result.hours, "h"),
         "material": quantity(result.material, "K"),
         "background": quantity(result.background, "K"),
@@ -147,7 +151,8 @@ def _print(result: Contrast, material: str, background: str) -> None:
         )
         for step in range(0, result.hours.size, SHOWN_STEPS)
     ]
-    click.echo(f"{result.band}: apparent temperature of {material} against {background}")
+    low, high = result.wavelength
+    click.echo(f"{low:g} to {high:g} um, {result.date}: apparent temperature of {material} against {background}")
     echo_table(("time", f"{material}, K", f"{background}, K", "contrast, K"), rows)
     steps = np.diff(np.append(result.hours, result.hours[0] + 24.0))
     usual = float(np.median(steps))
@@ -158,4 +163,4 @@ def _print(result: Contrast, material: str, background: str) -> None:
                 f"without values: {gap}, which the tables do not cover (see source_elevation_deg, needs of the job)"
             )
     times = ", ".join(clock_text(round(hour * 60) / 60 % 24) for hour in result.crossovers)
-    click.echo(f"crossovers: {times or 'none'}\n")
+    click.echo(f"crossovers: {times or 'none'}; stated error of the contrast: {result.stated_error:.2g} K in 99 %\n")

@@ -40,10 +40,10 @@ def command(
     through the accurate spectral integrals with temperatures solved for each face; each source of error is switched on
     alone, then all together.
     """
-    from skyshine.mat.api.report import budget_count, report
+    from skyshine.mat.api.report import report, step_count
 
     file = _job_file(job)
-    with progress(budget_count(file, band), "measuring") as advance:
+    with progress(step_count(file, band), "measuring") as advance:
         measured = report(file, built=built, scenes=scenes, seed=seed, band=band, advance=advance)
     if out:
         measured.write_html(out)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -13,7 +14,10 @@ from skyshine.mat.quantities.lines_of_sight import LinesOfSight, direction
 from skyshine.mat.render.databases import BandTables, SceneTables, held_hours, in_twilight, refused
 from skyshine.mat.runtime.equivalent_temperature import equivalent_temperature
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.dataset import dataset
+from skyshine.mat.tables.htt import TemperatureTable
+from skyshine.mat.tables.tracks import SUNRISE_ELEVATION
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
@@ -21,6 +25,7 @@ if TYPE_CHECKING:
     import xarray
 
 STEPS = 288  # of a day
+AIR_QUANTITIES = "beta_star", "path_radiance_ratio", "ambient_radiance", "direct_radiance"
 
 
 @dataclass(frozen=True)
@@ -32,8 +37,8 @@ class Face:
     material : str
     slope, azimuth : float
         [degree]
-    shade : tuple of (first, last)
-        Clock hours in which no light comes from the direction of the Sun; over midnight where the first is later.
+    shade : tuple of (begin, end)
+        Clock hours in which no light comes from the direction of the Sun; over midnight where `begin` is later.
     """
 
     material: str
@@ -44,18 +49,18 @@ class Face:
 
 @dataclass(frozen=True)
 class Sight:
-    """From where both faces are seen.
+    """The line of sight to both faces.
 
     Attributes
     ----------
     range : float
-        [km]
+        Distance of the faces from the observer [km].
     elevation : float
-        Of the line of sight at the observer [degree].
+        Elevation of the line of sight at the observer [degree].
     heading : float
         Azimuth of the line of sight, from north eastward [degree].
     altitude : float or None
-        Of the surface [km]; None takes the lowest of the tables.
+        Altitude of the surface [km]; None takes the lowest of the tables.
     """
 
     range: float = 1.0
@@ -77,6 +82,17 @@ class Contrast:
     crossovers : tuple of float
         Hours at which the contrast changes its sign.
     band : str
+        Name of the band.
+    wavelength : tuple of float
+        Limits of the band [um].
+    sight : Sight
+    date : str
+        Date of the day, as 2026-07-28.
+    sun_up : tuple of (rise, set)
+        Hours of sunrise and sunset; empty where the Sun does neither.
+    stated_error : float
+        Error of the contrast [K]: the 99th percentiles that the files state for both temperatures and the quantities
+        of the air, and the largest error in the shade where there is shade, added as squares.
     """
 
     hours: Floats
@@ -84,6 +100,11 @@ class Contrast:
     background: Floats
     crossovers: tuple[float, ...]
     band: str
+    wavelength: tuple[float, float]
+    sight: Sight
+    date: str
+    sun_up: tuple[float, ...]
+    stated_error: float
 
     @property
     def contrast(self) -> Floats:
@@ -96,7 +117,13 @@ class Contrast:
         return dataset(
             {"time": ("h", self.hours)},
             {name: (("time",), "K", array) for name, array in values.items()},
-            {"band": self.band, "crossovers": np.array(self.crossovers)},
+            {
+                "band": self.band,
+                "wavelength_um": list(self.wavelength),
+                "date": self.date,
+                "crossovers": np.array(self.crossovers),
+                "stated_error_kelvin": self.stated_error,
+            },
         )
 
 
@@ -131,6 +158,8 @@ def contrast(
     hours = day[held]
     codes = tables.codes({face.material: () for face in (material, background)})
     codes = np.resize(codes, 2)  # one code where both faces are of one material
+    up = sun_hours(tables.surface)
+    date = str(tables.surface.attributes["date"])
     results = []
     for read in tables.bands:
         apparent = [
@@ -138,8 +167,32 @@ def contrast(
             for face, code in zip((material, background), codes, strict=True)
         ]
         crossovers = crossover_hours(hours, apparent[0] - apparent[1], step=24.0 / STEPS)
-        results.append(Contrast(hours, apparent[0], apparent[1], crossovers, read.name))
+        lower, upper = (float(limit) for limit in read.air.attributes["wavelength_um"])
+        error = stated_error(tables.surface, read.air, [int(code) for code in codes[:1][[bool(material.shade)]]])
+        results.append(Contrast(hours, *apparent, crossovers, read.name, (lower, upper), sight, date, up, error))
     return results
+
+
+def sun_hours(surface: TemperatureTable) -> tuple[float, ...]:
+    """Hours of sunrise and sunset on the local clock; none where the Sun stays up or down."""
+    minutes = np.arange(24 * 60)
+    up = surface.source_track("sun", time=minutes / 60.0).elevation > SUNRISE_ELEVATION
+    rise, set_ = (np.flatnonzero(up & ~np.roll(up, 1)), np.flatnonzero(~up & np.roll(up, 1)))
+    return (float(rise[0]) / 60.0, float(set_[0]) / 60.0) if rise.size and set_.size else ()
+
+
+def stated_error(surface: TemperatureTable, air: AtmosphereTable, shaded: Sequence[int]) -> float:
+    """Error of a contrast [K] by the errors that the files state, added as squares; `shaded` has the codes of
+    materials in the shade.
+    """
+    temperature = surface.error("temperature")["p99_kelvin"]
+    parts = [temperature, temperature]
+    parts += [air.error(name)["p99_kelvin"] for name in AIR_QUANTITIES]
+    accuracy = surface.root.groups["accuracy"]
+    if shaded and "shade_maximum" in accuracy.variables:
+        rows = {int(code): row for row, code in enumerate(np.asarray(accuracy.axes["material"].values))}
+        parts += [float(np.asarray(accuracy.variables["shade_maximum"].data)[rows[code]]) for code in shaded]
+    return float(np.sqrt(np.nansum(np.square(parts))))
 
 
 def seen_radiance(

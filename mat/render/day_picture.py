@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,16 +12,22 @@ import numpy.typing as npt
 from skyshine.mat.job.fields import clock_text
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.render.scene_file import LoadedScene
+from skyshine.mat.tables.tracks import SUNRISE_ELEVATION
 from skyshine.schemas.arrays import Floats
-from skyshine.schemas.chart_style import HEAT
+from skyshine.schemas.chart_style import HEAT, WHITE_HOT, new_figure
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import find_image, open_tmm
 from skyshine.tmm.images.raster import read_channels
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 TAIL = 0.2  # % of the pixels at each end that may lie beyond the colours
 FRAME_MS = 400
 COLUMNS, MOST = 4, 16  # frames in a row, and frames of a band
-_WIDTH_IN, _DPI, _PHOTOGRAPH = 14.0, 100, 0.4  # width of the picture, and what the photograph has of it
+_PANEL, _GAP, _TITLE, _BAR = 6.0, 0.12, 0.34, 0.75  # inches: width of a frame, and heights around it
+_DPI = 100  # 600 pixels a frame
 _SHOWN_SIDE = 960  # pixels of the longer side that pictures of the day show at most
 
 
@@ -29,61 +35,86 @@ def draw_frames(
     bands: Mapping[str, Sequence[Floats]],
     titles: Sequence[str],
     picture: Path,
+    *,
+    sun_elevation: Sequence[float],
     photograph: npt.NDArray[Any] | None = None,
 ) -> Path:
-    """Draw apparent temperatures of frames, such as those of a day, in one scale of colours.
+    """Draw apparent temperatures of frames, such as those of a day: white-hot, day and night of each band on a scale of
+    their own.
 
     Parameters
     ----------
     bands : dict of str to sequence of (rows, columns) arrays
         Frames of each band [K].
     titles : sequence of str
-        Of the frames of a band.
+        Titles of the frames of a band.
     picture : Path
+    sun_elevation : sequence of float
+        Elevation of the Sun in each frame [degree].
     photograph : (h, w, 3) array, optional
-        Beside them.
+        Image drawn above the frames.
 
     Raises
     ------
     InputError
         The picture cannot be written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+    numbers = _shown(len(titles))
+    columns = min(len(numbers), COLUMNS)
+    rows = -(-len(numbers) // columns)
+    height, width = next(iter(bands.values()))[0].shape
+    tall = _PANEL * height / width
+    band_height = rows * (tall + _TITLE) + _BAR
+    above = 0.0 if photograph is None else _PANEL * photograph.shape[0] / photograph.shape[1] + _TITLE
+    full = (columns * (_PANEL + _GAP) + _GAP, len(bands) * band_height + above)
+    figure = new_figure(*full, arranged=False)
 
-    shown = _shown(len(titles))
-    low, high = _limits(bands)
-    across = min(len(shown), COLUMNS)
-    rows = -(-len(shown) // across)
-    shape = next(iter(bands.values()))[0].shape
-    side = _WIDTH_IN * (1.0 if photograph is None else 1.0 - _PHOTOGRAPH)
-    height = len(bands) * rows * (side / across * shape[0] / shape[1] + 0.25) + 0.8
-    figure = Figure(figsize=(_WIDTH_IN, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    widths = [1.0] * across if photograph is None else [across * _PHOTOGRAPH / (1.0 - _PHOTOGRAPH), *[1.0] * across]
-    grid = figure.add_gridspec(len(bands) * rows, len(widths), width_ratios=widths)
+    def axes(left: float, top: float, wide: float, high: float) -> Axes:
+        """Axes at inches from the upper left corner."""
+        return figure.add_axes((left / full[0], 1 - (top + high) / full[1], wide / full[0], high / full[1]))
+
     if photograph is not None:
-        axis = figure.add_subplot(grid[:, 0])
+        axis = axes(_GAP, _TITLE, _PANEL, above - _TITLE)
         axis.imshow(photograph)
         axis.set_axis_off()
-        axis.set_title("photograph", fontsize=10)
-    axes = []
+        axis.set_title("photograph", fontsize=14)
     for number, (band, frames) in enumerate(bands.items()):
-        for place, frame in enumerate(shown):
-            axis = figure.add_subplot(grid[number * rows + place // across, len(widths) - across + place % across])
-            drawn = axis.imshow(frames[frame] - ZERO_CELSIUS, cmap=HEAT, vmin=low, vmax=high)
-            axis.set(xticks=[], yticks=[])
-            axis.set_title(titles[frame], fontsize=9)
-            if place % across == 0:
-                axis.set_ylabel(band, fontsize=10)
-            axes.append(axis)
-    bar = figure.colorbar(drawn, ax=axes, location="bottom", fraction=0.05, aspect=60, pad=0.01)
-    bar.set_label("apparent temperature, °C", fontsize=9)
+        top = above + number * band_height
+        scales = {}
+        for position, frame in enumerate(numbers):
+            night = sun_elevation[frame] < SUNRISE_ELEVATION
+            group = [frames[k] for k in numbers if (sun_elevation[k] < SUNRISE_ELEVATION) == night]
+            limits = _limits({band: group})
+            row, column = divmod(position, columns)
+            axis = axes(_GAP + column * (_PANEL + _GAP), top + row * (tall + _TITLE) + _TITLE, _PANEL, tall)
+            scales[night] = axis.imshow(frames[frame] - ZERO_CELSIUS, cmap=WHITE_HOT, vmin=limits[0], vmax=limits[1])
+            axis.set_axis_off()
+            axis.set_title(f"{band}, {titles[frame]}{', night' if night else ''}", fontsize=14)
+        wide = (full[0] - 2 * _GAP) / len(scales)
+        for position, night in enumerate(sorted(scales, reverse=True)):
+            axis = axes(_GAP + (position + 0.03) * wide, top + band_height - _BAR + 0.1, 0.94 * wide, 0.16)
+            bar = figure.colorbar(scales[night], cax=axis, orientation="horizontal")
+            bar.ax.tick_params(labelsize=12)
+            name = f"{band}, {'night' if night else 'day'}: apparent temperature, °C"
+            bar.set_label(name, fontsize=12, labelpad=1)
+    _write_picture(figure, picture, grey=photograph is None)
+    return picture
+
+
+def _write_picture(figure: Figure, picture: Path, *, grey: bool) -> None:
+    """Write a figure as PNG; one channel is enough where all of it is grey."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
+
+    figure.set_dpi(_DPI)
+    canvas = figure.canvas
+    assert isinstance(canvas, FigureCanvasAgg)
+    canvas.draw()
+    image = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3])
     try:
-        figure.savefig(picture, dpi=_DPI, format="png", pil_kwargs={"optimize": True})
+        (image.convert("L") if grey else image).save(picture, format="png", optimize=True)
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror}; check the folder", file=picture) from None
-    return picture
 
 
 def animate(frames: Sequence[Floats], hours: Sequence[float], picture: Path) -> Path:

@@ -50,20 +50,23 @@ class Picture:
     ----------
     hour : float
         Local clock.
+    sun_elevation : float
+        Elevation of the Sun's centre [degree].
     band : str
-    wavelength : (first, last)
+    wavelength : (lower, upper)
         Limits of the band [um].
     radiance : (rows, columns) array
-        At the observer, equation (1) [W m^-2 sr^-1].
+        Radiance at the observer, equation (1) [W m^-2 sr^-1].
     apparent_temperature : (rows, columns) array
-        Of a black body of that radiance in the band [K].
+        Temperature of a black body of that radiance in the band [K].
     surface_temperature : (rows, columns) array
         Mean over the materials of a pixel and its rays that meet the surface [K]; not a number where none does.
     range : (rows, columns) array
-        Of the nearest point [km]; infinite where there is no surface.
+        Distance of the nearest point [km]; infinite where there is no surface.
     """
 
     hour: float
+    sun_elevation: float
     band: str
     wavelength: tuple[float, float]
     radiance: Floats
@@ -176,13 +179,15 @@ class PictureMaker:
             radiance[seen.pixel] = np.concatenate([part.radiance for part in terms])[kind]
             mean[seen.pixel] = np.concatenate([part.temperature for part in terms])[kind]
         self._fill_air(place, radiance, tables.air, source)
-        first, last = (float(limit) for limit in tables.air.attributes["wavelength_um"])
+        lower, upper = (float(limit) for limit in tables.air.attributes["wavelength_um"])
         parts = [self._parts(place, values) for values in (radiance, mean, distance)]
         met = np.maximum(np.isfinite(parts[1]).sum(axis=-1), 1)
         kelvin = np.where(np.isfinite(parts[1]).any(axis=-1), np.nansum(parts[1], axis=-1) / met, np.nan)
-        seen_radiance = parts[0].mean(axis=-1)
-        apparent = equivalent_temperature(tables.band, seen_radiance)
-        return Picture(hour, tables.name, (first, last), seen_radiance, apparent, kelvin, parts[2].min(axis=-1))
+        observed = parts[0].mean(axis=-1)
+        apparent = equivalent_temperature(tables.band, observed)
+        sun = float(self.tables.surface.source_track("sun", time=hour).elevation)
+        range_km = parts[2].min(axis=-1)
+        return Picture(hour, sun, tables.name, (lower, upper), observed, apparent, kelvin, range_km)
 
     def _parts(self, place: SeenScene, values: Floats) -> Floats:
         """Values of the rays of each pixel, (rows, columns, rays of a pixel)."""

@@ -17,6 +17,8 @@ from skyshine.schemas.hdf5 import Axis, Group, Variable
 TRACK_TIME = "track_time"
 TRACK_END_H, TRACK_STEP_H = 36.0, 1 / 12  # h: the day and the night after it, every 5 minutes
 SOURCES = ("sun", "moon")
+# Elevation of the Sun's centre at sunrise and sunset [degree]: radius 0.267 and refraction 0.567 below the horizon.
+SUNRISE_ELEVATION = -0.833
 _ABOVE = "above the horizon, without refraction"
 _DESCRIBED = {
     "sun_elevation": ("degree", f"elevation of the centre of the Sun {_ABOVE}"),

@@ -50,7 +50,7 @@ def of_run(folder, example, band, scenes):
             "views": budget["views"],
             "materials": len(budget["materials"]),
             "errors": {
-                name: {"what": error["what"]} | {key: round(error["temperature"][key]["value"], 4) for key in MEASURES}
+                name: {"what": error["what"]} | {key: _rounded(error["temperature"][key]["value"]) for key in MEASURES}
                 for name, error in budget["errors"].items()
             },
         }
@@ -89,7 +89,11 @@ def block(results):
 
 
 def _cell(error):
-    return "" if error is None else ", ".join(f"{error[key]:.2g}" for key in MEASURES)
+    return "" if error is None else ", ".join("-" if error[key] is None else f"{error[key]:.2g}" for key in MEASURES)
+
+
+def _rounded(value):
+    return None if value is None else round(value, 4)  # no percentile of few pixels
 
 
 def with_block(page, text):

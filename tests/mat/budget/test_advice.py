@@ -7,6 +7,7 @@ import pytest
 
 from skyshine.mat.budget.advice import KEYS, NO_KEY, OF_THE_METHOD, described, gains, headline
 from skyshine.mat.budget.budget import PIXEL_SOURCES
+from skyshine.mat.budget.sizes import kelvin, measures, reported
 from skyshine.mat.budget.summary import by_size
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 
@@ -71,10 +72,33 @@ def test_a_source_that_cancels_another_gains_nothing():
 def test_the_headline_names_the_worst_and_its_key():
     fine, rough = budget({"solver_steps": 0.1}), budget({"compiled_band": 2.0, "solver_steps": 0.1}, (8.0, 12.0))
     text = headline([fine, rough])
-    assert "8-12 µm" in text and "accuracy: {spectral_tolerance: ...} could take it to" in text and " K rms" in text
+    assert "8-12 µm" in text and "accuracy: {spectral_tolerance: ...} could take that to" in text and " K rms" in text
     assert "which no key makes smaller" in headline([budget({"shade": 2.0, "solver_steps": 0.1})])
     assert "W m⁻² sr⁻¹" in headline([fine])
     assert headline([]) == "Nothing was measured."
+
+
+def test_the_headline_is_the_row_as_a_runtime_has_it():
+    """With 4.6 K in a frame's row and 0.3 K at each pixel, the former is named first."""
+    fine = budget({"solver_steps": 0.3}, (8.0, 12.0))
+    fine.errors["all"] = 20.0 * fine.errors["pixel"]
+    frame, pixel = (_kelvin(fine, name) for name in ("all", "pixel"))
+    text = headline([fine])
+    assert (
+        text.startswith(f"The error of a pixel is {frame:.2g} K rms and within ") and f"{pixel:.2g} K rms where" in text
+    )
+
+
+def test_few_pixels_have_no_percentile():
+    few = budget({"solver_steps": 0.3}, (8.0, 12.0))
+    few.errors = {name: error[:199] for name, error in few.errors.items()}
+    few.radiance = few.radiance[:199]
+    assert "99 %" not in headline([few]) and "99 %" in headline([budget({"solver_steps": 0.3}, (8.0, 12.0))])
+    assert np.isnan(reported(np.ones(400), np.arange(400) < 150)["p99"])
+
+
+def _kelvin(one, name):
+    return measures(kelvin(one, one.errors[name]))["rms"]
 
 
 def test_kelvin_where_they_mean_something():

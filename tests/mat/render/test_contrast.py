@@ -1,8 +1,12 @@
 """Contrast through the day: crossovers, and the pixels it is made of."""
 
+import datetime as dt
+
 import numpy as np
 import pytest
+import yaml
 
+import skyshine.mat
 from skyshine.mat.api.contrast import contrast, draw_contrast
 from skyshine.mat.job.load import load_job
 from skyshine.mat.render.contrast import crossover_hours
@@ -78,6 +82,25 @@ def test_what_cannot_be_compared_is_one_line(one_material, changes, words):
     given = {"material": "asphalt_road", "background": "asphalt_road"} | changes
     with pytest.raises(InputError, match=words):
         contrast(one_material, **given)
+
+
+def test_a_contrast_knows_its_day_and_its_error(one_material):
+    """Sunrise and sunset are as far apart as declination and latitude say; more shade errs more."""
+    (result,) = contrast(one_material, "asphalt_road", "asphalt_road", range=0.2)
+    rise, sunset = result.sun_up
+    surface = skyshine.mat.open(one_material / "s01.htt.h5")
+    site = yaml.safe_load(surface.attributes["job"])["site"]
+    temperature = surface.error("temperature")["p99_kelvin"]
+    latitude = np.radians(site["latitude_deg"])
+    day = dt.date.fromisoformat(result.date).timetuple().tm_yday
+    declination = np.radians(23.44) * np.sin(2 * np.pi * (day - 80.5) / 365.25)  # within 0.6 degree
+    cosine = np.sin(np.radians(-0.833)) - np.sin(latitude) * np.sin(declination)
+    length = np.degrees(np.arccos(cosine / (np.cos(latitude) * np.cos(declination)))) / 7.5
+    assert sunset - rise == pytest.approx(length, abs=0.1)
+    assert np.sqrt(2) * temperature <= result.stated_error < 20.0  # a coarse grid
+    assert result.wavelength[0] < result.wavelength[1] and result.sight.range == 0.2
+    (shaded,) = contrast(one_material, "asphalt_road", "asphalt_road", range=0.2, shade=["08:00-12:00"])
+    assert shaded.stated_error > result.stated_error
 
 
 def test_the_picture_shows_both_bands(one_material, tmp_path):

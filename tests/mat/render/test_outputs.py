@@ -16,9 +16,8 @@ from skyshine.schemas.errors import InputError
 def frame():
     draw = np.random.default_rng(3)
     radiance = draw.uniform(0.0, 60.0, (5, 7))
-    return Picture(
-        13.5, "b02", (8.0, 12.0), radiance, draw.uniform(250, 330, (5, 7)), np.full((5, 7), np.nan), np.ones((5, 7))
-    )
+    kelvin = draw.uniform(250, 330, (5, 7))
+    return Picture(13.5, 40.0, "b02", (8.0, 12.0), radiance, kelvin, np.full((5, 7), np.nan), np.ones((5, 7)))
 
 
 def test_the_files_of_a_frame_hold_kelvin_radiance_and_counts(frame, tmp_path):
@@ -55,11 +54,24 @@ def test_the_day_has_a_frame_for_each_hour(scene_of, tmp_path):
     animate(frames, [1.0, 2.0, 3.0], tmp_path / "day.png")
     assert Image.open(tmp_path / "day.png").n_frames == 3
     beside = photograph(scene_of(hours=[1.0, 2.0, 3.0]))
-    drawn = Image.open(draw_frames({"b01": frames, "b02": frames}, "123", tmp_path / "both.png", beside))
-    assert drawn.width == 1400
+    bands = {"b01": frames, "b02": frames}
+    drawn = Image.open(draw_frames(bands, "123", tmp_path / "both.png", sun_elevation=[-9, -8, 30], photograph=beside))
+    assert drawn.width >= 3 * 600 and drawn.mode == "RGB"
+
+
+def test_day_and_night_have_their_own_white_and_the_bar_every_grey(tmp_path):
+    night, day = np.linspace(280, 284, 32).reshape(4, 8), np.linspace(300, 340, 32).reshape(4, 8)
+    elevation = [-20.0, 45.0]
+    drawn = Image.open(draw_frames({"b01": [night, day]}, "12", tmp_path / "day.png", sun_elevation=elevation))
+    grey = np.asarray(drawn)
+    middle = grey[40:330]
+    for half in np.array_split(middle, 2, axis=1):
+        assert half[:, 50:-50].min() < 40 and half[:, 50:-50].max() > 200
+    assert len(np.unique(grey[340:])) >= 250  # a continuous bar
 
 
 def test_a_picture_of_one_temperature_alone_is_drawn(tmp_path):
     animate([np.full((4, 8), 290.0)] * 2, [1.0, 2.0], tmp_path / "even.png")
     assert Image.open(tmp_path / "even.png").n_frames >= 1
-    assert draw_frames({"b01": [np.full((4, 8), 290.0)]}, ["1"], tmp_path / "even_day.png").is_file()
+    even = {"b01": [np.full((4, 8), 290.0)]}
+    assert draw_frames(even, ["1"], tmp_path / "even_day.png", sun_elevation=[9.0]).is_file()

@@ -18,6 +18,7 @@ from skyshine.mat.atmosphere.particles.angstrom import EXPONENTS
 from skyshine.mat.atmosphere.particles.windblown import DEFAULT_AIR_MASS
 from skyshine.mat.atmosphere.state.gas_amounts import CARBON_DIOXIDE_PPM
 from skyshine.mat.atmosphere.state.profiles import GASES, PROFILES
+from skyshine.mat.atmosphere.state.sea_air import COLDEST_SEA, WARMEST_SEA
 from skyshine.mat.atmosphere.state.state import MOST_AIRGLOW
 from skyshine.mat.job.aerosols import MOST_LAYERS, AerosolLayer
 from skyshine.mat.job.clouds import Cloud, Rain
@@ -29,6 +30,7 @@ from skyshine.mat.job.series import Series
 from skyshine.mat.job.soundings import StateSounding
 from skyshine.mat.job.surface import Weather
 from skyshine.mat.job.surroundings import StateSurroundings
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import nearest
 from skyshine.tmm.job.materials import MaterialName
@@ -162,6 +164,16 @@ class State(StrictModel):
         description=(
             "Makes a state for each time of the day, whose paths have the air of that time; by default they have the"
             " day's mean. Surface temperatures follow the whole day in each."
+        ),
+    )
+    sea_temperature_c: float | None = Field(
+        None,
+        ge=COLDEST_SEA - ZERO_CELSIUS,
+        le=WARMEST_SEA - ZERO_CELSIUS,
+        description=(
+            "Temperature of the surface of a sea below the paths. To 50 m above it air temperature and humidity are"
+            " those of bulk theory (COARE 3.5) by the weather's wind and the lowest air, rays bend in them, and a"
+            " maritime aerosol has large drops of spray by wind and height."
         ),
     )
     humidity_scale: float = Field(1.0, ge=0, le=10, description="Factor on the profile's water vapour.")

@@ -55,6 +55,7 @@ ATTRIBUTES = {
     "aerosol_optical_depth_550": "1, of the state's aerosol from the ground to space, where the job writes it",
     "angstrom_exponent": "1, of the extinction of the state's aerosol, where the job writes it",
     "aerosol_table": "name of the file of the aerosol's optical properties",
+    "sea_temperature": "K, of the sea below the paths, whose surface layer the lowest air is; absent for none",
     "night_sky": "airglow over its mean, with starlight, in the ambient light; absent for none",
     "aerosol_layers": "further layers of aerosol: particles, place and optical depth at 0.55 um of each",
     "air": "what the air near the ground follows: weather (the day's mean, or a time), profile or sounding",

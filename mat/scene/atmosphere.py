@@ -23,7 +23,7 @@ from skyshine.mat.job.site import Site
 from skyshine.mat.job.surface import RADIATION, TOTAL
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.scene.aerosol_layers import aerosol_layers
-from skyshine.mat.scene.weather import ground_air, mean_wind
+from skyshine.mat.scene.weather import ground_air, mean_wind, sea_air
 from skyshine.materials.library import MaterialLibrary
 from skyshine.materials.records import Material
 
@@ -33,20 +33,22 @@ _AMOUNTS = ("scale", "ppm", "column_mm", "column_du")
 def atmospheric_state(site: Site, state: State, weather_air: GroundAir | None = None) -> AtmosphericState:
     """The atmospheric state of a job's state over the ground of its site.
 
-    The ground below the paths has the temperature of the weather: the day's mean, or that of the time of the air.
+    The ground below the paths has the temperature of the weather: the day's mean, or that of the time of the air; a sea
+    has its own.
     `weather_air` replaces the air that the state's weather gives.
     """
-    follows = state.air == "weather"
+    follows, sea = state.air == "weather", sea_air(site, state)
     air = AtmosphericState.from_profile(
         profile_of(state),
         surface_altitude=site.altitude_km * 1e3,
         ground_air=(weather_air or ground_air(site, state)) if follows else None,
+        sea=sea,
         gas_amounts=_gas_amounts(state),
         aerosol=_aerosol(state),
         aerosol_layers=aerosol_layers(state),
         clouds=[cloud.layer() for cloud in state.clouds],
         rain=None if state.rain is None else RainLayer(state.rain.rate_mm_h, 1e3 * state.rain.top_km),
-        surface_temperature=None if follows else state.weather.mean_air_temperature_c + ZERO_CELSIUS,
+        surface_temperature=None if follows or sea is not None else state.weather.mean_air_temperature_c + ZERO_CELSIUS,
         surface_albedo=state.surface_albedo,
     )
     return replace(air, night_sky=state.night_sky)
@@ -113,16 +115,16 @@ def air_key(state: State) -> tuple[str, float | None, str]:
     as the air does not follow the weather.
     """
     models = (state.aerosol, *(layer.model or "none" for layer in state.aerosol_layers))
-    wind = mean_wind(state.weather) if set(models) & set(WINDBLOWN) else None
+    sea = state.sea_temperature_c is not None
+    wind = mean_wind(state.weather) if sea or set(models) & set(WINDBLOWN) else None
     followed = ""
     if state.air == "weather":
         date = None if state.air_time is None else state.date  # the hour of the highest temperature is the Sun's
         weather, table = state.weather, state.weather.hourly
         humidity = weather.relative_humidity_percent
-        readings = (
-            None if table is None else table.model_dump(exclude={"wind_speed_m_s", "cloud_fraction", *RADIATION, TOTAL})
-        )
-        followed = repr((weather.air_temperature_c, humidity, readings, date))
+        still = () if sea else ("wind_speed_m_s",)
+        readings = None if table is None else table.model_dump(exclude={*still, "cloud_fraction", *RADIATION, TOTAL})
+        followed = repr((weather.air_temperature_c, humidity, readings, date, weather.heights_m if sea else None))
     return state.model_dump_json(exclude={"date", "series", "weather", "ground_material"}), wind, followed
 
 

@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 
 from skyshine.mat.atmosphere.state.climate import blended_profile
+from skyshine.mat.atmosphere.state.sea_air import bending_near_water
 from skyshine.mat.job.aerosols import AerosolLayer
 from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.clouds import Cloud
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.site import Site
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.scene.atmosphere import air_key, air_text, atmospheric_state
 from skyshine.schemas.quantity import quantity
 
@@ -46,11 +48,33 @@ def _summary(site: Site, state: State) -> dict[str, Any]:
         "particle_extinction_at_ground_550": quantity(1e3 * float(at_ground), "km^-1"),
         "clouds": [_cloud(cloud) for cloud in state.clouds],
         "rain": None,
+        "sea": None,
     }
     if state.rain is not None:
         rate, top = state.rain.rate_mm_h, state.rain.top_km
         summary["rain"] = {"rate": quantity(rate, "mm/h"), "top": quantity(top, "km")}
+    if state.sea_temperature_c is not None:
+        bending = bending_near_water(air.altitude, air.pressure, air.temperature)
+        summary["sea"] = {
+            "temperature": quantity(state.sea_temperature_c, "degC"),
+            "curvature_of_rays": quantity(bending.curvature, "1"),
+            "curvature_of_lowest_rays": quantity(bending.lowest_curvature, "1"),
+            "duct_height": quantity(bending.duct, "m"),
+            "horizon_from_10_m": quantity(bending.horizon / 1e3, "km") if np.isfinite(bending.horizon) else None,
+        }
     return summary
+
+
+def _sea_text(sea: dict[str, Any]) -> str:
+    """How rays bend over a sea, in words."""
+    text = (
+        f"sea of {sea['temperature']['value']:g} C: level rays between 0.5 and 10 m have"
+        f" {sea['curvature_of_rays']['value']:.2g} of the Earth's curvature"
+    )
+    if sea["horizon_from_10_m"] is None:
+        return f"{text}, duct and superior mirage below {sea['duct_height']['value']:g} m"
+    mirage = ", inferior mirage" if sea["curvature_of_lowest_rays"]["value"] < 0 else ""
+    return f"{text}, horizon from 10 m at {sea['horizon_from_10_m']['value']:.1f} km{mirage}"
 
 
 def _aerosol_layer(layer: AerosolLayer) -> dict[str, Any]:
@@ -95,6 +119,8 @@ def state_attributes(state: State) -> dict[str, str]:
     ):
         if value is not None:
             air[name] = f"{value:g}"
+    if state.sea_temperature_c is not None:
+        air["sea_temperature"] = f"{state.sea_temperature_c + ZERO_CELSIUS:g}"
     if state.night_sky:
         air["night_sky"] = f"{state.night_sky:g}"
     sounding = {} if state.sounding is None else {"sounding": state.sounding.name}
@@ -124,6 +150,8 @@ def summary_line(summary: dict[str, Any]) -> str:
         parts.append("aerosol " + _layer_text(layer["particles"], layer["place"], depth and depth["value"]))
     if summary["stratosphere"] != "background":
         parts.append(f"stratosphere {summary['stratosphere']}")
+    if summary["sea"] is not None:
+        parts.append(_sea_text(summary["sea"]))
     for cloud in summary["clouds"]:
         base, top = cloud["height"]["values"]
         depth, path = cloud["optical_depth_550"]["value"], cloud["water_path"]["value"]

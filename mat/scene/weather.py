@@ -10,6 +10,7 @@ import numpy as np
 
 from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.mat.atmosphere.state.ground_air import GroundAir
+from skyshine.mat.atmosphere.state.sea_air import SeaAir
 from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.site import Site, local_times_utc
 from skyshine.mat.job.surface import HourlyWeather, Weather
@@ -130,15 +131,33 @@ def ground_air(site: Site, state: State) -> GroundAir:
     altitude = 1e3 * (site.altitude_km if table is None or table.altitude_km is None else table.altitude_km)
     kelvin, vapour = mean, mean_vapour
     if state.air_time is not None:
-        day = state.date or site.date
-        air = near_surface_air(sun_path(site.model_copy(update={"date": day})), state.weather)
-        kelvin, vapour = (
-            float(np.interp(state.air_time, sun_hours(), values, period=24.0))
-            for values in (air.air_temperature, air.vapour_pressure)
-        )
+        air = _air_of_state(site, state)
+        kelvin, vapour = (_at(state.air_time, values) for values in (air.air_temperature, air.vapour_pressure))
     if state.has_water_amount:
         return GroundAir(altitude, kelvin, mean, pressure=pressure)
     return GroundAir(altitude, kelvin, mean, vapour, mean_vapour, pressure)
+
+
+def sea_air(site: Site, state: State) -> SeaAir | None:
+    """The sea of a state and the wind over it, at the time of its air or in the day's mean; None without a sea."""
+    if state.sea_temperature_c is None:
+        return None
+    wind_height, air_height = state.weather.heights_m
+    if state.air_time is None:
+        speed = _mean_speed(state.weather)
+    else:
+        speed = _at(state.air_time, _air_of_state(site, state).wind_speed)
+    return SeaAir(state.sea_temperature_c + ZERO_CELSIUS, speed, wind_height, air_height)
+
+
+def _air_of_state(site: Site, state: State) -> NearSurfaceAir:
+    day = state.date or site.date
+    return near_surface_air(sun_path(site.model_copy(update={"date": day})), state.weather)
+
+
+def _at(hour: float, values: Floats) -> float:
+    """Value at an hour of the day of a series at `sun_hours`."""
+    return float(np.interp(hour, sun_hours(), values, period=24.0))
 
 
 def daily_means(weather: Weather) -> tuple[float, float, float | None]:
@@ -160,10 +179,13 @@ def daily_means(weather: Weather) -> tuple[float, float, float | None]:
 
 def mean_wind(weather: Weather) -> float:
     """Wind speed at 10 m over open ground, mean of the day, m s^-1."""
+    speed, height = _mean_speed(weather), weather.heights_m[0]
+    return speed if height == WIND_HEIGHT else float(Wind(speed, height).at(WIND_HEIGHT))
+
+
+def _mean_speed(weather: Weather) -> float:
+    """Wind speed at its height of measurement, mean of the day, m s^-1."""
     hourly = weather.hourly
     if hourly is None or hourly.wind_speed_m_s is None:
-        speed = weather.wind_speed_m_s
-    else:
-        speed = float(np.mean(np.interp(_QUARTERS, hourly.time, hourly.wind_speed_m_s, period=24)))
-    height = weather.heights_m[0]
-    return speed if height == WIND_HEIGHT else float(Wind(speed, height).at(WIND_HEIGHT))
+        return weather.wind_speed_m_s
+    return float(np.mean(np.interp(_QUARTERS, hourly.time, hourly.wind_speed_m_s, period=24)))

@@ -19,6 +19,7 @@ from skyshine.mat.atmosphere.particles.aerosol_layer import AerosolLayer
 from skyshine.mat.atmosphere.particles.angstrom import ParticleModel
 from skyshine.mat.atmosphere.particles.cloud import CloudLayer, check_phase
 from skyshine.mat.atmosphere.particles.rain import RainLayer
+from skyshine.mat.atmosphere.particles.sea_spray import MARITIME, sea_spray
 from skyshine.mat.atmosphere.state.gas_amounts import (
     DOBSON_UNIT,
     GasAmounts,
@@ -32,6 +33,9 @@ from skyshine.mat.atmosphere.state.ground_albedo import SpectralAlbedo
 from skyshine.mat.atmosphere.state.humidity import WATER_MOLAR_MASS
 from skyshine.mat.atmosphere.state.levels import exponential, level_altitudes, linear, with_particles
 from skyshine.mat.atmosphere.state.profiles import Profile, load_profile
+from skyshine.mat.atmosphere.state.sea_air import HEIGHTS, SeaAir, with_sea_air
+from skyshine.mat.surface.convection import WIND_HEIGHT
+from skyshine.mat.surface.sea_surface import SeaSurface
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -124,6 +128,7 @@ class AtmosphericState:
         *,
         surface_altitude: float = 0.0,
         ground_air: GroundAir | None = None,
+        sea: SeaAir | None = None,
         gas_amounts: GasAmounts = _AS_IN_PROFILE,
         aerosol: Aerosol = _RURAL,
         aerosol_layers: Sequence[AerosolLayer] = (),
@@ -142,6 +147,9 @@ class AtmosphericState:
             Above sea level, m. The profile is cut there; below its lowest level it is continued.
         ground_air : GroundAir, optional
             Air near the ground from the weather, which replaces the profile's lowest part.
+        sea : SeaAir, optional
+            Sea below, by which the lowest air is a surface layer over water; with a maritime aerosol it has large drops
+            of spray, and the ground below the paths has the sea's temperature unless another is given.
         gas_amounts : GasAmounts
             Amounts of gases; by default those of the profile.
         aerosol : Aerosol
@@ -164,8 +172,17 @@ class AtmosphericState:
         _check_surface_altitude(surface_altitude, profile)
         if ground_air is not None:
             profile = with_ground_air(profile, surface_altitude, ground_air)
+        near_water: list[float] = []
+        if sea is not None:
+            profile, water = with_sea_air(profile, surface_altitude, sea)
+            near_water = [*HEIGHTS]
+            if surface_temperature is None:
+                surface_temperature = sea.temperature
+            if aerosol.model in MARITIME:
+                aerosol_layers = [*aerosol_layers, _spray(profile, water)]
         hydrometeors: list[CloudLayer | RainLayer] = [*clouds, *([] if rain is None else [rain])]
         edges = [surface_altitude + height for layer in (*hydrometeors, *aerosol_layers) for height in layer.edges]
+        edges += [surface_altitude + height for height in near_water]
         altitude = level_altitudes(surface_altitude, profile, edges)
         for layer in hydrometeors:
             altitude = with_particles(altitude, layer.extinction_550(altitude - surface_altitude))
@@ -283,6 +300,16 @@ class AtmosphericState:
         at_altitude = exponential(altitude, self.altitude, density)
         column: Floats = above[lower + 1] + mean_exponential(at_altitude, density[lower + 1]) * (upper - altitude)
         return column
+
+
+def _spray(profile: Profile, water: SeaSurface) -> AerosolLayer:
+    """Large drops over a sea, for the humidity at 10 m of a profile that begins at the water."""
+    altitude = profile.altitude[0] + WIND_HEIGHT
+    temperature = float(linear(altitude, profile.altitude, profile.temperature))
+    pressure = float(np.exp(linear(altitude, profile.altitude, np.log(profile.pressure))))
+    fraction = float(exponential(altitude, profile.altitude, profile.mole_fraction["H2O"]))
+    humidity = 100.0 * fraction * pressure / float(saturation_pressure(temperature))
+    return sea_spray(water.wind_at(WIND_HEIGHT), water.friction_velocity, humidity)
 
 
 def _check_surface_altitude(surface_altitude: float, profile: Profile) -> None:

@@ -35,15 +35,17 @@ def training_states(perturbed: int = PERTURBED, seed: int = 1) -> list[PathState
     rng = np.random.default_rng(seed)
     states = []
     for name in TRAINING_PROFILES:
-        states.append(_state(name, rng))
-        states += [_state(name, rng, *_perturbation(rng)) for _ in range(perturbed)]
+        states.append(path_state(name, rng))
+        states += [path_state(name, rng, *_perturbation(rng)) for _ in range(perturbed)]
     return states
 
 
 def held_out_states(seed: int = 2) -> list[PathState]:
     """Atmospheres and paths that no choice has seen: another profile, other perturbations, other ranges."""
     rng = np.random.default_rng(seed)
-    return [_state(HELD_OUT_PROFILE, rng)] + [_state(HELD_OUT_PROFILE, rng, *_perturbation(rng)) for _ in range(2)]
+    return [path_state(HELD_OUT_PROFILE, rng)] + [
+        path_state(HELD_OUT_PROFILE, rng, *_perturbation(rng)) for _ in range(2)
+    ]
 
 
 def reference_states() -> tuple[list[PathState], list[PathState]]:
@@ -64,9 +66,12 @@ def _perturbation(rng: np.random.Generator) -> tuple[float, float, float]:
     return humidity, rng.uniform(-15.0, 15.0), others
 
 
-def _state(
+def path_state(
     name: str, rng: np.random.Generator, humidity: float = 1.0, warming: float = 0.0, others: float = 1.0
 ) -> PathState:
+    """A standard profile with its water vapour (at most saturated) and its other gases multiplied, warmer by some K,
+    and with paths whose lengths are random.
+    """
     profile = load_profile(name)
     z = profile.altitude
     pressure = np.exp(np.interp(LEVELS, z, np.log(profile.pressure)))

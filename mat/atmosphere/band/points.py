@@ -22,8 +22,9 @@ class LineByLineError:
     Attributes
     ----------
     transmittance_rms, transmittance_max : float
+        Root mean square, in the atmosphere with the largest, with two standard errors; and largest error of all.
     radiance_rms, radiance_max : float
-        Errors of thermal path radiance, over that of a black body as warm as the warmest air.
+        The same of thermal path radiance, over that of a black body as warm as the warmest air.
     """
 
     transmittance_rms: float

@@ -179,7 +179,16 @@ def _error(band: BandPoints, cells: _Cells) -> LineByLineError:
     judged = ~reference.fitted
     truth = reference.value[judged] @ cells.micron / cells.micron.sum()
     error = reference.at_points(band.points, fitted=False) @ band.weight / band.weight.sum() - truth
-    emission = reference.emission[judged]
-    parts = (error[~emission], error[emission])
-    rms = [float(np.hypot(np.sqrt(np.mean(part**2)), _INTERPOLATION)) for part in parts]
-    return LineByLineError(*rms, *(float(np.hypot(np.abs(part).max(), _INTERPOLATION)) for part in parts))
+    emission, atmosphere = reference.emission[judged], reference.atmosphere[judged]
+    parts = [
+        [error[(emission == thermal) & (atmosphere == number)] for number in set(atmosphere)] for thermal in (0, 1)
+    ]
+    rms = [float(np.hypot(max(map(_likely_rms, airs)), _INTERPOLATION)) for airs in parts]
+    most = [float(np.hypot(np.abs(np.concatenate(airs)).max(), _INTERPOLATION)) for airs in parts]
+    return LineByLineError(*rms, *most)
+
+
+def _likely_rms(error: Floats) -> float:
+    """Root mean square of what errors (n,) are drawn from, with two standard errors of their mean square."""
+    square = error**2
+    return float(np.sqrt(square.mean() + 2 * square.std(ddof=1) / np.sqrt(square.size)))

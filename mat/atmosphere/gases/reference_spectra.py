@@ -9,7 +9,7 @@ import numpy as np
 
 from skyshine.mat.atmosphere.gases.path_states import PathState
 from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, SpectralPoints
-from skyshine.schemas.arrays import Booleans, Floats
+from skyshine.schemas.arrays import Booleans, Floats, Integers
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +23,8 @@ class ReferenceSpectra:
         Rows of the states to which weights are fitted; the others judge them.
     emission : (M,) bool array
         Rows of thermal radiance; the others are transmittances.
+    atmosphere : (M,) int array
+        Number of the state of each row.
     cell : (C,) array
         Middle of each cell, cm^-1, even; the cells of whole intervals.
     value : (M, C) array
@@ -32,6 +34,7 @@ class ReferenceSpectra:
     states: tuple[PathState, ...]
     fitted: Booleans
     emission: Booleans
+    atmosphere: Integers
     cell: Floats
     value: Floats
 
@@ -60,8 +63,8 @@ class ReferenceSpectra:
             )
         fit = group["fitted"][()].astype(bool)
         rows = [np.arange(len(state.columns) + len(state.emission)) >= len(state.columns) for state in states]
-        fitted = np.repeat(fit, [row.size for row in rows])
-        return cls(tuple(states), fitted, np.concatenate(rows), cell[first:last], value)
+        atmosphere = np.repeat(np.arange(len(rows)), [row.size for row in rows])
+        return cls(tuple(states), fit[atmosphere], np.concatenate(rows), atmosphere, cell[first:last], value)
 
     def at_points(self, points: SpectralPoints, *, fitted: bool) -> Floats:
         """The same rows of the fitted states, or of the others, at spectral points (P,): (m, P).

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from skyshine.mat.measure.sampling import random_coordinates
 from skyshine.mat.measure.surface_nodes import PERIODS, RefinedAxes, placed_times, refined_axes, within_period
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.products.shade_error import SHADE_METHOD, shade_error
+from skyshine.mat.products.turbulence import HOURS, turbulence_fields
 from skyshine.mat.quantities.aureole import RADIUS_DEG
 from skyshine.mat.scene.atmosphere import materials_digest, without_air_time
 from skyshine.mat.scene.sources import source_tracks
@@ -41,7 +42,7 @@ from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measu
 from skyshine.mat.tables.tracks import track_fields, track_hours
 from skyshine.materials.records import Material
 from skyshine.schemas.arrays import Booleans, Floats
-from skyshine.schemas.hdf5 import Group
+from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 # Random values of each axis at which the interpolation error is measured; all their combinations are.
 PROBES = {"altitude_km": 3, "azimuth_deg": 5, "slope_deg": 5, "time_h": 24}
@@ -82,6 +83,7 @@ class TemperatureProduct:
             **({"water": water} if (water := weather.water) else {}),
             # Tables before format 1.9 had the Sun's aureole in the shade: they are built anew.
             "aureole_radius_deg": RADIUS_DEG,
+            "cn2": 1,  # tables without it are built anew
             # Tables of rainy days before format 1.7 kept the film of open ground in the shade: they are built anew.
             **({"film_in_shade": True} if "rain_mm_h" in weather.water else {}),
         }
@@ -163,6 +165,7 @@ class TemperatureProduct:
         )
         fields = None if response is None else shade_fields(response, solver.scene(axes))
         tracks = track_fields(source_tracks(day, track_hours()))
+        turbulence = _turbulence(solver, job.states[state - 1], axes, steps)
         yield htt_group(
             table,
             codes,
@@ -174,7 +177,19 @@ class TemperatureProduct:
             whole_day=whole_day,
             shade=fields,
             tracks=tracks,
+            turbulence=turbulence,
         )
+
+
+def _turbulence(solver: Solver, state: State, axes: Axes, steps: int) -> tuple[dict[str, Axis], dict[str, Variable]]:
+    """Cn2 over the ground that the state names, if its temperatures are computed here, or over its sea."""
+    ground = next((material for material in solver.materials if material.name == state.ground_material), None)
+    scene = solver.scene(axes)
+    if ground is None or state.sea_temperature_c is not None:
+        return turbulence_fields(scene, state, None, 0.0)
+    level = axes | {"azimuth_deg": np.zeros(1), "slope_deg": np.zeros(1), "time_h": HOURS}
+    kelvin = replace(solver, materials=[ground]).table(level, steps).temperature[0, :, 0, 0].astype(float)
+    return turbulence_fields(scene, state, kelvin, ground.surface.roughness_length)
 
 
 def _surroundings(state: State, enclosure: Enclosure | None) -> dict[str, Any]:

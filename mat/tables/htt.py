@@ -57,6 +57,7 @@ def htt_group(
     whole_day: bool = True,
     shade: Fields | None = None,
     tracks: Fields | None = None,
+    turbulence: Fields | None = None,
 ) -> Group:
     """Arrange the temperatures of a state for writing.
 
@@ -79,6 +80,8 @@ def htt_group(
         Axes and arrays of `shade_fields`.
     tracks : tuple of dict, optional
         Axes and arrays of `tracks.track_fields`.
+    turbulence : tuple of dict, optional
+        Axes and array of Cn2.
     """
     column_axes = {
         "material": material_axis(codes),
@@ -122,7 +125,7 @@ def htt_group(
         "method": Variable(COLUMN, table.method, "1", "method that solved the column", {"comment": table.method_names}),
         "iterations": Variable(COLUMN, table.iterations, "1", "iterations of the solver"),
     }
-    for fields in (shade, tracks):
+    for fields in (shade, tracks, turbulence):
         if fields is not None:
             all_axes |= fields[0]
             variables |= fields[1]

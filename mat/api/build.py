@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.builder.build import build as build_files
-from skyshine.mat.job.load import load_job
+from skyshine.mat.job.load import JobSites, LoadedJob, job_sites
 from skyshine.mat.scene.agreement import air_warnings, twilight_warnings
 from skyshine.mat.tables.dataset import dataset
 from skyshine.mat.tables.loader import open_table
@@ -38,7 +38,8 @@ class Build:
     not_of_this_job : list of str
         Databases in the folder that this job does not build, left as they are.
     warnings : list of str
-        Contradictions between weather, profile, sounding and the site of a weather file, with numbers.
+        Contradictions between weather, profile, sounding and the site of a weather file, with numbers; of a job of
+        several sites `check` says them.
     """
 
     folder: Path
@@ -90,6 +91,7 @@ def build(
     jobs: int | None = None,
     fresh: bool = False,
     executor: str | None = None,
+    part: str | None = None,
     pictures: bool | None = None,
     progress: Progress = silent,
 ) -> Build:
@@ -109,7 +111,9 @@ def build(
     fresh : bool
         Build files again that the same job has built before.
     executor : str, optional
-        ``dask:ADDRESS`` of a scheduler whose workers see the same folders.
+        ``dask:ADDRESS`` of a scheduler; files come back from workers that do not see the output folder.
+    part : str, optional
+        ``I/N``, such as ``"3/12"``: one of N disjoint parts of the states, for job arrays.
     pictures : bool, optional
         Whether the files are drawn once all are ready; by default as the job's output.pictures says.
     progress : callable, optional
@@ -154,9 +158,15 @@ def build(
     >>> bool(290 < wall < 330)
     True
     """
-    loaded = load_job(job)
+    sites = job_sites(job)
+    if sites.names == ("",):
+        sites = JobSites.of(sites.load(0))
     record = build_files(
-        loaded, out=out, jobs=jobs, fresh=fresh, executor=executor, pictures=pictures, progress=progress
+        sites, out=out, jobs=jobs, fresh=fresh, executor=executor, part=part, pictures=pictures, progress=progress
     )
-    warnings = [*loaded.warnings, *air_warnings(loaded.trimmed), *twilight_warnings(loaded.trimmed)]
+    warnings = [] if len(sites.names) > 1 else _warnings(sites.load(0))
     return Build(Path(record["folder"]), record["seconds"], record["files"], record["not_of_this_job"], warnings)
+
+
+def _warnings(loaded: LoadedJob) -> list[str]:
+    return [*loaded.warnings, *air_warnings(loaded.trimmed), *twilight_warnings(loaded.trimmed)]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skyshine.mat.job.load import LoadedJob, load_job
+from skyshine.mat.builder.failures import unread_sites
+from skyshine.mat.job.load import JobSites, LoadedJob, job_sites
 from skyshine.mat.plan.cost import estimate
 from skyshine.mat.plan.left_out import LeftOut
 from skyshine.mat.plan.physics import physics_left_out
@@ -26,6 +27,7 @@ from skyshine.mat.scene.summary import state_summaries
 from skyshine.mat.scene.surface_notes import surface_notes
 from skyshine.mat.tables.dataset import dataset
 from skyshine.materials.library import load_library
+from skyshine.schemas.errors import InputError
 
 if TYPE_CHECKING:
     import xarray
@@ -52,6 +54,8 @@ class JobCheck:
         will probably not reach, with numbers.
     surfaces : list of str
         What the job changes in materials of the library, with numbers.
+    sites : tuple of str
+        Names of the sites, of a job that has several; states, times of sources and what is left out are of the first.
     """
 
     loaded: LoadedJob
@@ -62,6 +66,7 @@ class JobCheck:
     seconds: dict[str, float]
     warnings: list[str]
     surfaces: list[str]
+    sites: tuple[str, ...] = ()
 
     @property
     def files(self) -> list[str]:
@@ -126,7 +131,37 @@ def check(job: str | os.PathLike[str] | Mapping[str, Any]) -> JobCheck:
     >>> "s01.htt.h5" in plan.files
     True
     """
-    return checked(load_job(job))
+    sites = job_sites(job)
+    return checked(sites.load(0)) if sites.names == ("",) else _checked_sites(sites)
+
+
+def _checked_sites(sites: JobSites) -> JobCheck:
+    """The plan of all sites: each is read and checked as a build does; what else is said is of the first, its processor
+    seconds times the number of sites.
+    """
+    library, failed, warnings, tasks = load_library(), {}, [], {}
+    result: JobCheck | None = None
+    for number, name in enumerate(sites.names):
+        try:
+            loaded = sites.load(number)
+            plan = make_plan(loaded, library)
+            check_size(loaded, plan, len(sites.names))
+            check_scene(loaded)
+            result = result or checked(loaded)
+        except InputError as error:
+            failed[name] = error
+            continue
+        warnings += [f"site {name}: {text}" for text in loaded.warnings]
+        tasks |= {task.files: task for task in plan.tasks}
+    if failed or result is None:
+        raise unread_sites(failed)
+    return replace(
+        result,
+        plan=replace(result.plan, tasks=tuple(tasks.values())),
+        seconds={stage: len(sites.names) * seconds for stage, seconds in result.seconds.items()},
+        warnings=[*(text for text in result.warnings if text not in result.loaded.warnings), *warnings],
+        sites=sites.names,
+    )
 
 
 def checked(loaded: LoadedJob) -> JobCheck:

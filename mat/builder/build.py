@@ -5,41 +5,74 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Iterable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, as_completed, wait
-from contextlib import contextmanager
+from collections import Counter, deque
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor, Future, as_completed
+from dataclasses import dataclass, field
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
-
-from filelock import FileLock, Timeout
 
 from skyshine.mat import threads
 from skyshine.mat.builder.executors import open_executor
-from skyshine.mat.builder.failures import messages, refuse_failures, stops_the_build
-from skyshine.mat.builder.record import write_record
-from skyshine.mat.builder.tasks import PICTURES, draw_task, run_task
-from skyshine.mat.job.load import LoadedJob
-from skyshine.mat.plan.plan import Kind, Plan, Task, make_plan, texture_file, used_materials
+from skyshine.mat.builder.failures import TaskLost, messages, refuse_failures, stops_the_build
+from skyshine.mat.builder.folder import other_files, sole_build_in
+from skyshine.mat.builder.parts import Part
+from skyshine.mat.builder.record import merge_parts, record_of, write_part, write_record
+from skyshine.mat.builder.tasks import draw_task, run_task
+from skyshine.mat.job.load import JobSites, LoadedJob
+from skyshine.mat.plan.plan import Kind, Task, make_plan, texture_file, used_materials
 from skyshine.mat.plan.size import check_size
 from skyshine.mat.products.product import TaskReport
 from skyshine.mat.scene.check import check_scene
 from skyshine.mat.tables.catalog import write_catalog
 from skyshine.materials.library import load_library
-from skyshine.schemas.errors import InputError
+from skyshine.schemas.errors import CheckFailed, InputError
 from skyshine.schemas.progress import Progress, silent
-from skyshine.schemas.whole_files import PART
 
-LOCK = "build.lock"
+LOST_TIMES = 5  # that a task may be lost before the build ends
+WINDOW = 4_000  # tasks that an executor has at a time; later sites are read when it has fewer
 _log = logging.getLogger("skyshine.mat.build")
 
 
+@dataclass(frozen=True, eq=False)
+class Work:
+    """A task with the job of its site."""
+
+    task: Task
+    loaded: LoadedJob
+
+
+@dataclass
+class Outcome:
+    """What became of the tasks of a build.
+
+    Attributes
+    ----------
+    reports : dict of Task to TaskReport
+        Those that ended well.
+    failed : dict of Task to Exception
+        The others.
+    sites : dict of str to InputError
+        Sites whose job could not be read.
+    drawable : list of Work
+        Tasks whose files are to be drawn.
+    """
+
+    reports: dict[Task, TaskReport] = field(default_factory=dict)
+    failed: dict[Task, Exception] = field(default_factory=dict)
+    sites: dict[str, InputError] = field(default_factory=dict)
+    drawable: list[Work] = field(default_factory=list)
+
+
 def build(
-    loaded: LoadedJob,
+    job: LoadedJob | JobSites,
     *,
     out: str | os.PathLike[str] | None = None,
     jobs: int | None = None,
     fresh: bool = False,
     executor: str | None = None,
+    part: str | None = None,
     pictures: bool | None = None,
     progress: Progress = silent,
 ) -> dict[str, Any]:
@@ -47,6 +80,7 @@ def build(
 
     Parameters
     ----------
+    job : LoadedJob or JobSites
     out : path, optional
         Output folder; by default the one that the job names.
     jobs : int, optional
@@ -54,7 +88,10 @@ def build(
     fresh : bool
         Build files again that the same job has built before.
     executor : str, optional
-        ``dask:ADDRESS`` of a scheduler whose workers see the same folders; by default processes of this machine.
+        ``dask:ADDRESS`` of a scheduler; by default processes of this machine.
+    part : str, optional
+        ``I/N``: the I-th of N disjoint parts of the states, into the same folder. Bands and textures, which all states
+        have in common, are built by the part that comes to them first. The part that ends last writes the catalogue.
     pictures : bool, optional
         Whether the files are drawn once all are ready; by default as the job says.
     progress : callable, optional
@@ -70,117 +107,184 @@ def build(
     ------
     InputError
         The job does not fit, a file cannot be written, or another build writes into the folder. Where only some tables
-        fail, once the others are built.
+        or sites fail, once the others are built.
     CheckFailed
         A process of the build died, or a table failed for another reason than its input.
     """
     begin = time.perf_counter()
-    library = load_library()
+    sites = job if isinstance(job, JobSites) else JobSites.of(job)
+    share, outcome = None if part is None else Part.of_text(part), Outcome()
+    batches = _batches(sites, share, outcome)
+    start = next(batches, None)
+    if start is None:
+        if outcome.sites:
+            raise next(iter(outcome.sites.values()))
+        raise InputError(f"found --part {part}, which has no state; allowed: at most as many parts as states")
+    loaded = start[0].loaded
     folder = Path(out).resolve() if out is not None else loaded.output_folder
-    plan = make_plan(loaded, library)
-    check_size(loaded, plan)
-    check_scene(loaded)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"cannot be made: {error.strerror}; name another output folder", file=folder) from None
     drawn = loaded.trimmed.output.pictures if pictures is None else pictures
-    jobs = min(jobs or os.cpu_count() or 1, len(plan.tasks))
-    atmospheres = sum(task.kind == Kind.ATMOSPHERE for task in plan.tasks)
+    total = len(start) * max(1, len(sites.names) // (1 if share is None else share.count))
+    jobs = min(jobs or os.cpu_count() or 1, total)
+    atmospheres = sum(work.task.kind == Kind.ATMOSPHERE for work in start)
     spare = {threads.VARIABLE: str(max(1, jobs // max(1, atmospheres)))}
-    with _only_build_in(folder), open_executor(executor, jobs, folder, spare) as processes:
-        reports, failed = _run_all(loaded, plan, folder, fresh, processes, progress)
-        names = [name for report in reports.values() for name in report.files]
-        if names:
-            write_catalog(folder, names)
-        reasons = messages(failed)
-        others = sorted({path.name for path in folder.glob("*.h5")} - set(names) - set(reasons))
-        record = write_record(folder, list(reports.values()), others, time.perf_counter() - begin, reasons)
+    with sole_build_in(folder, share), open_executor(executor, jobs, folder, spare) as processes:
+        run = _Run(folder, fresh, processes, outcome, drawn)
+        run.all(start, batches, total, progress)
+        reports, reasons = list(outcome.reports.values()), messages(outcome.failed)
+        reasons |= {f"{site}/": str(error) for site, error in outcome.sites.items()}
+        entries = [entry for report in reports for entry in report.entries]
+        record = record_of(folder, reports, time.perf_counter() - begin, reasons)
+        if share is not None:
+            write_part(folder, share, record, entries)
+            merge_parts(folder, share)
+        else:
+            if entries:
+                write_catalog(folder, entries)
+            record["not_of_this_job"] = other_files(folder, {*record["files"], *reasons})
+            write_record(folder, record)
         if drawn:
-            ready = f"{folder}: {len(names)} files ready in {record['seconds']:.1f} s; pictures follow"
-            _draw_all(loaded, reports, folder, processes, progress, ready)
-        refuse_failures(failed, len(names) + len(reasons))
+            ready = f"{folder}: {len(record['files'])} files ready in {record['seconds']:.1f} s; pictures follow"
+            _draw_all(outcome.drawable, folder, processes, progress, ready)
+        refuse_failures(outcome.failed, outcome.sites, len(record["files"]) + len(messages(outcome.failed)))
         return record
 
 
-@contextmanager
-def _only_build_in(folder: Path) -> Iterator[None]:
-    """Keep other builds out of a folder; remove part files of killed ones.
-
-    The system frees the lock of a killed process.
+def _batches(sites: JobSites, share: Part | None, outcome: Outcome) -> Iterator[list[Work]]:
+    """The tasks of each site, read when they are asked for: textures, what waits for none of them, the others. Tasks of
+    all sites in common come with the first.
     """
-    lock = FileLock(folder / LOCK, timeout=0)
-    try:
-        with lock:
-            for directory in (folder, folder / PICTURES):
-                for part in [*directory.glob(f".*{PART}"), *directory.glob(f".*{PART}.png")]:
-                    part.unlink(missing_ok=True)
-            yield
-    except Timeout:
-        raise InputError(
-            "another build writes into this folder; wait for it, or name another --out", file=folder
-        ) from None
-    except OSError as error:
-        raise InputError(
-            f"cannot be written: {error.strerror or error}; check free space and permissions", file=folder
-        ) from None
+    library, common = load_library(), True
+    for number, name in enumerate(sites.names):
+        if share is not None and not share.has_site(number, len(sites.names)):
+            continue
+        try:
+            loaded = sites.load(number)
+            plan = make_plan(loaded, library)
+            check_size(loaded, plan, len(sites.names))
+            check_scene(loaded)
+        except InputError as error:
+            if not name:
+                raise
+            outcome.sites[name] = error
+            continue
+        states = len(loaded.trimmed.states)
+        works = [
+            Work(task, loaded)
+            for task in plan.tasks
+            if (common if not task.kind.of_state else True)
+            and (
+                share is None or not task.kind.of_state or share.has_state(number, len(sites.names), task.index, states)
+            )
+        ]
+        if not any(work.task.kind.of_state for work in works):
+            continue
+        common = False
+        works.sort(key=lambda work: (work.task.kind != Kind.TEXTURE, work.task.kind.reads_materials))
+        yield works
 
 
-def _run_all(
-    loaded: LoadedJob, plan: Plan, folder: Path, fresh: bool, executor: Executor, progress: Progress
-) -> tuple[dict[Task, TaskReport], dict[Task, Exception]]:
-    """Run the tasks: textures and atmospheres first, then what needs the materials that the textures use.
+class _Run:
+    """The tasks of a build on their way through an executor."""
 
-    Returns
-    -------
-    dict
-        The reports of the tasks that ended well, in the order of the plan.
-    dict
-        The errors of the others.
-    """
-    independent = [task for task in plan.tasks if not task.kind.reads_materials]
-    independent.sort(key=lambda task: task.kind != Kind.TEXTURE)
-    later = [task for task in plan.tasks if task.kind.reads_materials]
-    reports: dict[Task, TaskReport] = {}
-    failed: dict[Task, Exception] = {}
-    with progress(len(plan.tasks), f"building {loaded.trimmed.name}") as advance:
-        waiting = {executor.submit(run_task, task, loaded, folder, (), fresh): task for task in independent}
-        textures = sum(task.kind == Kind.TEXTURE for task in independent)
-        if not textures:
-            waiting |= _submit_later(executor, loaded, later, folder, fresh)
-        while waiting:
-            finished, _ = wait(waiting, return_when=FIRST_COMPLETED)
-            for future in finished:
-                task = waiting.pop(future)
-                try:
-                    reports[task] = future.result()
-                except Exception as error:
-                    if stops_the_build(task, error, folder):
-                        raise
-                    failed[task] = error
-                else:
-                    _say(loaded, task, reports[task], f"{len(reports)} of {len(plan.tasks)} done")
-                advance(1)
-                textures -= task.kind == Kind.TEXTURE
-                if task.kind == Kind.TEXTURE and not textures:
-                    waiting |= _submit_later(executor, loaded, later, folder, fresh)
-    ended, wrong = ([task for task in plan.tasks if task in among] for among in (reports, failed))
-    return {task: reports[task] for task in ended}, {task: failed[task] for task in wrong}
+    def __init__(self, folder: Path, fresh: bool, executor: Executor, outcome: Outcome, drawn: bool) -> None:
+        self.folder, self.fresh, self.executor, self.outcome, self.drawn = folder, fresh, executor, outcome, drawn
+        self.ready: deque[Work] = deque()
+        self.held: deque[Work] = deque()  # until the textures are there
+        self.running: dict[Future[TaskReport], Work] = {}
+        self.ended: SimpleQueue[Future[TaskReport]] = SimpleQueue()
+        self.textures = 0
+        self.lost: Counter[Task] = Counter()
+        self.again: list[Work] = []  # failed once, for another reason than their input
+        self.order: dict[Task, None] = {}
+
+    def all(self, start: Sequence[Work], batches: Iterator[list[Work]], total: int, progress: Progress) -> None:
+        """Run all tasks; those that failed for another reason than their input a second time, after all others."""
+        self._take(start)
+        with progress(total, f"building {start[0].loaded.trimmed.name}") as advance:
+            while True:
+                self._submit(batches)
+                if not self.running:
+                    if not self.again:
+                        break
+                    self.ready.extend(self.again)
+                    self.again = []
+                    continue
+                future = self.ended.get()
+                self._ended(self.running.pop(future), future, total, advance)
+        for among in (self.outcome.reports, self.outcome.failed):
+            ordered = {task: among[task] for task in self.order if task in among}  # type: ignore[index]
+            among.clear()
+            among.update(ordered)  # type: ignore[arg-type]
+
+    def _take(self, works: Sequence[Work]) -> None:
+        self.textures += sum(work.task.kind == Kind.TEXTURE for work in works)
+        self.order |= dict.fromkeys(work.task for work in works)
+        for work in works:
+            (self.held if self.textures and work.task.kind.reads_materials else self.ready).append(work)
+
+    def _submit(self, batches: Iterator[list[Work]]) -> None:
+        while len(self.running) < WINDOW:
+            if not self.ready:
+                works = next(batches, None)
+                if works is None:
+                    return
+                self._take(works)
+                continue
+            work = self.ready.popleft()
+            task = work.task
+            materials = _materials(work.loaded, self.folder) if task.kind.reads_materials else ()
+            loaded = work.loaded.with_state_alone(task.index) if task.kind.of_state else work.loaded
+            future = self.executor.submit(run_task, task, loaded, self.folder, materials, self.fresh)
+            self.running[future] = work
+            future.add_done_callback(self.ended.put)
+
+    def _ended(self, work: Work, future: Future[TaskReport], total: int, advance: Any) -> None:
+        task, outcome = work.task, self.outcome
+        try:
+            report = future.result()
+        except TaskLost as error:
+            self.lost[task] += 1
+            if self.lost[task] > LOST_TIMES:
+                raise CheckFailed(
+                    f"{task.files[0]} was lost {LOST_TIMES + 1} times ({error}); finished files are kept: run it again"
+                ) from None
+            self.ready.appendleft(work)
+            return
+        except Exception as error:
+            if stops_the_build(task, error, self.folder):
+                raise
+            if not isinstance(error, InputError) and task not in outcome.failed:
+                self.again.append(work)
+                outcome.failed[task] = error
+                return
+            outcome.failed[task] = error
+        else:
+            outcome.failed.pop(task, None)
+            outcome.reports[task] = report
+            if self.drawn:
+                outcome.drawable.append(work)
+            _say(work.loaded, task, report, f"{len(outcome.reports)} of {total} done")
+        advance(1)
+        if task.kind is Kind.TEXTURE:
+            self.textures -= 1
+            if not self.textures:
+                self.ready.extend(self.held)
+                self.held.clear()
 
 
-def _draw_all(
-    loaded: LoadedJob,
-    reports: Mapping[Task, TaskReport],
-    folder: Path,
-    executor: Executor,
-    progress: Progress,
-    ready: str,
-) -> None:
+def _draw_all(works: Sequence[Work], folder: Path, executor: Executor, progress: Progress, ready: str) -> None:
     """Say that the files are ready, and draw those of finished tasks in the processes of the build."""
-    materials = _materials(loaded, folder)
-    with progress(len(reports), "drawing pictures") as advance:
+    with progress(len(works), "drawing pictures") as advance:
         _log.info(ready)
-        for future in as_completed(executor.submit(draw_task, task, loaded, folder, materials) for task in reports):
+        futures = [
+            executor.submit(draw_task, work.task, work.loaded, folder, _materials(work.loaded, folder))
+            for work in works
+        ]
+        for future in as_completed(futures):
             future.result()
             advance(1)
 
@@ -195,13 +299,6 @@ def _say(loaded: LoadedJob, task: Task, report: TaskReport, progress: str) -> No
         reached = f", 99 % within {error['p99']:.2g} K" if error else ""
         what = "kept" if report.kept else f"built in {report.seconds:.1f} s"
         _log.info("%s%s: %s%s; %s", name, part, what, reached, progress)
-
-
-def _submit_later(
-    executor: Executor, loaded: LoadedJob, tasks: Iterable[Task], folder: Path, fresh: bool
-) -> dict[Future[TaskReport], Task]:
-    materials = _materials(loaded, folder)
-    return {executor.submit(run_task, task, loaded, folder, materials, fresh): task for task in tasks}
 
 
 def _materials(loaded: LoadedJob, folder: Path) -> tuple[str, ...]:

@@ -1,8 +1,7 @@
-"""Where the tasks of a build run: processes of this machine, or the workers of a Dask cluster."""
+"""Where the tasks of a build run: processes of this machine, or a cluster (`cluster.py`)."""
 
 from __future__ import annotations
 
-import ctypes
 import multiprocessing
 import multiprocessing.connection
 import os
@@ -15,9 +14,8 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal
+from typing import Literal
 
-from skyshine.mat import threads
 from skyshine.schemas.errors import CheckFailed, InputError
 from skyshine.schemas.whole_files import PART
 
@@ -25,13 +23,6 @@ from skyshine.schemas.whole_files import PART
 # cores are left over.
 THREAD_LIMITS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 DASK = "dask:"
-CONNECT_SECONDS = 30
-# Dask's nannies let glibc give every freed array back to the system (distributed.nanny.pre-spawn-environ), and tasks
-# then take twice as long. Its own values (mallopt(3): M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX) are those that a
-# process comes to by itself.
-DASK_TRIM = "65536"
-MEMORY_KEPT = {-1: 1 << 28, -3: 1 << 25, -8: 1}
-WORKERS_LOST = 5  # times that a task may lose its worker before it counts as the cause
 
 
 def open_executor(
@@ -58,7 +49,9 @@ def open_executor(
     if name is None:
         return _local(jobs, folder, variables or {})
     if name.startswith(DASK) and len(name) > len(DASK):
-        return _dask(name.removeprefix(DASK))
+        from skyshine.mat.builder.cluster import open_cluster
+
+        return open_cluster(name.removeprefix(DASK), folder)
     raise InputError(f"found --executor '{name}'; allowed: dask:ADDRESS, such as dask:tcp://127.0.0.1:8786")
 
 
@@ -77,56 +70,6 @@ def _environment(variables: Mapping[str, str]) -> Iterator[None]:
     finally:
         for name, value in saved.items():
             os.environ.pop(name, None) if value is None else os.environ.__setitem__(name, value)
-
-
-@contextmanager
-def _dask(address: str) -> Iterator[Executor]:
-    from distributed import Client
-    from distributed.scheduler import KilledWorker
-
-    try:
-        client = Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
-    except (OSError, ValueError) as error:
-        words = " ".join(str(error).split())[:120]
-        raise InputError(
-            f"found --executor 'dask:{address}', where no scheduler answers ({words}); start one there"
-        ) from None
-    with client:
-        client.register_plugin(_worker_plugin())
-        executor = client.get_executor(pure=False, retries=WORKERS_LOST)
-        try:
-            yield executor
-        except KilledWorker as error:
-            raise CheckFailed(
-                f"the cluster lost its workers ({error}); finished files are kept: run it again"
-            ) from None
-        finally:
-            executor.shutdown(wait=False)
-
-
-def _worker_plugin() -> Any:
-    """Of the workers of a cluster, of those that come later too: one thread a task, and memory kept between arrays."""
-    from distributed import WorkerPlugin
-
-    class Prepared(WorkerPlugin):
-        name, idempotent = "skyshine", True
-
-        def setup(self, worker: Any) -> None:
-            prepare_worker()
-
-    return Prepared()
-
-
-def prepare_worker() -> None:
-    """Set what a Dask worker does otherwise than a process of a local build, unless its environment says how it is to
-    be.
-    """
-    os.environ.setdefault(threads.VARIABLE, "1")
-    if os.environ.get("MALLOC_TRIM_THRESHOLD_") == DASK_TRIM and sys.platform == "linux":
-        mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
-        if mallopt is not None:
-            for setting, value in MEMORY_KEPT.items():
-                mallopt(setting, value)
 
 
 class _Pool(ProcessPoolExecutor):

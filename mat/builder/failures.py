@@ -13,11 +13,15 @@ from skyshine.schemas.errors import CheckFailed, InputError
 _log = logging.getLogger("skyshine.mat.build")
 
 
+class TaskLost(Exception):
+    """A task whose result will not come: its scheduler is gone. The build sends it again."""
+
+
 def stops_the_build(task: Task, error: Exception, folder: Path) -> bool:
     """Whether no other task could do better: its processes are gone, the folder cannot be written, or it is a texture,
     whose materials the tables wait for.
     """
-    lost = isinstance(error, BrokenExecutor | CancelledError) or type(error).__module__.startswith("distributed")
+    lost = isinstance(error, BrokenExecutor | CancelledError)
     file = error.file if isinstance(error, InputError) else None
     return lost or task.kind is Kind.TEXTURE or (file is not None and Path(file).is_relative_to(folder))
 
@@ -27,8 +31,9 @@ def messages(failed: Mapping[Task, Exception]) -> dict[str, str]:
     return {name: _words(error) for task, error in failed.items() for name in task.files}
 
 
-def refuse_failures(failed: Mapping[Task, Exception], files: int) -> None:
-    """Log each file that failed, of `files` in all, and raise what the build ends with.
+def refuse_failures(failed: Mapping[Task, Exception], sites: Mapping[str, InputError], files: int) -> None:
+    """Log each file that failed, of `files` in all, and each site whose job could not be read; raise what the build
+    ends with.
 
     Raises
     ------
@@ -37,6 +42,10 @@ def refuse_failures(failed: Mapping[Task, Exception], files: int) -> None:
     CheckFailed
         At least one is something else.
     """
+    for site, unread in sites.items():
+        _log.error("failed: site %s: %s", site, unread)
+    if sites and not failed:
+        raise unread_sites(sites)
     if not failed:
         return
     reasons = messages(failed)
@@ -53,6 +62,16 @@ def refuse_failures(failed: Mapping[Task, Exception], files: int) -> None:
             f"{failure.message}; {end}", file=failure.file, line=failure.line, column=failure.column
         ) from failure
     raise CheckFailed(f"{_words(failure)}; {end}") from failure
+
+
+def unread_sites(sites: Mapping[str, InputError]) -> InputError:
+    """The error of the first site that could not be read, with how many others."""
+    error = next(iter(sites.values()))
+    end = (
+        f"{len(sites)} of the sites cannot be read ({', '.join(list(sites)[:4])}{', ...' if len(sites) > 4 else ''});"
+        " the others are complete; mend the cause and run it again"
+    )
+    return InputError(f"{error.message}; {end}", file=error.file, line=error.line, column=error.column)
 
 
 def _words(error: Exception) -> str:

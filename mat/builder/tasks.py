@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from skyshine.mat.plan.plan import Task
 from skyshine.mat.products.product import Context, Identity, TaskReport
 from skyshine.mat.products.table import PRODUCTS
 from skyshine.mat.scene.moisture import job_library
+from skyshine.mat.tables.catalog import catalog_entry
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import job_path
 from skyshine.schemas.process_memory import peak_memory
@@ -47,7 +49,7 @@ def run_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, 
     report = TaskReport(task.files)
     product, context = PRODUCTS[task.kind], _context(task, loaded, materials)
     identities = product.identity(context)
-    if not fresh and all(identity.is_current(folder) for identity in identities):
+    if not fresh and _are_current(identities, folder):
         report.kept = True
     else:
         for identity, content in zip(identities, product.compute(context, report), strict=True):
@@ -55,10 +57,22 @@ def run_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, 
                 identity.write(folder, content)
             if error := identity.error_kelvin(content):
                 report.error_kelvin[identity.file] = error
+    report.entries = [catalog_entry(folder, name) for name in task.files]
     report.seconds = time.perf_counter() - begin
     report.processor_seconds = time.process_time() - spent
     report.peak_memory = peak_memory()
     return report
+
+
+def is_kept(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...]) -> bool:
+    """Whether the files of a task are there, from the same job. Arguments as `run_task`."""
+    if not all((folder / name).is_file() for name in task.files):
+        return False
+    return _are_current(PRODUCTS[task.kind].identity(_context(task, loaded, materials)), folder)
+
+
+def _are_current(identities: Iterable[Identity[Any]], folder: Path) -> bool:
+    return all(identity.is_current(folder) for identity in identities)
 
 
 def _context(task: Task, loaded: LoadedJob, materials: tuple[str, ...]) -> Context:
@@ -89,7 +103,7 @@ def draw_file(identity: Identity[Any], folder: Path) -> None:
     part = part.with_name(f"{part.name}.png")
     try:
         job_path(folder, PICTURES, for_output=True)  # a link that stands there leads nowhere else
-        picture.parent.mkdir(exist_ok=True)
+        picture.parent.mkdir(parents=True, exist_ok=True)
         identity.draw(folder, part)
         os.replace(part, picture)
     except ValueError as error:

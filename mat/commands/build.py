@@ -16,8 +16,9 @@ from skyshine.schemas.progress import silent
 )
 @click.option("--fresh", is_flag=True, help="Build everything again; without it, finished files are kept.")
 @click.option(
-    "--executor", metavar="dask:ADDRESS", help="Send the tasks to a Dask cluster whose workers see the same folders."
+    "--executor", metavar="dask:ADDRESS", help="Send the tasks to a Dask cluster; files come back to the output folder."
 )
+@click.option("--part", metavar="I/N", help="Build one of N disjoint parts of the states, for job arrays.")
 @click.option(
     "--pictures/--no-pictures",
     default=None,

@@ -135,6 +135,7 @@ def _shares(job: Job) -> str:
 
 def _as_json(result: JobCheck) -> dict[str, Any]:
     return {
+        "sites": list(result.sites),
         "files": result.files,
         "states": result.states,
         "warnings": result.warnings,
@@ -150,7 +151,7 @@ def _files(result: JobCheck) -> list[str]:
     """A line for each file; of many states one for all files of a kind."""
     by_kind: dict[str, list[str]] = {}
     for name in result.files:
-        of_state = len(result.states) > MANY_STATES and re.fullmatch(r"s\d+(.*)", name)
+        of_state = (result.sites or len(result.states) > MANY_STATES) and re.fullmatch(r"(?:[^/]+/)?s\d+(.*)", name)
         by_kind.setdefault(of_state[1] if of_state else name, []).append(name)
     return [
         names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}: {len(names)} files" for names in by_kind.values()
@@ -162,6 +163,8 @@ def _print(result: JobCheck) -> None:
 
     loaded, states = result.loaded, result.states
     click.echo(f"{loaded.file}: OK")
+    if result.sites:
+        click.echo(f"{len(result.sites)} sites, {result.sites[0]} to {result.sites[-1]}; what follows is of the first")
     for line, numbers in groupby(range(1, len(states) + 1), lambda number: summary_line(states[number - 1])):
         lowest, *others = (f"{number:02d}" for number in numbers)
         click.echo(f"{f'states {lowest} to {others[-1]}' if others else f'state {lowest}'}: {line}")

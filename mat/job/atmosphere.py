@@ -269,6 +269,7 @@ class State(StrictModel):
 
     _aerosol_origin: str | None = pydantic.PrivateAttr(None)
     _ground_origin: str | None = pydantic.PrivateAttr(None)
+    _one_of_many: bool = pydantic.PrivateAttr(False)
 
     @property
     def aerosol_origin(self) -> str | None:
@@ -302,6 +303,17 @@ class State(StrictModel):
     def profile_weights(self) -> dict[str, float]:
         """Weights of the standard profiles; a loaded job has no `AUTO`."""
         return {self.profile: 1.0} if isinstance(self.profile, str) else self.profile
+
+    def as_one_of_many(self) -> Self:
+        """The state as a member of a series whose weather differs, or of one of several sites."""
+        member = self.model_copy()
+        member._one_of_many = True
+        return member
+
+    @property
+    def is_one_of_many(self) -> bool:
+        """Whether points and nodes are those of the state's cell of air, whatever other states the job has."""
+        return self._one_of_many
 
     @property
     def has_water_amount(self) -> bool:

@@ -19,6 +19,7 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.job.moisture import check_moisture
 from skyshine.mat.job.plausibility import zone_doubt
 from skyshine.mat.job.series import MEMBER_LIMIT, Series, changed, members
+from skyshine.mat.job.sites import SiteDocument, has_sites, site_documents
 from skyshine.mat.job.snow import check_snow
 from skyshine.mat.job.state_weather import weather_doubts, with_ground, with_weather_files
 from skyshine.mat.job.surface import named_operation
@@ -46,12 +47,15 @@ class LoadedJob:
     document : Document
     warnings : tuple of str
         What is allowed but hardly meant: weather files of another place.
+    site_name : str
+        Name of the site, of a job that has several; empty of a job of one.
     """
 
     requested: Job
     trimmed: Job
     document: Document
     warnings: tuple[str, ...] = ()
+    site_name: str = ""
 
     @property
     def file(self) -> Path:
@@ -69,6 +73,20 @@ class LoadedJob:
             requested=self.requested.on_date_of_state(index),
             trimmed=self.trimmed.on_date_of_state(index),
         )
+
+    def with_state_alone(self, index: int) -> LoadedJob:
+        """The same for a process that computes one state, counted from 1: the others are as that, where none of its
+        files depends on them. So a process is sent a state and not a year.
+        """
+        states = self.requested.states
+        clouds = states[index - 1].clouds
+        if not all(state.is_one_of_many and state.clouds == clouds for state in states):
+            return self
+        requested, trimmed = (
+            job.model_copy(update={"states": [job.states[index - 1]] * len(states)})
+            for job in (self.requested, self.trimmed)
+        )
+        return replace(self, requested=requested, trimmed=trimmed)
 
     def insists(self, grid: str) -> bool:
         """Whether the job itself asks for the tolerance of a grid: where it cannot be held the build ends. The default
@@ -98,6 +116,61 @@ class LoadedJob:
             raise self.document.error(("output", "folder"), f"output.folder: {error}") from None
 
 
+@dataclass(frozen=True)
+class JobSites:
+    """The sites of a job, each read when it is asked for: those of a year's weather take tenths of a second each.
+
+    Attributes
+    ----------
+    document : Document
+    sites : tuple of SiteDocument
+        One without a name of a job of one site.
+    library : MaterialLibrary
+    only : LoadedJob, optional
+        Job that is read already.
+    """
+
+    document: Document
+    sites: tuple[SiteDocument, ...]
+    library: MaterialLibrary
+    only: LoadedJob | None = None
+
+    @classmethod
+    def of(cls, loaded: LoadedJob) -> JobSites:
+        """A job of one site that is read already."""
+        return cls(loaded.document, (SiteDocument("", loaded.document),), load_library(), loaded)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(site.name for site in self.sites)
+
+    def load(self, number: int) -> LoadedJob:
+        """The job of a site, counted from 0; `load_job` says what is raised."""
+        if self.only is not None:
+            return self.only
+        site = self.sites[number]
+        return _loaded(site.document, self.library, site.name)
+
+
+def job_sites(
+    source: str | os.PathLike[str] | Mapping[str, Any],
+    library: MaterialLibrary | None = None,
+    *,
+    folder: Path | None = None,
+) -> JobSites:
+    """The sites of a job, or its only one; parameters as `load_job`.
+
+    Raises
+    ------
+    InputError
+        The document or its sites do not fit.
+    """
+    document = read_document(source, folder)
+    several = has_sites(document)
+    sites = site_documents(document) if several else (SiteDocument("", document),)
+    return JobSites(document, sites, library or load_library())
+
+
 def load_job(
     source: str | os.PathLike[str] | Mapping[str, Any],
     library: MaterialLibrary | None = None,
@@ -120,13 +193,22 @@ def load_job(
     InputError
         With file:line:column of the first thing that does not fit.
     """
-    document = read_document(source, folder)
-    library = library or load_library()
+    sites = job_sites(source, library, folder=folder)
+    if sites.names != ("",):
+        raise sites.document.error(
+            ("sites",),
+            f"sites: found {len(sites.names)} sites; allowed here: a job of one; mat check and mat build take several;"
+            " write site in the place of sites",
+        )
+    return sites.load(0)
+
+
+def _loaded(document: Document, library: MaterialLibrary, site_name: str) -> LoadedJob:
     context = {"materials": library.names, "folder": document.file.resolve().parent}
     document = _with_operations(document, library)
     stated = parse_model(document, Job, context)
     _refuse_shared_names(stated, document)
-    job = _with_air_times(_with_series(stated, document, context), document)
+    job = _with_air_times(_with_series(stated, document, context, bool(site_name)), document)
     _check_query_limits(job, document)
     _check_soil_moisture(job, document, library)
     _check_leaf_area(job, document, library)
@@ -138,7 +220,7 @@ def load_job(
     site = job.site
     zone = [text for text in [zone_doubt(site.utc_offset_h, site.longitude_deg, "site:")] if text]
     notes = (*zone, *_response_notes(job), *remarks, *weather_doubts(job), *warnings, *seasons)
-    return LoadedJob(requested, trimmed(requested), document, notes)
+    return LoadedJob(requested, trimmed(requested), document, notes, site_name)
 
 
 def _with_operations(document: Document, library: MaterialLibrary) -> Document:
@@ -231,20 +313,22 @@ def _check_snow(job: Job, document: Document, library: MaterialLibrary) -> None:
         raise document.error(("snow_on",), f"snow_on: {error}") from None
 
 
-def _with_series(job: Job, document: Document, context: dict[str, Any]) -> Job:
+def _with_series(job: Job, document: Document, context: dict[str, Any], several_sites: bool) -> Job:
     """The job with a state for each member of its series."""
-    if all(state.series is None for state in job.states):
+    if all(state.series is None for state in job.states) and not several_sites:
         return job
     states: list[State] = []
     for i, state in enumerate(job.states):
         if state.series is None:
-            states.append(state)
+            states.append(state.as_one_of_many() if several_sites else state)
             continue
         stated_state = document.data["states"][i]
         series = _inside(state.series, document, i, context)
         for number, member in enumerate(members(series, context["folder"], job.site.utc_offset_h), 1):
             try:
-                states.append(State.model_validate(changed(stated_state, member.changes), context=context))
+                expanded = State.model_validate(changed(stated_state, member.changes), context=context)
+                differs = several_sites or series.table is not None or expanded.weather.file is not None
+                states.append(expanded.as_one_of_many() if differs else expanded)
             except pydantic.ValidationError as error:
                 problem = error.errors(include_url=False)[0]
                 message = f"{'.'.join(map(str, problem['loc']))}: {problem_text(problem)}"

@@ -26,6 +26,7 @@ from skyshine.mat.job.moisture import SoilMoisture
 from skyshine.mat.job.query_limits import QueryLimits
 from skyshine.mat.job.series import MEMBER_LIMIT
 from skyshine.mat.job.site import Site
+from skyshine.mat.job.sites import SitesChoice
 from skyshine.mat.job.snow import SnowCover
 from skyshine.mat.job.surface import (
     SURFACE_HEIGHTS_KM,
@@ -88,14 +89,40 @@ class Output(StrictModel):
     )
 
 
+def _one_site_or_several(schema: dict[str, Any]) -> None:
+    """Ask for a whole site only where a job has no sites, in its JSON Schema."""
+    site = schema["properties"]["site"]
+    name = site.pop("$ref")
+    site["anyOf"] = [{"$ref": name}, {"type": "object"}]
+    schema["required"].remove("site")
+    several = {"required": ["sites"]}
+    place = {"description": "Place and time.", "$ref": name}
+    schema["if"], schema["else"] = several, {"required": ["site"], "properties": {"site": place}}
+
+
 class Job(StrictModel):
     """A whole job."""
+
+    model_config = pydantic.ConfigDict(json_schema_extra=_one_site_or_several)
 
     skyshine: Literal[1] = Field(description="Version of the job format.")
     name: str = Field(
         min_length=1, max_length=80, description="Stands in every file; letters, digits, dots, dashes, underscores."
     )
-    site: Site = Field(description="Place and time; they give the positions of Sun and Moon.")
+    site: Site = Field(
+        description=(
+            "Place and time; they give the positions of Sun and Moon. With sites, what all of them have in common."
+        )
+    )
+    sites: SitesChoice | None = Field(
+        None,
+        exclude=True,
+        description=(
+            "Several sites in the place of one: a list, a CSV table with the columns of a site, or a grid of tiles;"
+            " each has databases of its own in a folder of its name, all are in one catalogue. {site} in the texts of"
+            " states is the name of the site."
+        ),
+    )
     states: list[State] = Field(
         min_length=1,
         max_length=MEMBER_LIMIT,

@@ -90,7 +90,8 @@ def members(series: Series, folder: Path, utc_offset_h: float = 0.0) -> Iterator
         The table cannot be read, has a row of another length, or a cell that is no plain value.
     """
     if series.table is not None:
-        yield from _rows(folder / series.table)
+        file = folder / series.table
+        yield from (Member(values, file, line) for values, line in rows_of_table(file))
         return
     if series.soundings is not None:
         yield from _soundings(folder, series.soundings, utc_offset_h)
@@ -111,7 +112,14 @@ def _soundings(folder: Path, name: str, utc_offset_h: float) -> Iterator[Member]
         yield Member(changes)
 
 
-def _rows(file: Path) -> Iterator[Member]:
+def rows_of_table(file: Path) -> Iterator[tuple[dict[str, Any], int]]:
+    """The values of each row of a CSV table by column, and its line.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, has no rows or too many, a row of another length, or a cell that is no plain value.
+    """
     lines = csv.reader(read_text(file).splitlines(), skipinitialspace=True)
     header: list[str] | None = None
     count = 0
@@ -130,12 +138,12 @@ def _rows(file: Path) -> Iterator[Member]:
                     file=file,
                     line=lines.line_num,
                 )
-            values = {key: plain_value(cell, file, lines.line_num) for key, cell in zip(header, cells, strict=True)}
-            yield Member(values, file, lines.line_num)
+            line = lines.line_num
+            yield {key: plain_value(cell, file, line) for key, cell in zip(header, cells, strict=True)}, line
     except csv.Error as error:
         raise InputError(f"is not CSV: {error}", file=file, line=lines.line_num) from None
     if not count:
-        raise InputError("has no rows; write the names of keys, then a row for each state", file=file)
+        raise InputError("has no rows; write the names of keys, then a row for each", file=file)
 
 
 def _header(cells: list[str], file: Path, line: int) -> list[str]:

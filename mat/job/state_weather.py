@@ -41,6 +41,7 @@ def with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:
                 stated=stated,
                 days_before=state.weather.history_days,
                 rain=state.weather.rain,
+                place=(job.site.latitude_deg, job.site.longitude_deg),
             )
             *before, hourly = (
                 table.model_copy(update=dict.fromkeys(stated)) for table in (*readings.before, readings.hourly)

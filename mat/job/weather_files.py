@@ -59,6 +59,7 @@ def read_weather(
     stated: Container[str] = (),
     days_before: int = 0,
     rain: RainKey | None = None,
+    place: tuple[float, float] | None = None,
 ) -> FileWeather:
     """The weather of a file on a day and on days before it, by local clock hours.
 
@@ -81,6 +82,8 @@ def read_weather(
         Days before the day that are wanted too; the day is not taken to repeat then.
     rain : 'file', 'none' or None
         Whether rain is read; by default that of a CSV table is, that of a typical year is not.
+    place : (float, float), optional
+        Latitude and longitude [degree] whose nearest point is read of netCDF with many.
 
     Raises
     ------
@@ -93,7 +96,7 @@ def read_weather(
         return _typical(read_year(file, "EPW"), days, utc_offset_h, radiation, stated, rain)
     if is_tmy3(file):
         return _typical(read_year(file, "TMY3"), days, utc_offset_h, radiation, stated, rain)
-    weather = _day_tables(file, days, utc_offset_h, radiation)
+    weather = _day_tables(file, days, utc_offset_h, radiation, place)
     if rain == "file" and weather.hourly.rain_mm_h is None:
         raise InputError("has no column 'rain', which rain: file asks for; add it, or remove rain", file=file)
     return (
@@ -119,9 +122,11 @@ def _dry(table: HourlyWeather) -> HourlyWeather:
     return table.model_copy(update={"rain_mm_h": None})
 
 
-def _day_tables(file: Path, days: Sequence[date], utc_offset_h: float, radiation: bool) -> FileWeather:
+def _day_tables(
+    file: Path, days: Sequence[date], utc_offset_h: float, radiation: bool, place: tuple[float, float] | None
+) -> FileWeather:
     """The rows of each day; a table by time of day, without dates, is one day."""
-    table, station, typical = _table(file, utc_offset_h)
+    table, station, typical = _table(file, utc_offset_h, place)
     has_sunlight = "sw_down" in table.values or {"direct_normal", "diffuse"} <= {*table.values}
     if radiation and not has_sunlight:
         raise InputError(
@@ -160,12 +165,12 @@ def _day_tables(file: Path, days: Sequence[date], utc_offset_h: float, radiation
     return FileWeather(tables[-1], tables[:-1], station, tuple(notes))
 
 
-def _table(file: Path, utc_offset_h: float) -> tuple[Readings, Station | None, bool]:
+def _table(file: Path, utc_offset_h: float, place: tuple[float, float] | None) -> tuple[Readings, Station | None, bool]:
     """Readings in seconds of the local clock since midnight, or since that before year 1; where they were measured;
     whether their months are of several years.
     """
     if is_netcdf(file):
-        readings, point, notes = read_point(file)
+        readings, point, notes = read_point(file, place)
         return _local(readings, utc_offset_h, notes), None if point is None else Station(*point, None), False
     if file.suffix.lower() == SUFFIX:
         return replace(read_history(file), notes=(NOTE,)), None, False

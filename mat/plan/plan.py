@@ -56,7 +56,7 @@ class Task:
     band : int
         Counted from 1; 0 where the task has none.
     files : tuple of str
-        Names of the files that the task writes into the output folder.
+        Names of the files that the task writes into the output folder; with several sites, in a folder of its site.
     values : int
         Numbers in those files.
     """
@@ -159,13 +159,13 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list[Pat
         refuse_without_materials(texture, job_materials(texture, loaded.folder))
     materials = used_materials(loaded, library, usage_files)
     tasks = [Task(Kind.TEXTURE, i, 0, (texture_file(loaded, i),), 0) for i in range(len(job.texture_jobs))]
-    states = len(job.states)
+    states, folder = len(job.states), f"{loaded.site_name}/" if loaded.site_name else ""
     for state in range(1, states + 1):
         for band in job.needed_bands:
-            files = tuple(atmosphere_file(state, band, source, states) for source in job.sources)
+            files = tuple(folder + atmosphere_file(state, band, source, states) for source in job.sources)
             tasks.append(Task(Kind.ATMOSPHERE, state, band, files, len(files) * _atmosphere_values(job)))
         size = len(materials) * (_surface_values(job) + response_planes(job) * _VALUES_OF_RESPONSE)
-        tasks.append(Task(Kind.TEMPERATURE, state, 0, (state_file(state, states),), size))
+        tasks.append(Task(Kind.TEMPERATURE, state, 0, (folder + state_file(state, states),), size))
     tasks += [Task(Kind.BAND, band, band, (band_file(band),), 0) for band in job.needed_bands]
     return Plan(tuple(tasks), materials, tuple(tables_left_out(loaded, library, materials)))
 

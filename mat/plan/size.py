@@ -9,8 +9,9 @@ GIGABYTE = 1e9
 _GRIDS = {Kind.TEMPERATURE: "surface_grid"}  # of the other kinds: atmosphere_grid
 
 
-def check_size(loaded: LoadedJob, plan: Plan) -> None:
-    """Refuse a job whose tables are too large, before anything is computed.
+def check_size(loaded: LoadedJob, plan: Plan, sites: int = 1) -> None:
+    """Refuse a job whose tables are too large, before anything is computed; of several `sites`, as many times the plan
+    of one.
 
     Raises
     ------
@@ -29,11 +30,11 @@ def check_size(loaded: LoadedJob, plan: Plan) -> None:
             f" {output.max_file_gigabytes:g} GB a file before compression (output.max_file_gigabytes); name fewer nodes"
             " or materials, or raise it",
         )
-    if plan.bytes > output.max_gigabytes * GIGABYTE:
-        files = sum(len(task.files) for task in plan.tasks)
+    if sites * plan.bytes > output.max_gigabytes * GIGABYTE:
+        files = sites * sum(len(task.files) for task in plan.tasks)
         raise loaded.document.error(
             ("output",),
-            f"found {plan.bytes / GIGABYTE:.3g} GB of tables in {files:,} files; allowed: at most"
+            f"found {sites * plan.bytes / GIGABYTE:.3g} GB of tables in {files:,} files; allowed: at most"
             f" {output.max_gigabytes:g} GB before compression (output.max_gigabytes); name fewer states, nodes or"
             " materials, or raise it",
         )

@@ -62,6 +62,8 @@ class TaskReport:
     error_kelvin : dict of str to dict
         Errors by file: the quantity with the largest error, its 99th percentile and its maximum [K]; only of tables
         that state them.
+    entries : list of dict
+        Entries of the files in the catalogue.
     """
 
     files: tuple[str, ...]
@@ -73,6 +75,7 @@ class TaskReport:
     peak_memory: int | None = None
     notes: list[str] = field(default_factory=list)
     error_kelvin: dict[str, dict[str, Any]] = field(default_factory=dict)
+    entries: list[dict[str, Any]] = field(default_factory=list)
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:

@@ -156,9 +156,12 @@ def in_twilight(air: AtmosphereTable, elevation: Floats) -> Booleans:
 
 
 def _catalog(folder: Path, refuse: Refuse) -> tuple[Entry, ...]:
-    if not (folder / CATALOG).is_file():
+    if not any((path / CATALOG).is_file() for path in (folder, folder.resolve().parent)):
         raise refuse(("databases",), f"{folder} contains no {CATALOG}; run mat build, or name the folder it wrote")
-    return open_catalog(folder).entries
+    entries = open_catalog(folder).entries
+    if sites := {entry.site for entry in entries if entry.site and "/" in entry.file}:
+        raise refuse(("databases",), f"{folder} has {len(sites)} sites; allowed: one; name its folder in it")
+    return entries
 
 
 def _file(entries: Sequence[Entry], filetype: str, band: int | None = None) -> str | None:

@@ -1,7 +1,9 @@
 """States of a job that share the points of their bands: those whose weather is in one cell of temperature and humidity.
 
 The points are chosen for airs of the cell itself, those of its four corners. They do not depend on which
-states the job has there, but on there being two airs at least: a state alone in its cell has points of its own.
+states the job has there. A member of a series whose weather differs, or of one of several sites, always has those of
+its cell, so that its file is the same in a year, a month or a part of a job. A state that is written by itself has them
+where another air of the job is in its cell, otherwise points of its own.
 """
 
 from __future__ import annotations
@@ -72,10 +74,11 @@ def air_cell(site: Site, state: State) -> AirCell | None:
 
 
 def shared_cell(job: Job, state: State) -> AirCell | None:
-    """The cell of a state of a job, if the job has another air in it."""
-    cell, key = air_cell(job.site, state), air_key(state)
-    if cell is None:
-        return None
+    """The cell of a state of a job, if the state is one of many or the job has another air in it."""
+    cell = air_cell(job.site, state)
+    if cell is None or state.is_one_of_many:
+        return cell
+    key = air_key(state)
     others = (neighbour for neighbour in job.states if air_cell(job.site, neighbour) == cell)
     return cell if any(air_key(neighbour) != key for neighbour in others) else None
 
@@ -86,7 +89,10 @@ def shared_cells(job: Job) -> list[AirCell | None]:
     airs: dict[AirCell | None, set[tuple[Any, ...]]] = {}
     for cell, state in zip(cells, job.states, strict=True):
         airs.setdefault(cell, set()).add(air_key(state))
-    return [cell if len(airs[cell]) > 1 else None for cell in cells]
+    return [
+        cell if state.is_one_of_many or len(airs[cell]) > 1 else None
+        for cell, state in zip(cells, job.states, strict=True)
+    ]
 
 
 def states_of_cell(

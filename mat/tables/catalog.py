@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date as Date
 from pathlib import Path
@@ -46,8 +46,10 @@ class Entry(pydantic.BaseModel):
     Attributes
     ----------
     file : str
-        Its name.
+        Its name, after the folder of its site where the job has several.
     filetype : str
+    site : str or None
+        Name of its site, of a job that has several.
     state, band : int or None
         Counted from 1, as in the job; None for a database that belongs to none.
     state_name, band_name : str or None
@@ -62,6 +64,7 @@ class Entry(pydantic.BaseModel):
 
     file: str
     filetype: str = ""
+    site: str | None = None
     state: int | None = None
     band: int | None = None
     state_name: str | None = None
@@ -71,7 +74,7 @@ class Entry(pydantic.BaseModel):
 
     @pydantic.model_validator(mode="after")
     def _whole(self) -> Entry:
-        if Path(self.file).name != self.file:
+        if Path(self.file).name != self.file.removeprefix(f"{self.site}/"):
             raise ValueError("a database of another folder")
         if any(getattr(self, key) is None for key in _NEEDED.get(self.filetype, ())):
             raise ValueError("lacks what databases of its type have")
@@ -113,6 +116,7 @@ class Catalog:
         self,
         filetype: str | None = None,
         *,
+        site: str | None = None,
         state: int | str | None = None,
         band: int | str | None = None,
         date: Date | str | None = None,
@@ -124,6 +128,8 @@ class Catalog:
         ----------
         filetype : str, optional
             'htt', 'band', 'atmq', 'lunar_atmq' or 'tmm'.
+        site : str, optional
+            Name of a site, of a job that has several; bands and textures are of all sites.
         state, band : int or str, optional
             Number, from 1, or name in the job.
         date : datetime.date or str, optional
@@ -138,6 +144,7 @@ class Catalog:
         entries = self.entries
         for key, criterion in (
             ("filetype", filetype),
+            ("site", site),
             ("state", state),
             ("band", band),
             ("date", date),
@@ -168,14 +175,14 @@ class Catalog:
             names = ", ".join(entry.file for entry in entries[:4]) + (" ..." if len(entries) > 4 else "")
             raise InputError(
                 f"has {len(entries)} databases of {words or 'all'}{': ' + names if entries else ''}; allowed: one;"
-                " specify filetype, state, band, date or source",
+                " specify filetype, site, state, band, date or source",
                 file=self.folder / CATALOG,
             )
         return open_table(self.folder / entries[0].file)
 
 
 def open_catalog(folder: StrPath) -> Catalog:
-    """The catalogue of a folder of built databases.
+    """The catalogue of a folder of built databases, or of one site in it: with the bands and textures of all sites.
 
     Raises
     ------
@@ -190,7 +197,10 @@ def open_catalog(folder: StrPath) -> Catalog:
     ['s209b01.atmq.h5']
     >>> table = year.open("htt", date="2026-07-28")  # doctest: +SKIP
     """
-    path = Path(folder) / CATALOG
+    own = Path(folder).resolve()
+    path, site = own / CATALOG, ""
+    if not path.is_file() and (own.parent / CATALOG).is_file():
+        path, site = own.parent / CATALOG, own.name
     if not path.is_file():
         raise InputError(f"contains no {CATALOG}; run mat build, or name the folder it wrote", file=folder)
     try:
@@ -200,13 +210,22 @@ def open_catalog(folder: StrPath) -> Catalog:
         entries = ()
     if not entries:
         raise InputError("is no catalogue of databases; run mat build again", file=path)
-    return Catalog(Path(folder), entries)
+    return Catalog(Path(folder), _of_site(entries, site, Path(folder)) if site else entries)
 
 
-def write_catalog(folder: Path, names: Sequence[str]) -> Path:
-    """Write the catalogue of the databases `names` in `folder`."""
+def _of_site(entries: Sequence[Entry], site: str, folder: Path) -> tuple[Entry, ...]:
+    """Entries of a site and of all sites, their files relative to the folder of the site."""
+    own = [entry.model_copy(update={"file": Path(entry.file).name}) for entry in entries if entry.site == site]
+    if not own:
+        raise InputError(f"is no site of the {CATALOG} in the folder above; run mat build again", file=folder)
+    common = [entry.model_copy(update={"file": f"../{entry.file}"}) for entry in entries if entry.site is None]
+    return (*own, *common)
+
+
+def write_catalog(folder: Path, entries: Sequence[Mapping[str, Any]]) -> Path:
+    """Write the catalogue of a folder from what `catalog_entry` gives of its databases."""
     path = folder / CATALOG
-    content = {"format_version": CATALOG_FORMAT, "files": [_entry(folder, name) for name in sorted(names)]}
+    content = {"format_version": CATALOG_FORMAT, "files": sorted(entries, key=lambda entry: str(entry["file"]))}
     write_whole(path, json.dumps(content, indent=2) + "\n")
     return path
 
@@ -217,10 +236,18 @@ def _values(entry: Entry, key: str) -> list[str]:
     return [str(value) for value in values if value is not None]
 
 
-def _entry(folder: Path, name: str) -> dict[str, Any]:
-    match = _NAME.match(name)
+def catalog_entry(folder: Path, name: str) -> dict[str, Any]:
+    """Entry of a database, by its name after the folder of its site, where it has one."""
+    site, _, base = name.rpartition("/")
+    match = _NAME.match(base)
     numbers = {key: int(text) for key, text in match.groupdict().items() if text} if match else {}
     with open_database(folder / name) as file:
         read = ("filetype", "format_version", "data_version", "generator", "content_sha256")
         names = {entry: str(file.attrs[key]) for entry, key in _NAMES.items() if key in file.attrs}
-        return {"file": name, **numbers, **names, **{key: str(file.attrs[key]) for key in read}}
+        return {
+            "file": name,
+            **({"site": site} if site else {}),
+            **numbers,
+            **names,
+            **{key: str(file.attrs[key]) for key in read},
+        }

@@ -7,7 +7,8 @@ import time
 import pytest
 
 from skyshine.mat import threads
-from skyshine.mat.builder.executors import THREAD_LIMITS, open_executor, prepare_worker
+from skyshine.mat.builder.cluster import prepare_worker
+from skyshine.mat.builder.executors import THREAD_LIMITS, open_executor
 from skyshine.schemas.errors import CheckFailed, InputError
 from skyshine.schemas.whole_files import PART
 

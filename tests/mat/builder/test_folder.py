@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from skyshine.mat.builder.build import _only_build_in
+from skyshine.mat.builder.folder import sole_build_in
 from skyshine.mat.builder.tasks import draw_file
 from skyshine.mat.job.load import load_job
 from skyshine.schemas.errors import InputError
@@ -29,7 +29,7 @@ def test_part_files_of_a_killed_build_go_and_those_of_a_user_stay(tmp_path):
     users = [tmp_path / ".x.part", tmp_path / ".x.part.png", tmp_path / "x.part"]
     for file in (own, picture, *users):
         file.write_text("half")
-    with _only_build_in(tmp_path):
+    with sole_build_in(tmp_path):
         assert not own.exists() and not picture.exists()
     assert all(file.exists() for file in users)
 

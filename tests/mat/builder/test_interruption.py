@@ -21,18 +21,18 @@ from skyshine.mat.cli import main
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job begins with it ignored
 
-def run_all(loaded, plan, folder, fresh, processes, progress, run_all=build._run_all):
+def run_all(run, start, batches, total, progress, run_all=build._Run.all):
     @contextlib.contextmanager
     def interrupting(total, description):
         with progress(total, description) as advance:
             def advance_then_stop(tasks):
                 advance(tasks)
-                if (folder / "{FIRST}").exists():
+                if (run.folder / "{FIRST}").exists():
                     signal.raise_signal(signal.SIGINT)
             yield advance_then_stop
-    return run_all(loaded, plan, folder, fresh, processes, interrupting)
+    return run_all(run, start, batches, total, interrupting)
 
-build._run_all = run_all
+build._Run.all = run_all
 main()
 """
 

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from filelock import FileLock
 
-from skyshine.mat.builder.build import LOCK, build
+from skyshine.mat.builder.build import build
+from skyshine.mat.builder.folder import LOCK
 from skyshine.mat.job.load import load_job
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
@@ -39,7 +40,7 @@ def test_an_unknown_executor_and_a_silent_address_are_one_clear_line(small_job, 
     with pytest.raises(InputError, match="found --executor 'slurm'; allowed: dask:ADDRESS"):
         build(load_job(small_job), out=tmp_path, executor="slurm")
     pytest.importorskip("distributed")
-    monkeypatch.setattr("skyshine.mat.builder.executors.CONNECT_SECONDS", 0.5)
+    monkeypatch.setattr("skyshine.mat.builder.cluster.CONNECT_SECONDS", 0.5)
     with pytest.raises(InputError, match="where no scheduler answers"):
         build(load_job(small_job), out=tmp_path, executor="dask:tcp://127.0.0.1:9")
 

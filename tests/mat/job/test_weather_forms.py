@@ -179,6 +179,28 @@ def test_era5_of_a_point(era5):
     assert hourly.relative_humidity_percent[0] == pytest.approx(100 * 12.279 / 19.19, rel=5e-3)  # hPa, 10 and 16.85 C
 
 
+def test_era5_of_many_points_is_read_at_the_nearest_that_has_values(tmp_path):
+    netcdf = pytest.importorskip("netCDF4")
+    with netcdf.Dataset(tmp_path / "grid.nc", "w") as data:
+        for name, size in (("valid_time", 24), ("longitude", 3), ("latitude", 2)):
+            data.createDimension(name, size)
+        clock = data.createVariable("valid_time", "i8", ("valid_time",))
+        clock.units, clock[:] = "seconds since 1970-01-01", 1782864000 + 3600 * np.arange(24)
+        data.createVariable("latitude", "f8", ("latitude",))[:] = [46.0, 45.0]
+        data.createVariable("longitude", "f8", ("longitude",))[:] = [8.0, 9.0, 359.0]
+        kelvin = data.createVariable("t2m", "f8", ("valid_time", "longitude", "latitude"), fill_value=-1.0)
+        kelvin[:] = 280.0 + np.arange(6).reshape(3, 2)
+        kelvin[:, 1, 1] = np.ma.masked  # of the sea
+
+    def found(*place):
+        weather = read_weather(tmp_path / "grid.nc", DAY, 0.0, place=place)
+        return weather.hourly.air_temperature_c[0] + 273.15, (weather.station.latitude, weather.station.longitude)
+
+    assert found(46.1, 8.2) == (pytest.approx(280.0), (46.0, 8.0))
+    assert found(45.1, 9.1) == (pytest.approx(281.0), (45.0, 8.0))  # 86 km; 46, 9 is 100 km away
+    assert found(45.2, -0.9) == (pytest.approx(285.0), (45.0, -1.0))
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

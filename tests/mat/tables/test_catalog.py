@@ -6,9 +6,14 @@ from datetime import date
 import numpy as np
 import pytest
 
-from skyshine.mat.tables.catalog import open_catalog, write_catalog
+from skyshine.mat.tables import catalog
+from skyshine.mat.tables.catalog import catalog_entry, open_catalog
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
+
+
+def write_catalog(folder, names):
+    return catalog.write_catalog(folder, [catalog_entry(folder, name) for name in names])
 
 
 def database(path, filetype="band", values=(1.0, 2.0)):

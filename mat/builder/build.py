@@ -127,7 +127,9 @@ def build(
     except OSError as error:
         raise InputError(f"cannot be made: {error.strerror}; name another output folder", file=folder) from None
     drawn = loaded.trimmed.output.pictures if pictures is None else pictures
-    total = len(start) * max(1, len(sites.names) // (1 if share is None else share.count))
+    of_state = sum(work.task.kind.of_state for work in start)
+    further = 0 if share is not None else len(sites.names) - len(outcome.sites) - 1
+    total = len(start) + of_state * further
     jobs = min(jobs or os.cpu_count() or 1, total)
     atmospheres = sum(work.task.kind == Kind.ATMOSPHERE for work in start)
     spare = {threads.VARIABLE: str(max(1, jobs // max(1, atmospheres)))}
@@ -215,10 +217,9 @@ class _Run:
                     continue
                 future = self.ended.get()
                 self._ended(self.running.pop(future), future, total, advance)
-        for among in (self.outcome.reports, self.outcome.failed):
-            ordered = {task: among[task] for task in self.order if task in among}  # type: ignore[index]
-            among.clear()
-            among.update(ordered)  # type: ignore[arg-type]
+        outcome = self.outcome
+        outcome.reports = {task: outcome.reports[task] for task in self.order if task in outcome.reports}
+        outcome.failed = {task: outcome.failed[task] for task in self.order if task in outcome.failed}
 
     def _take(self, works: Sequence[Work]) -> None:
         self.textures += sum(work.task.kind == Kind.TEXTURE for work in works)

@@ -257,7 +257,7 @@ def _tile_altitudes(file: Path, middles: Sequence[tuple[float, float]], step: fl
                 half = step / 2
                 edges = (longitude - half, latitude - half, longitude + half, latitude + half)
                 bounds = transform_bounds("EPSG:4326", raster.crs, *edges)
-                window = from_bounds(*bounds, transform=raster.transform).round_lengths("ceil").round_offsets("floor")
+                window = from_bounds(*bounds, transform=raster.transform).round()
                 heights = np.ma.empty(0)
                 if rasterio.windows.intersect(whole, window):
                     heights = raster.read(1, window=window.intersection(whole), masked=True).astype(float)

@@ -76,6 +76,7 @@ def test_the_views_have_all_circumstances(honest):
     assert np.any(around.in_shade & (views.source_elevation > 0))
 
 
+@pytest.mark.validation  # 5 s
 def test_a_response_of_nothing_shows_as_shade_and_surroundings(honest, planted):
     """Both are read from the kernel: without it a surface in the shade is some kelvin too warm."""
     wrong = planted(("s01.htt.h5", "response_kernel", np.zeros_like))
@@ -86,6 +87,7 @@ def test_a_response_of_nothing_shows_as_shade_and_surroundings(honest, planted):
     assert warm.max() > 2
 
 
+@pytest.mark.validation  # 5 s
 def test_sunlight_too_weak_shows_as_shade(honest, planted):
     """Light that walls take depends on it too, where the diffuse part is bounded by that of an even sky."""
     wrong = planted(("s01.htt.h5", "direct_normal_irradiance", lambda light: 0.5 * light))
@@ -112,6 +114,7 @@ def test_three_wrong_tables_show_under_their_names(honest, planted):
         assert rms(wrong.errors[name]) == pytest.approx(rms(honest.errors[name]), rel=1e-3), name
 
 
+@pytest.mark.validation  # 5 s
 def test_wavelengths_of_emission_show_as_emitted_transmittance(honest, planted):
     wrong = planted(("s01b01.atmq.h5", "thermal_wavelength_share", lambda share: np.roll(share, 4, axis=1)))
     moved = wrong.errors["emitted_transmittance"] - honest.errors["emitted_transmittance"]
@@ -148,6 +151,7 @@ def test_the_sources_sum_to_the_pixel(honest):
     assert rms(total - honest.errors["pixel"]) < 0.2 * rms(honest.errors["pixel"])
 
 
+@pytest.mark.validation  # 5 s
 def test_a_sentence_names_the_largest_source(honest, planted):
     """Temperatures 20 K too warm. The response departs from linear where a surface begins so warm."""
     wrong = planted(("s01.htt.h5", "temperature", lambda kelvins: kelvins + 20))
@@ -164,6 +168,7 @@ def moved(wrong, honest, name):
     return rms(wrong.errors[name] - honest.errors[name]) / rms(honest.errors[name])
 
 
+@pytest.mark.validation  # 5 s
 def test_an_aureole_that_stays_in_the_shade_shows_as_aureole(honest, planted):
     """Without the share shaded faces keep all of the sky's light around the Sun: some kelvin times their shade."""
     wrong = planted(("s01.htt.h5", "aureole_share", np.zeros_like))
@@ -179,6 +184,7 @@ def planted_share(wrong, honest):
     return rms(wrong.errors["shade"][rows] - honest.errors["shade"][rows]) / rms(honest.errors["shade"][rows])
 
 
+@pytest.mark.validation  # 5 s
 def test_ground_that_shade_does_not_cool_shows_as_seen_faces(honest, planted):
     """Without a response the ground in the shade is as warm as in the open: of the row its reflected light is left."""
     wrong = planted(("s01.htt.h5", "response_kernel", np.zeros_like))
@@ -189,11 +195,13 @@ def test_ground_that_shade_does_not_cool_shows_as_seen_faces(honest, planted):
     assert rms(wrong.errors["seen_faces"][rows]) < 0.5 * rms(honest.errors["seen_faces"][rows])
 
 
+@pytest.mark.validation  # 5 s
 def test_a_lobe_too_narrow_shows_as_lobe(honest, planted):
     wrong = planted(("b01.band.h5", "shininess", lambda exponent: 16 * exponent))
     assert moved(wrong, honest, "lobe") > 0.3
 
 
+@pytest.mark.validation  # 5 s
 def test_a_coarse_depth_buffer_and_coarse_pixels_show_under_their_names(honest, budget_of, job, monkeypatch):
     from skyshine.mat.budget import unmodelled, unmodelled_errors
 
@@ -206,6 +214,7 @@ def test_a_coarse_depth_buffer_and_coarse_pixels_show_under_their_names(honest, 
     assert rms(wrong.errors["aliasing"]) > 1.5 * rms(honest.errors["aliasing"])
 
 
+@pytest.mark.validation  # 5 s
 def test_vertices_of_the_other_material_show_as_vertices(honest, budget_of, job, monkeypatch):
     """Without textures there is no row. Vertices of each pixel's own material err by the height of a face alone; of the
     other, by the difference of their emission: what one material is too warm the other is too cold.

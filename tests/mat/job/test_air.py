@@ -133,6 +133,7 @@ def test_an_amount_of_water_that_the_job_states_stays(amount):
         assert float(air.precipitable_water(1800.0)) == pytest.approx(8.0)
 
 
+@pytest.mark.validation  # 6 s
 def test_sky_longwave_follows_the_humidity_at_the_ground():
     """Brutsaert (1975): emissivity 1.24 (e / T)^(1/7); air at 1.8 km emits less, for pressure broadens its lines."""
     emissivity = []

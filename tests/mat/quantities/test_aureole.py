@@ -72,6 +72,7 @@ def test_what_obstacles_before_the_sun_leave_of_the_sky(hazes):
 
 
 @pytest.mark.parametrize("hazes", [(8.0,), pytest.param((8.0, 23.0, 80.0), marks=pytest.mark.validation)])  # 8 s
+@pytest.mark.validation  # 5 s
 def test_walls_receive_as_much_as_by_hay_and_davies(hazes):
     """Diffuse light of the sky on slopes and walls at four turns from the Sun: as near as by their published split."""
     errors = {"share": [], "hay": []}
@@ -91,6 +92,7 @@ def test_walls_receive_as_much_as_by_hay_and_davies(hazes):
     assert rms["share"] < 1.1 * rms["hay"] < 40
 
 
+@pytest.mark.validation  # 4 s
 def test_few_points_and_directions_are_enough():
     state, points = rural(23.0), packaged_points().shortwave
     few = sunlit_sky(state, points, ELEVATIONS).aureole

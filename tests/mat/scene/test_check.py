@@ -110,6 +110,7 @@ def test_weather_that_the_air_cannot_have_is_refused_by_the_check_and_all_other_
     assert [problem for path in (tmp_path / "built").glob("*.h5") for problem in problems(path)] == []
 
 
+@pytest.mark.validation  # 6 s
 def test_an_optical_depth_is_checked_built_and_named_in_the_files(build_inline, tiny_job, tmp_path):
     haze = "profile: midlatitude_summer\n    aerosol_optical_depth: 0.12\n    angstrom_exponent: 1.4"
     haze += "\n    aerosol_table: dust.csv"

@@ -77,6 +77,7 @@ def test_nothing_is_said_where_the_ground_is_named_or_all_is_level():
     assert notes(job() | {"surface_grid": {"slope_deg": [0], "altitude_km": [0]}}) == []
 
 
+@pytest.mark.validation  # 5 s
 def test_faces_that_are_all_tilted_see_ground_too():
     (line,) = notes(job() | {"surface_grid": {"slope_deg": [90], "altitude_km": [0]}})
     assert "those of 90 degrees" in line

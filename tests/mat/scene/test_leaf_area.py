@@ -45,6 +45,7 @@ def digest(name, **keys):
     return materials_digest(library_of(**keys), (name,))
 
 
+@pytest.mark.validation  # 5 s
 def test_sparse_shrub_is_much_hotter_at_noon_and_says_of_what():
     dense = skyshine.mat.temperature("shrub", job=job())
     sparse = skyshine.mat.temperature("shrub", job=job(leaf_area_index={"shrub": 0.8}))

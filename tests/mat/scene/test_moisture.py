@@ -32,6 +32,7 @@ def digest(**keys):
     return materials_digest(job_library(load_job(job(**keys)).trimmed), ("soil_sand", "concrete"))
 
 
+@pytest.mark.validation  # 8 s
 def test_wetter_soil_is_colder_at_noon_and_swings_less():
     swings, noons = [], []
     for moisture in ("dry", 0.05, "moist", 0.2):

@@ -43,6 +43,7 @@ def test_a_layer_of_snow_lies_on_the_whole_stack():
     np.testing.assert_array_equal(covered.reflectance, snow.reflectance)
 
 
+@pytest.mark.validation  # 3 s
 def test_a_warm_roof_melts_its_snow_from_below_and_a_cold_one_does_not():
     def noon(operated, depth):
         keys = {"snow_on": {"roof_tile_cement": {"depth_m": depth}}, "operated": operated}

@@ -23,6 +23,7 @@ def solve(material, forcing, period):
     return solution
 
 
+@pytest.mark.validation  # 4 s
 def test_forty_melting_records_are_solved():
     """Melt is not negative, flows at the melting point alone, and closes the energy; the albedos span 0.2 to 0.95."""
     melting, albedos = 0, []

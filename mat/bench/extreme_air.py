@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
+from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, STRATOSPHERES, Aerosol
 from skyshine.mat.atmosphere.particles.aerosol_layer import HIGHEST, SCALE_HEIGHTS, AerosolLayer
@@ -40,6 +42,7 @@ from skyshine.schemas.errors import InputError
 _ROUNDING = 5e-5  # relative: attenuation along lines of sight is kept and summed in single precision
 _SCALE_HEIGHT = 287.05 / 9.80665 * 1e-3  # km/K: gas constant of dry air over gravity (US Standard Atmosphere 1976)
 _POINTS = 6  # lines of sight of an atmosphere
+_SPECTRAL_POINTS = 3  # of a band, at most: light scattered often takes most of a case, and is solved for each
 _SOLAR = 1367.0  # W m^-2, no less than the total solar irradiance of any spectrum in use
 _FARTHEST_DAYS = 73_000  # from 2000, 200 years either way
 
@@ -51,7 +54,7 @@ def atmosphere_case(generator: np.random.Generator) -> dict[str, tuple[float, fl
     start, end = table.coverage[generator.integers(len(table.coverage))]
     low = float(np.exp(generator.uniform(np.log(start), np.log(end * 0.99))))
     response = SpectralResponse.rectangular(1e4 / min(low * 1.005 + 5.0, end), 1e4 / low)
-    band = points_of_band(table, response)
+    band = some_points(points_of_band(table, response), generator, _SPECTRAL_POINTS)
     air = BandAtmosphere.of(state, band)
     sun = solar_irradiance(band.wavenumber) if generator.random() < 0.7 else np.zeros(band.weight.size)
     ground = state.surface_altitude * 1e-3
@@ -77,16 +80,27 @@ def atmosphere_case(generator: np.random.Generator) -> dict[str, tuple[float, fl
         "not finite": (float(np.count_nonzero(~np.isfinite(values))), 0.0),
         "below 0": (max(0.0, -float(values.min())), 0.0),
         "transmittance above 1": (float(q.transmittance.max()) - 1, 1e-12),
-        "beta* over its cap": (float(q.beta_star.max()) / BETA_CAP_KM, 1.0),
+        "beta* above its cap, km": (max(0.0, float(q.beta_star.max()) - BETA_CAP_KM), 0.0),
         "transmittance of beta*": (float(np.abs(from_beta).max()), 1e-6),
-        "direct light over the brightest in space": (
-            float(q.direct.max()) / light if light else float(q.direct.max()),
-            1 + _ROUNDING,
-        ),
+        "direct light above the brightest in space, relative": (_above(float(q.direct.max()), light), _ROUNDING),
     }
     if not light:  # with emission alone no path is brighter than a black body of the highest temperature
-        result["path over a black body"] = (float(q.path_radiance_ratio.max()) / black if black else 0.0, 1 + _ROUNDING)
+        brightest = float(q.path_radiance_ratio.max())
+        result["path above a black body, relative"] = (_above(brightest, black), _ROUNDING)
     return result
+
+
+def _above(value: float, limit: float) -> float:
+    """What a value exceeds a limit by, relative to it where it is not 0."""
+    return max(0.0, value / limit - 1 if limit else value)
+
+
+def some_points(band: BandPoints, generator: np.random.Generator, most: int) -> BandPoints:
+    """A band of so many of the points of another, drawn at random: what bounds all holds for any of them."""
+    if band.weight.size <= most:
+        return band
+    index = np.sort(generator.choice(band.weight.size, most, replace=False))
+    return replace(band, points=band.points.subset(index), weight=band.weight[index])
 
 
 def sky_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:

@@ -2,12 +2,14 @@
 
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import click
 
 from skyshine.schemas.commands import echo_table, emit_json, json_option
 from skyshine.schemas.errors import CheckFailed, InputError
-from skyshine.schemas.quantity import quantity
+
+_TIMES = ("time", "slowest")  # keys of a kind
 
 
 @click.command()
@@ -21,7 +23,9 @@ from skyshine.schemas.quantity import quantity
     show_default=True,
     help="Seed of the cases; case k depends only on seed and k.",
 )
-@click.option("--case", "case", metavar="PART:K", help="Number of one case to run again, as a report states it.")
+@click.option(
+    "--case", "case", metavar="KIND:K", help="Kind and number of one case to run again, as a report states them."
+)
 @click.option(
     "--drawn",
     type=click.Path(file_okay=False),
@@ -31,8 +35,9 @@ from skyshine.schemas.quantity import quantity
 def stability(seconds: float, seed: int, case: str | None, drawn: str | None, as_json: bool) -> None:
     """Run extreme and stiff cases of surface, air, whole jobs, bands, tables and textures, at random for a given time.
 
-    The parts share the time evenly, whatever a case of each costs. Reports the worst residual and violation of a bound,
-    and the slowest case; anything not finite or out of bounds fails, with the options that run the case again.
+    One case of each kind runs, then five of each, the cheapest kinds first; then the kinds share the time evenly.
+    Prints value, limit and margin of the worst case of each kind and measure, the worst first, with the line that runs
+    it again; --json lists every case. Anything not finite or beyond its limit fails.
 
     \b
     Examples:
@@ -42,42 +47,45 @@ def stability(seconds: float, seed: int, case: str | None, drawn: str | None, as
     from skyshine.mat.bench import stability as suite
 
     if case is None:
-        trials = suite.run(seconds, seed)
-        numbers = range(trials["job"].cases)
+        cases = suite.run(seconds, seed)
+        numbers = [item.number for item in cases if item.kind == "job"]
     else:
-        name, _, text = case.partition(":")
+        kind, _, text = case.partition(":")
         if not (text.isascii() and text.isdecimal()):
-            raise InputError(f"found --case '{case}'; allowed: PART:K, such as job:12")
-        trials = {name: suite.replay(name, int(text), seed)}
-        numbers = range(int(text), int(text) + (name == "job"))
+            raise InputError(f"found --case '{case}'; allowed: KIND:K, such as job:12")
+        cases = [suite.replay(kind, int(text), seed)]
+        numbers = [int(text)] if kind == "job" else []
     if drawn is not None:
         _write_jobs(Path(drawn), seed, numbers)
+    result = suite.described(cases, seed)
     if as_json:
-        emit_json(
-            {
-                name: {
-                    "cases": trial.cases,
-                    "failures": trial.failures,
-                    "worst": {
-                        measure: value if value < float("inf") else None for measure, value in trial.largest.items()
-                    },
-                    "time": quantity(trial.seconds, "s"),
-                    "slowest": quantity(trial.slowest, "s"),
-                    "slowest_case": trial.slowest_case,
-                }
-                for name, trial in trials.items()
-            }
-        )
+        emit_json(result)
     else:
-        for name, trial in trials.items():
-            click.echo(
-                f"{name}: {trial.cases} cases in {trial.seconds:.0f} s,"
-                f" slowest {trial.slowest:.2g} s ({trial.slowest_case})"
-            )
-            echo_table(("worst", "value"), [(measure, f"{value:.3g}") for measure, value in trial.largest.items()])
-    failures = [failure for trial in trials.values() for failure in trial.failures]
+        _print(result)
+    failures = [failure for item in cases for failure in item.failures]
     if failures:
         raise CheckFailed(f"{len(failures)} cases failed, the first: {failures[0]}")
+
+
+def _print(result: dict[str, Any]) -> None:
+    """The worst case of each kind and measure, the worst first; then how many cases of each kind ran."""
+    rows = [
+        (
+            item["kind"],
+            item["measure"],
+            "not finite" if item["value"] is None else f"{item['value']:.3g}",
+            f"{item['limit']:.3g}",
+            "" if item["margin"] is None else f"{item['margin']:.3g}",
+            item["again"],
+        )
+        for item in result["worst"]
+    ]
+    echo_table(("kind", "measure", "value", "limit", "margin", "run again"), rows)
+    kinds = [
+        (kind, str(of_kind["cases"]), str(of_kind["refused"]), *(f"{of_kind[key]['value']:.2g}" for key in _TIMES))
+        for kind, of_kind in result["kinds"].items()
+    ]
+    echo_table(("kind", "cases", "rightly refused", "processor s", "slowest"), kinds)
 
 
 def _write_jobs(folder: Path, seed: int, numbers: Iterable[int]) -> None:

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from skyshine.mat.api.examples import example
     from skyshine.mat.api.export import export
     from skyshine.mat.api.fit_material import fit_material
+    from skyshine.mat.api.fluxes import fluxes
     from skyshine.mat.api.frame import Frame
     from skyshine.mat.api.needs import needs
     from skyshine.mat.api.query import query
@@ -64,6 +65,7 @@ _HOMES = {
     "example": ("api.examples", "example"),
     "export": ("api.export", "export"),
     "fit_material": ("api.fit_material", "fit_material"),
+    "fluxes": ("api.fluxes", "fluxes"),
     "lut": ("exchange.isofit", "write_lut"),
     "needs": ("api.needs", "needs"),
     "open": ("tables.loader", "open_table"),
@@ -89,6 +91,7 @@ __all__ = [
     "example",
     "export",
     "fit_material",
+    "fluxes",
     "lut",
     "needs",
     "open",

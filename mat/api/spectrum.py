@@ -284,25 +284,25 @@ def spectrum(
     described: dict[str, Any] = {name: value for name, value in conditions.items() if value is not None}
     if job is None and state != 1:
         raise InputError(f"found state {state} without a job; allowed: a state of a job; give the job")
-    low, high = _limits(wavenumber, wavelength)
+    low, high = wavenumber_limits(wavenumber, wavelength)
     source_elevation, source_azimuth = (
-        _number(name, value)
+        number(name, value)
         for name, value in (("source_elevation", source_elevation), ("source_azimuth", source_azimuth))
     )
     _finite(source_elevation=source_elevation, source_azimuth=source_azimuth)
-    loaded = None if job is None else _on_the_day(job, state, described)
-    visibilities = None if visibility is None else _numbers("visibility", visibility)
+    loaded = None if job is None else on_the_day(job, state, described)
+    visibilities = None if visibility is None else numbers("visibility", visibility)
     if loaded is not None:
-        airs = [_air_of(loaded, state, low, high)]
+        airs = [state_air(loaded, state, low, high)]
     elif visibilities is None:
-        airs = [_described_air(**described)]
+        airs = [described_air(**described)]
     else:
-        airs = [_described_air(**{**described, "visibility": value}) for value in visibilities.ravel().tolist()]
+        airs = [described_air(**{**described, "visibility": value}) for value in visibilities.ravel().tolist()]
     bottom = airs[0].surface_altitude / 1e3
     sights = {
-        "altitude": np.array(bottom) if altitude is None else _numbers("altitude", altitude),
-        "elevation": _numbers("elevation", elevation),
-        "range": _numbers("range", range, infinite=True),
+        "altitude": np.array(bottom) if altitude is None else numbers("altitude", altitude),
+        "elevation": numbers("elevation", elevation),
+        "range": numbers("range", range, infinite=True),
     }
     _check_looking_up(bottom, **sights)
     if water_continuum is None:
@@ -314,7 +314,7 @@ def spectrum(
         points = _summed(points, line_by_line, continua, low, high, 1.0 if resolution is None else resolution)
         stated["absorption"] = _from_lines(points)
         resolution = None  # the intervals of these points are the bins
-    irradiance = _irradiance(source, points, None if loaded is None else loaded.trimmed)
+    irradiance = source_on_the_day(source, points, None if loaded is None else loaded.trimmed)
     lines = [
         line_spectrum(
             air,
@@ -418,7 +418,7 @@ def _from_lines(points: LineByLinePoints) -> str:
     return f"line by line: {', '.join(points.summed)}{others}"
 
 
-def _on_the_day(job: str | os.PathLike[str] | Mapping[str, Any], state: int, described: Mapping[str, Any]) -> LoadedJob:
+def on_the_day(job: str | os.PathLike[str] | Mapping[str, Any], state: int, described: Mapping[str, Any]) -> LoadedJob:
     """A job on the date of a state; refused beside a description of the air."""
     if described:
         raise InputError(
@@ -432,7 +432,7 @@ def _on_the_day(job: str | os.PathLike[str] | Mapping[str, Any], state: int, des
     return loaded.on_date_of_state(state)
 
 
-def _air_of(loaded: LoadedJob, state: int, low: float, high: float) -> AtmosphericState:
+def state_air(loaded: LoadedJob, state: int, low: float, high: float) -> AtmosphericState:
     """The air of a job's state over its ground, as that is between two wavenumbers [cm^-1]."""
     state_of_job = loaded.trimmed.states[state - 1]
     response = SpectralResponse.rectangular(1e4 / high, 1e4 / low)
@@ -441,7 +441,7 @@ def _air_of(loaded: LoadedJob, state: int, low: float, high: float) -> Atmospher
     )
 
 
-def _described_air(
+def described_air(
     *,
     atmosphere: str | os.PathLike[str] = "midlatitude_summer",
     above: str = "us_standard",
@@ -477,7 +477,9 @@ def _described_air(
     return replace(air, night_sky=night_sky)
 
 
-def _limits(wavenumber: tuple[float, float] | None, wavelength: tuple[float, float] | None) -> tuple[float, float]:
+def wavenumber_limits(
+    wavenumber: tuple[float, float] | None, wavelength: tuple[float, float] | None
+) -> tuple[float, float]:
     """Lowest and highest wavenumber, cm^-1."""
     if (wavenumber is None) == (wavelength is None):
         raise InputError("found both or neither of wavenumber (cm-1) and wavelength (um); give one of them")
@@ -487,7 +489,7 @@ def _limits(wavenumber: tuple[float, float] | None, wavelength: tuple[float, flo
     return (low, high) if wavelength is None else (1e4 / high, 1e4 / low)
 
 
-def _irradiance(source: str, points: SpectralPoints, job: Job | None) -> npt.NDArray[np.float64]:
+def source_on_the_day(source: str, points: SpectralPoints, job: Job | None) -> npt.NDArray[np.float64]:
     """Of the source outside the atmosphere, mean over each point's interval, W m^-2 (cm^-1)^-1; on the day of a job."""
     low, high = points.interval_edges[points.interval].T
     if job is not None and source in ("sun", "moon"):
@@ -515,7 +517,7 @@ def _plain(value: Any) -> Any:
     return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
 
 
-def _numbers(name: str, value: Any, infinite: bool = False) -> npt.NDArray[np.float64]:
+def numbers(name: str, value: Any, infinite: bool = False) -> npt.NDArray[np.float64]:
     """A number () or array (n,) of what the user gave; with `infinite` for what must only be at least 0, or
     ``'space'``.
 
@@ -524,7 +526,7 @@ def _numbers(name: str, value: Any, infinite: bool = False) -> npt.NDArray[np.fl
     InputError
     """
     if isinstance(value, str) or not np.iterable(value):
-        values = np.array(_number(name, _infinite(value) if infinite else value))
+        values = np.array(number(name, _infinite(value) if infinite else value))
     else:
         rows = [_infinite(item) for item in value] if infinite else value
         try:
@@ -552,7 +554,7 @@ def _infinite(value: Any) -> Any:
     return math.inf if isinstance(value, str) and value == "space" else value
 
 
-def _number(name: str, value: Any) -> float:
+def number(name: str, value: Any) -> float:
     """A Python float of whatever is a single number, such as numpy's.
 
     Raises

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import click
+from click.core import ParameterSource
 
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
@@ -105,6 +106,12 @@ if TYPE_CHECKING:
     "the whole range, in K; with --job and no range, over the job's only band.",
 )
 @click.option(
+    "--fluxes",
+    "level_fluxes",
+    is_flag=True,
+    help="Print fluxes on all levels of the air, W/m2, between the limits; of the whole spectrum without limits.",
+)
+@click.option(
     "--source-azimuth",
     type=float,
     default=0.0,
@@ -162,6 +169,7 @@ def command(
     source_elevation: float,
     water_continuum: str | None,
     compare_continua: bool,
+    level_fluxes: bool,
     source_azimuth: float,
     line_by_line: str | None,
     continua: str | None,
@@ -181,10 +189,15 @@ def command(
 
     Example: mat spectrum --job demo/job.yaml --state 2 --range 5 --wavelength 8:12 --output spectrum.h5
 
+    Example: mat spectrum --fluxes --atmosphere tropical --source-elevation 60
+
     Example: mat spectrum --range 1 --wavenumber 2380:2400 --line-by-line hitran --resolution 0.1
     """
     from skyshine.mat.api.spectrum import spectrum
 
+    if level_fluxes:
+        _print_fluxes(click.get_current_context(), as_json)
+        return
     if (wavenumber is None) == (wavelength is None) and not (compare_continua and job is not None and not wavenumber):
         raise InputError("give either --wavenumber LO:HI (cm-1) or --wavelength LO:HI (um)")
     if continua is not None and line_by_line is None:
@@ -252,6 +265,46 @@ def command(
 
         for line in csv_lines(result.columns):
             click.echo(line)
+
+
+_OF_LINES = {  # options that describe a line of sight or what is done with its spectrum
+    "altitude": "--altitude",
+    "elevation": "--elevation",
+    "range_text": "--range",
+    "resolution": "--resolution",
+    "source_azimuth": "--source-azimuth",
+    "compare_continua": "--compare-continua",
+    "line_by_line": "--line-by-line",
+    "continua": "--continua",
+    "output": "--output",
+    "picture": "--plot",
+}
+
+
+def _print_fluxes(context: click.Context, as_json: bool) -> None:
+    """Print fluxes of a band or of the whole spectrum by level, by the options that are given: CSV, or JSON."""
+    from skyshine.mat.api.fluxes import fluxes
+    from skyshine.mat.tables.spectrum_file import csv_lines
+
+    given = [name for name in context.params if context.get_parameter_source(name) is ParameterSource.COMMANDLINE]
+    for name in given:
+        if name in _OF_LINES:
+            raise InputError(f"found --fluxes with {_OF_LINES[name]}; leave one out")
+    arguments: dict[str, Any] = {
+        name: _limits(context.params[name]) if name in ("wavenumber", "wavelength") else context.params[name]
+        for name in given
+        if name not in ("level_fluxes", "as_json")
+    }
+    result = fluxes(**arguments)
+    columns: dict[str, Column] = {"altitude": ("m", result.altitude)}
+    for name, values in result.in_band.items():
+        if values.size:
+            columns[name] = ("W m^-2", values if values.ndim == 1 else values[:, 0])
+    if as_json:
+        emit_json({name: quantity(values, unit) for name, (unit, values) in columns.items()})
+        return
+    for line in csv_lines(columns):
+        click.echo(line)
 
 
 def _print_json(result: Spectrum, columns: dict[str, Column]) -> None:

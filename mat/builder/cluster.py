@@ -194,7 +194,7 @@ def _settle(outer: Future[Any], function: Callable[..., Any], arguments: tuple[A
 
 def _place(result: Fetched, folder: Path) -> None:
     for name, content in result.files.items():
-        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         write_whole(folder / name, content)
 
 

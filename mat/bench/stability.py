@@ -136,7 +136,8 @@ def replay(kind: str, number: int, seed: int) -> Case:
 
 
 def _tried(kind: str, function: CaseFunction, seed: int, number: int) -> Case:
-    begin, measures, refusal, error = _processor_seconds(), {}, "", ""
+    begin, refusal, error = _processor_seconds(), "", ""
+    measures: Measures = {}
     try:
         with np.errstate(all="ignore"):
             outcome = function(np.random.default_rng([seed, number]))

@@ -14,7 +14,7 @@ from skyshine.mat.job.load import JobSites, LoadedJob, job_sites
 from skyshine.mat.plan.cost import estimate
 from skyshine.mat.plan.left_out import LeftOut
 from skyshine.mat.plan.physics import physics_left_out
-from skyshine.mat.plan.plan import FLOAT_BYTES, Plan, make_plan
+from skyshine.mat.plan.plan import FLOAT_BYTES, Plan, Task, make_plan
 from skyshine.mat.plan.size import check_size
 from skyshine.mat.plan.twins import twins_left_out
 from skyshine.mat.products.reach import tolerance_notes
@@ -139,7 +139,10 @@ def _checked_sites(sites: JobSites) -> JobCheck:
     """The plan of all sites: each is read and checked as a build does; what else is said is of the first, its processor
     seconds times the number of sites.
     """
-    library, failed, warnings, tasks = load_library(), {}, [], {}
+    library = load_library()
+    failed: dict[str, InputError] = {}
+    warnings: list[str] = []
+    tasks: dict[tuple[str, ...], Task] = {}
     result: JobCheck | None = None
     for number, name in enumerate(sites.names):
         try:

@@ -101,7 +101,8 @@ def _nearest(
     names = [name for name in _PLACES if name in data.variables]
     if len(names) != 2:
         return {}, None, ["is read as ERA5 of a point, by UTC"]
-    latitude, longitude = (np.ma.filled(np.ma.asarray(data.variables[name][:], float), np.nan) for name in names)
+    coordinates: list[Floats] = [np.ma.filled(np.ma.asarray(data.variables[name][:], float), np.nan) for name in names]
+    latitude, longitude = coordinates
     if place is None or latitude.size * longitude.size == 1 or not {*names} <= {*data.variables["t2m"].dimensions}:
         return {}, (float(latitude.flat[0]), float(longitude.flat[0])), ["is read as ERA5 of a point, by UTC"]
     variable = data.variables["t2m"]

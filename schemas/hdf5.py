@@ -22,10 +22,9 @@ import numpy.typing as npt
 
 from skyshine.schemas.array_digest import array_digest
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.format_versions import FORMAT_VERSION, check_version
 from skyshine.schemas.hdf5_digest import (
     DIGEST,
-    DIGEST_VERSION,
-    VERSIONS,
     as_text,
     attributes_of,
     axis_names,
@@ -156,7 +155,6 @@ class Header:
     """What the root attributes of every database say of it."""
 
     filetype: str
-    format_version: str
     data_version: str
     job: str
     title: str = ""
@@ -217,11 +215,10 @@ def _root_attributes(header: Header) -> dict[str, str]:
         "Conventions": CONVENTIONS,
         "title": header.title,
         "filetype": header.filetype,
-        "format_version": header.format_version,
+        "format_version": FORMAT_VERSION,
         "data_version": header.data_version,
         "generator": f"skyshine {metadata.version('skyshine')}",
         "job": header.job,
-        "digest_version": DIGEST_VERSION,
     }
 
 
@@ -301,13 +298,13 @@ def _chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
     return tuple(reversed(chunk))
 
 
-def open_database(path: StrPath, filetype: str | None = None, major: int | None = None) -> h5py.File:
+def open_database(path: StrPath, filetype: str | None = None) -> h5py.File:
     """Open a database for reading, behind the gate of `hdf5_gate`, and check what it is.
 
     Raises
     ------
     InputError
-        The file is missing, damaged or hostile, is of another type, or has a layout of another major version.
+        The file is missing, damaged or hostile, is of another type, or has another major version of the format.
     """
     refuse_special_file(path, "check the path, or build it with 'mat build'")
     try:
@@ -319,39 +316,19 @@ def open_database(path: StrPath, filetype: str | None = None, major: int | None 
     try:
         with sound(path):
             pass_gate(path, file)
-            _check_kind(file, path, filetype, major)
+            _check_kind(file, path, filetype)
     except BaseException:
         file.close()
         raise
     return file
 
 
-def _check_kind(file: h5py.File, path: StrPath, filetype: str | None, major: int | None) -> None:
-    name, version = (as_text(file.attrs.get(key)) for key in ("filetype", "format_version"))
+def _check_kind(file: h5py.File, path: StrPath, filetype: str | None) -> None:
+    name = as_text(file.attrs.get("filetype"))
     if name is None or (filetype is not None and name != filetype):
         expected = f"'{filetype}'" if filetype else "a database of skyshine"
         raise InputError(f"contains {name!r}; allowed: {expected}; name another file", file=path)
-    if major is not None:
-        check_version(path, str(name), str(version), major)
-
-
-def check_version(path: StrPath, filetype: str, version: str, *majors: int) -> None:
-    """Refuse a layout of none of the major versions that are read, and say how to convert it.
-
-    Raises
-    ------
-    InputError
-    """
-    number, readable = version.split(".")[0], " or ".join(f"{major}.x" for major in majors)
-    if number in map(str, majors):
-        return
-    remedy = f"build it again from its job with 'mat build --fresh' to convert it to {readable}"
-    if number.isdecimal() and int(number) > max(majors):
-        remedy = f"upgrade skyshine to one whose {filetype} format is {number}.x, or {remedy}"
-    raise InputError(f"has format_version {version!r}; this reader reads {readable}; {remedy}", file=path)
-
-
-_NOT_COMPARED = ("title", "digest_version")
+    check_version(path, as_text(file.attrs.get("format_version")))
 
 
 def is_current(path: StrPath, header: Header, also: Callable[[h5py.File], bool] | None = None) -> bool:
@@ -365,10 +342,8 @@ def is_current(path: StrPath, header: Header, also: Callable[[h5py.File], bool] 
     expected = _root_attributes(header)
     try:
         with open_database(path, header.filetype) as file, sound(path):
-            # The rule of the digest is no property of the content: a file of an older rule is kept.
             return (
-                all(file.attrs.get(name) == value for name, value in expected.items() if name not in _NOT_COMPARED)
-                and file.attrs.get("digest_version") in VERSIONS
+                all(file.attrs.get(name) == value for name, value in expected.items() if name != "title")
                 and (also is None or also(file))
                 and digest_holds(file)
             )
@@ -379,7 +354,6 @@ def is_current(path: StrPath, header: Header, also: Callable[[h5py.File], bool] 
 def read_file(
     path: StrPath,
     filetype: str | None = None,
-    major: int | None = None,
     *,
     lazy: bool = False,
     verify: bool = False,
@@ -409,7 +383,7 @@ def read_file(
     InputError
         A part of the file is damaged, or the content is not that of the digest.
     """
-    with open_database(path, filetype, major) as file, sound(path):
+    with open_database(path, filetype) as file, sound(path):
         attributes = {key: as_text(value) for key, value in file.attrs.items()}
         digest = str(attributes.get(DIGEST, ""))
         if verify and not digest_holds(file):

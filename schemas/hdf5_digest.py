@@ -1,9 +1,7 @@
 """The digest of a database: SHA-256 over its whole tree, whatever the way in which HDF5 stores it.
 
-It covers groups, axes, arrays and all attributes but the digest itself. By version 3 each array enters with a digest
-of its own (`array_digest`), which is had while the array is written; by version 2 with its values in row-major order.
-Files from before that have no attribute ``digest_version``; theirs covers names, types, shapes, units and values of
-arrays. A file is checked by the rule that it names.
+It covers groups, axes, arrays and all attributes but the digest itself. Each array of numbers enters with a digest of
+its own (`array_digest`), which is had while the array is written.
 """
 
 from __future__ import annotations
@@ -26,36 +24,21 @@ from skyshine.schemas.hdf5_gate import SCALE_ATTRIBUTES, refuse_large
 if TYPE_CHECKING:
     from hashlib import _Hash
 
-DIGEST, DIGEST_VERSION = "content_sha256", "3"
-VERSIONS = ("2", DIGEST_VERSION)  # of the rules that files name
+DIGEST = "content_sha256"
 PART_BYTES = 1 << 24  # read at a time where an array may be larger than memory
 TEXT_LIMIT = 1024  # characters of one text of an array
 
 
 def content_hash(file: h5py.File, digests: Mapping[str, bytes] | None = None) -> str:
-    """SHA-256 over the content of a file by the rule that it names, as 64 hexadecimal digits.
+    """SHA-256 over the content of a file, as 64 hexadecimal digits.
 
     Parameters
     ----------
     digests : mapping of str to bytes, optional
-        Digests of arrays by their paths, for the present rule, so that these arrays are not read back.
-
-    Raises
-    ------
-    InputError
-        The file names a rule that this version does not know.
+        Digests of arrays by their paths, so that these arrays are not read back.
     """
-    version = as_text(file.attrs.get("digest_version"))
-    if version is None:
-        return _arrays_hash(file)
-    if version not in VERSIONS:
-        allowed = ", ".join(f"'{name}'" for name in VERSIONS)
-        raise InputError(
-            f"has digest_version {version!r}; allowed: {allowed}, or none in older files; upgrade skyshine",
-            file=file.filename,
-        )
     digest = hashlib.sha256()
-    _feed_group(digest, file, "", None if version == "2" else digests or {})
+    _feed_group(digest, file, "", digests or {})
     return digest.hexdigest()
 
 
@@ -64,8 +47,7 @@ def digest_holds(file: h5py.File) -> bool:
     return bool(content_hash(file) == as_text(file.attrs.get(DIGEST)))
 
 
-def _feed_group(digest: _Hash, group: h5py.Group, path: str, digests: Mapping[str, bytes] | None) -> None:
-    """Add a group; `digests` is None by version 2."""
+def _feed_group(digest: _Hash, group: h5py.Group, path: str, digests: Mapping[str, bytes]) -> None:
     feed(digest, ("group", path, attributes_of(group, without=() if path else (DIGEST,))))
     items = sorted(group.items())
     named = axis_names(items)
@@ -80,35 +62,14 @@ def _feed_group(digest: _Hash, group: h5py.Group, path: str, digests: Mapping[st
         feed(digest, (axes, inner, attributes_of(item), kind, list(item.shape)))
         if text:
             feed(digest, texts_of(item))
-        elif digests is not None:
-            digest.update(digests[inner] if inner in digests else _digest_of(item))
         else:
-            for part in parts(item):
-                digest.update(np.ascontiguousarray(part, dtype=part.dtype.newbyteorder("<")).data)
+            digest.update(digests[inner] if inner in digests else _digest_of(item))
 
 
 def _digest_of(dataset: h5py.Dataset) -> bytes:
     """Digest of an array of numbers, read a row of its blocks at a time."""
     shape = dataset.shape or (1,)
     return digest_of_bands(bands(dataset, block_shape(shape)[0]), shape)
-
-
-def _arrays_hash(file: h5py.File) -> str:
-    """Digest version 1: names, types, shapes, units and decoded values of all arrays, in the order of their names."""
-    names: list[str] = []
-    file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
-    digest = hashlib.sha256()
-    for name in sorted(names):
-        dataset = file[name]
-        text = is_text(dataset)
-        kind = "text" if text else dataset.dtype.newbyteorder("<").str
-        digest.update(f"{name}\0{kind}\0{dataset.shape}\0{dataset.attrs.get('units', '')}\0".encode())
-        if text:
-            digest.update("\0".join(texts_of(dataset).ravel().tolist()).encode())
-        else:
-            for part in parts(dataset):
-                digest.update(np.ascontiguousarray(part, dtype=part.dtype.newbyteorder("<")).data)
-    return digest.hexdigest()
 
 
 def attributes_of(item: h5py.Group | h5py.Dataset, without: tuple[str, ...] = ()) -> dict[str, Any]:

@@ -41,7 +41,6 @@ ROOT_TEXTS = {
     "generator",
     "job",
     "content_sha256",
-    "digest_version",
 }
 TEXTS = {"units", "long_name", "interpolation", "out_of_range", "comment", "coordinates"}
 NUMBERS = {"period", "add_offset", "scale_factor", "total"}

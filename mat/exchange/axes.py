@@ -75,7 +75,7 @@ def export_axes(path: Path, folder: Path, kelvin: float, most_nodes: int) -> Exp
     root = replace(
         root, groups=root.groups | {GRID: grid_group(sampled.tables, accuracy_group(measures, {}, {}, notes))}
     )
-    header = Header(*(str(attributes[name]) for name in ("filetype", "format_version", "data_version", "job", "title")))
+    header = Header(*(str(attributes[name]) for name in ("filetype", "data_version", "job", "title")))
     write_file(target, root, header)
     return ExportedAxes(target, sampled.tables["path_radiance_ratio"].grid.shape, sampled.p99)
 

@@ -35,7 +35,7 @@ from skyshine.schemas.arrays import Floats, Reals
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
 
-FILETYPE, FORMAT_VERSION = "isofit_lut", "1.0.0"
+FILETYPE = "isofit_lut"
 # Chosen: bright enough that differences keep their digits, and one of the two of ISOFIT's own runs of MODTRAN.
 ALBEDO = 0.5
 _REACH = 1.5  # full widths from the middle of a channel to where its Gaussian ends, at 1/500 of the peak
@@ -186,7 +186,7 @@ def write_lut(lut: Lut, path: Path, advance: Callable[[int], object] = lambda _:
         **fixed,
     }
     job = "\n".join(f"{name}: {getattr(lut, name)}" for name in lut.__dataclass_fields__)
-    header = Header(FILETYPE, FORMAT_VERSION, f"absorption {table.version}", job, "look-up table for ISOFIT")
+    header = Header(FILETYPE, f"absorption {table.version}", job, "look-up table for ISOFIT")
     write_file(path, Group(axes, variables, {}, attributes), header)
 
 

@@ -13,10 +13,11 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.format_versions import FORMAT_VERSION
 from skyshine.schemas.paths import StrPath
 from skyshine.schemas.whole_files import part_file
 
-FORMAT, FORMAT_VERSION = "skyshine-gpu", "2.1.0"
+FORMAT = "skyshine-gpu"
 ENDING = ".gpu.json"
 _WIDTH = 1024  # texels in a row of numbers, which every graphics processor takes
 ALIGNMENT = 16  # bytes; a row of RGBA32F texels

@@ -1,4 +1,4 @@
-/* Lines of sight through the air, and the light at their ends: the formulas of schemas/formats/atmq-4.md. */
+/* Lines of sight through the air, and the light at their ends: the formulas of schemas/formats/atmq-1.md. */
 #ifndef SKYSHINE_AIR_H
 #define SKYSHINE_AIR_H
 

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from skyshine.schemas.format_versions import FORMAT_MAJOR
 from skyshine.schemas.hdf5 import Group, read_file
 
 Layout = dict[str, Any]  # a layout schema, or a part of one
@@ -46,8 +47,7 @@ ATTRIBUTES = {
     "data_version": "version of the data that the file was computed from",
     "generator": "program and version",
     "job": "the part of the job that the file depends on, as YAML",
-    "digest_version": "version of the rule of `content_sha256`; absent in older files, whose digest covers arrays only",
-    "content_sha256": "SHA-256 over groups, axes, arrays and all attributes but this one; by rule 3 an array"
+    "content_sha256": "SHA-256 over groups, axes, arrays and all attributes but this one; an array"
     " enters with a digest of its own (`schemas/hdf5_digest.py`, `schemas/array_digest.py`)",
     "state": "name of the state; by default its preset or profile, `sounding` where it is made from one",
     "made_from": "preset or profile of a state that the job names, `sounding` where it is made from one",
@@ -213,7 +213,7 @@ def main(folder: Path, files: list[str]) -> None:
     }
     for file in files:
         root, attributes = read_file(file)
-        describe_fields(layouts[f"{attributes['filetype']}-{attributes['format_version'].split('.')[0]}"], root)
+        describe_fields(layouts[f"{attributes['filetype']}-{FORMAT_MAJOR}"], root)
     for name, layout in layouts.items():
         if files:
             text = json.dumps(layout, indent=1, ensure_ascii=False) + "\n"

@@ -16,7 +16,7 @@ from pathlib import Path
 import click
 import h5py
 
-from skyshine.mat.atmosphere.gases.absorption import FILETYPE, FORMAT_MAJOR
+from skyshine.mat.atmosphere.gases.absorption import FILETYPE
 from skyshine.mat.atmosphere.spectra import fluxes
 from skyshine.mat.spectroscopy.lowtran_continua import LowtranContinua
 from skyshine.schemas.errors import InputError
@@ -83,7 +83,7 @@ def check_tables(absorption: Path, broadband: Path) -> None:
     ------
     InputError
     """
-    with open_database(absorption, FILETYPE, FORMAT_MAJOR) as file:
+    with open_database(absorption, FILETYPE) as file:
         continuum = str(file.attrs.get("water_continuum", "mt_ckd_4.3"))
         content = str(file.attrs["content_sha256"])
         if continuum != LowtranContinua.name or (named := _naming_mt_ckd(file)):
@@ -92,7 +92,7 @@ def check_tables(absorption: Path, broadband: Path) -> None:
                 f"contains figures of MT_CKD ({origin}); make it with 'mat lines build --continua lowtran7'",
                 file=absorption,
             )
-    with open_database(broadband, fluxes.FILETYPE, fluxes.FORMAT_MAJOR) as file:
+    with open_database(broadband, fluxes.FILETYPE) as file:
         if str(file.attrs["absorption_sha256"]) != content:
             raise InputError(
                 f"was not chosen from {absorption}; choose with 'python -m mat.maintain.lines broadband --table"

@@ -162,9 +162,7 @@ class TableIdentity:
     @property
     def header(self) -> Header:
         """The root attributes of the file."""
-        return Header(
-            self.kind.name, self.kind.format_version, self.data_version, resolved_text(self.resolved), self.kind.title
-        )
+        return Header(self.kind.name, self.data_version, resolved_text(self.resolved), self.kind.title)
 
     def is_current(self, folder: Path) -> bool:
         """Whether the file is there, undamaged, from the same content and versions."""

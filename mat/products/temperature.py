@@ -21,7 +21,6 @@ from skyshine.mat.measure.surface_nodes import PERIODS, RefinedAxes, placed_time
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.products.shade_error import SHADE_METHOD, shade_error
 from skyshine.mat.products.turbulence import HOURS, turbulence_fields
-from skyshine.mat.quantities.aureole import RADIUS_DEG
 from skyshine.mat.scene.atmosphere import materials_digest, without_air_time
 from skyshine.mat.scene.sources import source_tracks
 from skyshine.mat.scene.summary import state_attributes
@@ -81,11 +80,6 @@ class TemperatureProduct:
             **surroundings_identity(job, context.task.index),
             **({"ground": ground.model_dump(mode="json")} if (ground := weather.ground_year) else {}),
             **({"water": water} if (water := weather.water) else {}),
-            # Tables before format 1.9 had the Sun's aureole in the shade: they are built anew.
-            "aureole_radius_deg": RADIUS_DEG,
-            "cn2": 1,  # tables without it are built anew
-            # Tables of rainy days before format 1.7 kept the film of open ground in the shade: they are built anew.
-            **({"film_in_shade": True} if "rain_mm_h" in weather.water else {}),
         }
         return (TableIdentity(context.task.files[0], HTT, f"materials {library.version}", resolved),)
 

@@ -1,4 +1,4 @@
-"""Ambient light of faces beside walls: the formula of ``schemas/formats/atmq-4.md``."""
+"""Ambient light of faces beside walls: the formula of ``schemas/formats/atmq-1.md``."""
 
 from __future__ import annotations
 

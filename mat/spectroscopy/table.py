@@ -37,7 +37,6 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
 
-FORMAT_VERSION = "1.1"
 DATA_VERSION = "2.2.0"
 # Names of the data by the name of the water vapour continuum.
 DATA_NAMES = {"mt_ckd_4.3": "hitran2012-mtckd4.3", "lowtran7": "hitran2012-lowtran7"}
@@ -257,7 +256,7 @@ def assemble(
     if settings.width is not None:
         groups["reference"] = _reference_group(parts, sources)
     job = f"mat lines build; tolerance {settings.tolerance:g}, max_points {settings.max_points}"
-    header = Header(FILETYPE, FORMAT_VERSION, DATA_VERSION, job, title="skyshine absorption table")
+    header = Header(FILETYPE, DATA_VERSION, job, title="skyshine absorption table")
     return write_file(out, Group(groups=groups, attributes=about), header)
 
 

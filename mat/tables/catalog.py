@@ -18,6 +18,7 @@ from skyshine.mat.tables.dataset import dataset
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.errors import InputError, nearest
+from skyshine.schemas.format_versions import FORMAT_VERSION
 from skyshine.schemas.hdf5 import open_database
 from skyshine.schemas.paths import StrPath
 from skyshine.schemas.whole_files import write_whole
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     import xarray
 
 CATALOG = "catalog.json"
-CATALOG_FORMAT = "1.1.0"
 # Root attributes by the keys of an entry, in which state and band are numbers.
 _NAMES = {
     "state_name": "state",
@@ -225,7 +225,7 @@ def _of_site(entries: Sequence[Entry], site: str, folder: Path) -> tuple[Entry, 
 def write_catalog(folder: Path, entries: Sequence[Mapping[str, Any]]) -> Path:
     """Write the catalogue of a folder from what `catalog_entry` gives of its databases."""
     path = folder / CATALOG
-    content = {"format_version": CATALOG_FORMAT, "files": sorted(entries, key=lambda entry: str(entry["file"]))}
+    content = {"format_version": FORMAT_VERSION, "files": sorted(entries, key=lambda entry: str(entry["file"]))}
     write_whole(path, json.dumps(content, indent=2) + "\n")
     return path
 

@@ -1,4 +1,4 @@
-"""The file types of the table builder: names, versions, file names."""
+"""The file types of the table builder: names, file names."""
 
 from __future__ import annotations
 
@@ -13,26 +13,19 @@ class FileType:
     ----------
     name : str
         The root attribute ``filetype``.
-    format_version : str
-        Semantic version of the layout.
     title : str
     """
 
     name: str
-    format_version: str
     title: str
 
-    @property
-    def major(self) -> int:
-        return int(self.format_version.split(".")[0])
 
-
-HTT = FileType("htt", "1.9.0", "Surface temperatures through the day")
-ATMQ = FileType("atmq", "4.0.0", "Atmospheric quantities with the Sun as source")
-LUNAR_ATMQ = FileType("lunar_atmq", "4.0.0", "Atmospheric quantities with the Moon as source")
-BAND = FileType("band", "1.6.0", "Blackbody radiance and material properties of a spectral band")
+HTT = FileType("htt", "Surface temperatures through the day")
+ATMQ = FileType("atmq", "Atmospheric quantities with the Sun as source")
+LUNAR_ATMQ = FileType("lunar_atmq", "Atmospheric quantities with the Moon as source")
+BAND = FileType("band", "Blackbody radiance and material properties of a spectral band")
 # Of one line of sight, written by `mat spectrum` and in no catalogue.
-SPECTRUM = FileType("spectrum", "1.0.0", "Spectra of one line of sight")
+SPECTRUM = FileType("spectrum", "Spectra of one line of sight")
 FORMATS: dict[str, FileType] = {kind.name: kind for kind in (HTT, ATMQ, LUNAR_ATMQ, BAND)}  # those of a build
 
 

@@ -20,7 +20,7 @@ from skyshine.mat.tables.raw import ENDING, read_raw
 from skyshine.mat.tables.stored_layout import refuse_layout
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.errors import InputError, nearest
-from skyshine.schemas.hdf5 import check_version, read_file
+from skyshine.schemas.hdf5 import read_file
 from skyshine.schemas.paths import StrPath
 
 TableType = TypeVar("TableType", bound=Table)
@@ -45,8 +45,8 @@ def open_table(path: StrPath, *, grid: bool = False) -> Table:
     Raises
     ------
     InputError
-        The file is missing, damaged, of another type, or its layout is not that of the format or of another major
-        version. Values outside their limits are refused when their array is first read.
+        The file is missing, damaged, of another type, of another major version, or its layout is not that of
+        the format. Values outside their limits are refused when their array is first read.
 
     Examples
     --------
@@ -73,12 +73,11 @@ def open_table(path: StrPath, *, grid: bool = False) -> Table:
         root, attributes = read_raw(path)
     else:
         root, attributes = read_file(path, lazy=True, check_layout=refuse_layout, check_values=refuse_values)
-    filetype, version = (str(attributes.get(name)) for name in ("filetype", "format_version"))
+    filetype = str(attributes.get("filetype"))
     if filetype not in FORMATS:
         raise InputError(
             f"is of the file type '{filetype}'; {nearest(filetype, FORMATS)}; name another file", file=path
         )
-    check_version(path, filetype, version, FORMATS[filetype].major)
     for line in (*broken_rules_of_axes(root), *(broken_spectrum_laws(root) if filetype == BAND.name else ())):
         raise InputError(f"{line}; build the file again", file=path)
     if filetype in AtmosphereTable.filetypes:

@@ -14,11 +14,12 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.format_versions import FORMAT_VERSION, check_version
 from skyshine.schemas.hdf5 import Axis, Group, Variable, read_file
 from skyshine.schemas.paths import StrPath
 from skyshine.schemas.regular_files import refuse_special_file
 
-FORMAT, FORMAT_VERSION = "skyshine-raw", "1.0.0"
+FORMAT = "skyshine-raw"
 ALIGNMENT = 16  # bytes; arrays can be mapped as vectors of four
 HEADER_LIMIT = 64_000_000  # bytes
 INTEGER_LIMIT = 1 << 24  # float32 holds every integer up to this one
@@ -128,14 +129,14 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
-def read_header(path: Path, form: str, version: str) -> tuple[dict[str, Any], Path]:
+def read_header(path: Path, form: str) -> tuple[dict[str, Any], Path]:
     """The JSON header of an export, and the file of its data beside it.
 
     Parameters
     ----------
     path : Path
-    form, version : str
-        The format that the header must name, and the version whose major number it must have.
+    form : str
+        The format that the header must name.
 
     Raises
     ------
@@ -148,10 +149,9 @@ def read_header(path: Path, form: str, version: str) -> tuple[dict[str, Any], Pa
     if path.stat().st_size > HEADER_LIMIT:
         raise InputError(f"is larger than a header may be, {HEADER_LIMIT} bytes", file=path)
     header = json.loads(path.read_text(encoding="utf-8"))
-    if header["format"] != form or header["format_version"].split(".")[0] != version.split(".")[0]:
-        kind = f"{header['format']} {header['format_version']}"
-        allowed = f"{form} {version.split('.')[0]}.x"
-        raise InputError(f"contains {kind}; this reader reads {allowed}; export the database again", file=path)
+    if header["format"] != form:
+        raise InputError(f"contains {header['format']}; allowed: {form}; export the database again", file=path)
+    check_version(path, header["format_version"])
     data = path.with_name(Path(header["data"]).name)
     refuse_special_file(data)
     if (size := data.stat().st_size) != header["bytes"]:
@@ -175,7 +175,7 @@ def read_raw(path: StrPath) -> tuple[Group, dict[str, Any]]:
     """
     path = Path(path)
     try:
-        header, data = read_header(path, FORMAT, FORMAT_VERSION)
+        header, data = read_header(path, FORMAT)
         flat = np.memmap(data, np.uint8, "r") if header["bytes"] else np.zeros(0, np.uint8)
         groups = {group_path: _read_group(entry, flat) for group_path, entry in header["groups"].items()}
         for group_path in sorted(groups, key=lambda p: -p.count("/")):

@@ -63,7 +63,7 @@ def write_spectrum(path: StrPath, columns: Columns, attributes: Mapping[str, Any
     }
     variables["wavelength"] = Variable(("wavenumber",), 1e4 / wavenumber, "um", LONG_NAMES["wavelength"])
     root = Group({"wavenumber": Axis(wavenumber, units, LONG_NAMES["wavenumber"])}, variables, {}, dict(attributes))
-    header = Header(SPECTRUM.name, SPECTRUM.format_version, data_version, job, SPECTRUM.title)
+    header = Header(SPECTRUM.name, data_version, job, SPECTRUM.title)
     return write_file(path, root, header)
 
 

@@ -11,19 +11,22 @@ import h5py
 
 from skyshine import schemas
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.format_versions import FORMAT_MAJOR
 from skyshine.schemas.hdf5_digest import as_text, axis_names, dims_of, is_text
 
 if TYPE_CHECKING:
     from jsonschema import Draft202012Validator
 
+ENDING = f"-{FORMAT_MAJOR}.layout.json"
+
 
 def layout_problems(file: h5py.File) -> Iterator[str]:
     """One line for each part that is not as the layout schema of the file's type has it."""
-    filetype, version = str(file.attrs["filetype"]), str(file.attrs.get("format_version", ""))
-    schema = _schema(filetype, version)
+    filetype = str(file.attrs["filetype"])
+    schema = _schema(filetype)
     if schema is None:
-        layouts = sorted(p.name.removesuffix(".layout.json") for p in schemas.path("").glob("*.layout.json"))
-        yield f"no layout is known for {filetype} {version}; known: {', '.join(layouts)}"
+        layouts = sorted(p.name.removesuffix(ENDING) for p in schemas.path("").glob(f"*{ENDING}"))
+        yield f"no layout is known for {filetype}; known: {', '.join(layouts)}"
         return
     content = describe(file) | {"attributes": {k: str(v) for k, v in file.attrs.items()}}
     yield from _lines(_validator(json.dumps(schema)), content)
@@ -38,9 +41,9 @@ def refuse_layout(file: h5py.File) -> None:
     ------
     InputError
     """
-    schema = _schema(str(file.attrs["filetype"]), str(file.attrs.get("format_version", "")))
+    schema = _schema(str(file.attrs["filetype"]))
     if schema is None:
-        return  # of another type or major version, which the caller refuses
+        return  # of another type, which the caller refuses
     properties = {part: schema["properties"][part]["properties"] for part in ("axes", "variables")}
     content = {
         part: {name: described for name, described in items.items() if name in properties[part]}
@@ -69,8 +72,8 @@ def describe(group: h5py.Group) -> dict[str, Any]:
 
 
 @lru_cache
-def _schema(filetype: str, version: str) -> dict[str, Any] | None:
-    path = schemas.path(f"{filetype}-{version.split('.')[0]}.layout.json")
+def _schema(filetype: str) -> dict[str, Any] | None:
+    path = schemas.path(f"{filetype}{ENDING}")
     if "/" in filetype or not path.is_file():
         return None
     schema: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))

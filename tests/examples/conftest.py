@@ -82,7 +82,7 @@ def band_file(tmp_path_factory):
     axis = root.axes["planck_temperature"]  # of which faces are colder and warmer than all nodes
     axes = root.axes | {"planck_temperature": replace(axis, values=np.linspace(293.0, 305.0, axis.values.size))}
     path = tmp_path_factory.mktemp("band") / "b01.band.h5"
-    write_file(path, replace(root, axes=axes, variables=root.variables | drawn), Header("band", "1.5.0", "data", "job"))
+    write_file(path, replace(root, axes=axes, variables=root.variables | drawn), Header("band", "data", "job"))
     return path
 
 

@@ -152,7 +152,7 @@ def test_a_twilight_that_no_node_holds_is_refused_in_one_line(runtime, lines, tm
         nodes = np.array(axes[name].values, float)
         axes[name] = replace(axes[name], values=np.linspace(-1.0, nodes[-1], nodes.size))
     day = tmp_path / "day.atmq.h5"
-    write_file(day, replace(root, axes=axes), Header("atmq", "4.0.0", "data", "job"))
+    write_file(day, replace(root, axes=axes), Header("atmq", "data", "job"))
     dusk = scene["pixels"][0] | {"source_elevation": -9.0}
     status, shown, complaint = runtime(scene | {"atmosphere": str(day), "pixels": [dusk]})
     assert (status, shown) == (1, "") and complaint.startswith("source_elevation: found -9; allowed: -1 and above, or ")
@@ -169,7 +169,7 @@ def test_light_below_0_at_a_wavelength_is_none_there(runtime, lines, tmp_path):
         factor[::3] *= -1.0
         changed[f"{light}_factor"] = replace(root.variables[f"{light}_factor"], data=factor)
     path = tmp_path / "below.atmq.h5"
-    header = Header(attributes["filetype"], attributes["format_version"], "data", "job")
+    header = Header(attributes["filetype"], "data", "job")
     write_file(path, replace(root, variables=root.variables | changed), header)
     below = scene | {"atmosphere": str(path)}
     table, first = skyshine.mat.open(path), scene["pixels"][2]
@@ -195,7 +195,7 @@ def test_ends_of_bent_paths_agree(runtime, lines, tmp_path):
     rise = (-0.02 - 0.015 * np.sin(np.arange(ratio.data.size))).reshape(ratio.data.shape)
     path = tmp_path / "bent.atmq.h5"
     variables = {name: variable for name, variable in root.variables.items() if name != "end_rise"}
-    header = Header(attributes["filetype"], attributes["format_version"], "data", "job")
+    header = Header(attributes["filetype"], "data", "job")
     write_file(path, replace(root, variables=variables | {"end_rise": replace(ratio, data=rise.astype("f4"))}), header)
     terms, straight = agrees(runtime, scene | {"atmosphere": str(path)}), by_library(scene)
     assert np.mean(np.abs(terms["skyshine"] - straight["skyshine"]) > 1e-5 * straight["skyshine"]) > 0.3

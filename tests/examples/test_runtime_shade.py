@@ -28,8 +28,8 @@ def plain_texture(tmp_path_factory):
 @pytest.fixture(scope="module")
 def texture(plain_texture, tmp_path_factory):
     """The texture of 40 x 20 texels with shade of shares 0 to 1 on six levels."""
-    folder = tmp_path_factory.mktemp("shaded")
-    return good_databases.with_shade(Path(shutil.copy(plain_texture, folder / plain_texture.name)))
+    fbare = tmp_path_factory.mktemp("shaded")
+    return good_databases.with_shade(Path(shutil.copy(plain_texture, fbare / plain_texture.name)))
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +121,7 @@ def film_of(root):
 
 
 def test_a_film_of_water_lasts_in_the_shade_as_in_the_library(runtime, textured, tmp_path):
-    """A film that returns after the day, one that lies there before it, and none, as in older files."""
+    """A film that returns after the day, one that lies there before it, and none, as in bare files."""
     scene, found = textured[1] | {"shaded_sky": 0.2}, {}
     root, _ = read_file(scene["surface"])
     column = root.variables["heat_loss_slope"].dims[:3]
@@ -130,7 +130,7 @@ def test_a_film_of_water_lasts_in_the_shade_as_in_the_library(runtime, textured,
     wet = root.variables | film_of(root)
     for name, variables in (("returns", wet), ("lies", wet | before), ("none", root.variables)):
         path = tmp_path / f"{name}.htt.h5"
-        write_file(path, replace(root, variables=variables), Header("htt", "1.7.0", "data", "job"))
+        write_file(path, replace(root, variables=variables), Header("htt", "data", "job"))
         found[name] = agrees(runtime, scene | {"surface": str(path)})["temperature"]
     assert np.abs(found["returns"] - found["none"]).max() > 0.5
     assert np.abs(found["returns"] - found["lies"]).max() > 0.05
@@ -154,12 +154,12 @@ def test_a_surface_file_without_the_response_refuses_shade_in_one_line(runtime, 
     root, _ = read_file(textured[0]["surface"])
     kept = {name: v for name, v in root.variables.items() if name in ("temperature", "material_name")}
     axes = {name: root.axes[name] for name in root.variables["temperature"].dims}
-    older = tmp_path / "older.htt.h5"
-    write_file(older, replace(root, axes=axes, variables=kept), Header("htt", "1.2.0", "data", "job"))
-    status, shown, complaint = runtime(textured[0] | {"surface": str(older)})
+    bare = tmp_path / "bare.htt.h5"
+    write_file(bare, replace(root, axes=axes, variables=kept), Header("htt", "data", "job"))
+    status, shown, complaint = runtime(textured[0] | {"surface": str(bare)})
     assert (status, shown) == (1, "") and complaint.strip() == "the surface file holds no response to shade"
     lit = [pixel for pixel, share in zip(textured[0]["pixels"], shade_of(textured[0]), strict=True) if share == 0]
-    assert runtime(textured[0] | {"surface": str(older), "pixels": lit})[0] == 0
+    assert runtime(textured[0] | {"surface": str(bare), "pixels": lit})[0] == 0
 
 
 @pytest.mark.parametrize(

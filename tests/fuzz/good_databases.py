@@ -91,7 +91,7 @@ def scene(paths: dict[str, Path]) -> dict:
 
 
 def _write(path: Path, root: Group, kind: FileType) -> None:
-    write_file(path, root, Header(kind.name, kind.format_version, "none", "name: small", kind.title))
+    write_file(path, root, Header(kind.name, "none", "name: small", kind.title))
 
 
 def _materials():
@@ -217,7 +217,7 @@ def _atmosphere_accuracy() -> Group:
 def with_shade(path: Path) -> Path:
     """Give a texture a layer of shade, of shares drawn for each level, so that no level follows from another."""
     root, attributes = read_file(path)
-    header = Header("tmm", "1.6.0", *(str(attributes[name]) for name in ("data_version", "job", "title")))
+    header = Header("tmm", *(str(attributes[name]) for name in ("data_version", "job", "title")))
     draw, levels = np.random.default_rng(3), root.groups["levels"]
     shaded = {}
     for name, level in levels.groups.items():

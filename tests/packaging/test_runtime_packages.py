@@ -12,8 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from skyshine.mat.tables.files import FORMATS
-from skyshine.tmm.database.layout import FILETYPE, FORMAT_VERSION
+from skyshine.schemas.format_versions import FORMAT_VERSION
 
 CHECKOUT = Path(__file__).parents[2]
 RUNTIMES = CHECKOUT / "examples" / "runtimes"
@@ -71,15 +70,11 @@ def test_every_package_has_the_version_of_the_project():
     assert versions == dict.fromkeys(versions, PROJECT["version"])
 
 
-def test_every_package_knows_the_formats_that_are_written():
-    versions = {FILETYPE: FORMAT_VERSION} | {name: FORMATS[name].format_version for name in ("htt", "band", "atmq")}
-    written = {name: version.rpartition(".")[0] for name, version in versions.items()}
-    header = re.search(r'#define SKYSHINE_FORMATS "(.*)"', text("c", "skyshine.h"))[1]
-    rust = re.search(r"pub const FORMATS: .*? = &\[(.*?)\];", text("rust", "src", "lib.rs"), re.DOTALL)[1]
-    javascript = re.search(r"export const FORMATS = \[(.*)\];", text("javascript", "index.js"))[1]
-    assert dict(each.split() for each in header.split(", ")) == written
-    for listed in (rust, javascript):
-        assert dict(re.findall(r'[\[(]"(\w+)", "([\d.]+)"', listed)) == written
+def test_every_package_knows_the_format_that_is_written():
+    header = re.search(r'#define SKYSHINE_FORMAT "(.*)"', text("c", "skyshine.h"))[1]
+    rust = re.search(r'pub const FORMAT: &str = "(.*)";', text("rust", "src", "lib.rs"))[1]
+    javascript = re.search(r'export const FORMAT = "(.*)";', text("javascript", "source.js"))[1]
+    assert {header, rust, javascript} == {FORMAT_VERSION}
 
 
 def test_every_package_has_the_ten_calls_and_its_page_names_them():

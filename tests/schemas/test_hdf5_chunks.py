@@ -13,7 +13,7 @@ from skyshine.schemas.array_digest import array_digest, byte_planes
 from skyshine.schemas.hdf5 import Axis, Filled, Group, Header, Streamed, Variable, is_current, write_file
 from skyshine.schemas.hdf5_chunks import ChunkWriter, Packing, fletcher32, packed
 
-HEADER = Header("tmm", "1.3.0", "materials 1.0.0", "name: x\n", "A title")
+HEADER = Header("tmm", "materials 1.0.0", "name: x\n", "A title")
 PACKINGS = [Packing(1, zlib.Z_RLE), Packing(4), Packing(9)]
 FILTERS = {"compression": "gzip", "compression_opts": 4, "shuffle": True, "fletcher32": True}
 

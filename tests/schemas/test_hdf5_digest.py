@@ -1,7 +1,6 @@
 """The digest covers all that a file says, and nothing of how HDF5 stores it."""
 
 import hashlib
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -13,7 +12,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, is_current, open_database, read_file, write_file
 from skyshine.schemas.hdf5_digest import axis_names, content_hash, digest_holds, dims_of
 
-HEADER = Header("htt", "1.2.0", "materials 1.0.0", "name: x\n", "A title")
+HEADER = Header("htt", "materials 1.0.0", "name: x\n", "A title")
 
 
 @pytest.fixture
@@ -72,7 +71,6 @@ CHANGES = {
     "the job": lambda file: file.attrs.__setitem__("job", "name: y\n"),
     "the title": lambda file: file.attrs.__setitem__("title", "B"),
     "the format version": lambda file: file.attrs.__setitem__("format_version", "1.1.0"),
-    "the digest version": lambda file: file.attrs.__delitem__("digest_version"),
     "an empty group": lambda file: file.create_group("more"),
     "a name of an array": rename,
     "a type": retype,
@@ -139,47 +137,6 @@ def test_the_way_of_storage_is_not_seen(good, tmp_path):
         assert content_hash(other) == file.attrs["content_sha256"]
 
 
-def test_older_files_are_checked_by_the_older_rule(tmp_path):
-    """Broadband points of data version 1.1.1, written before attributes were covered."""
-    path = tmp_path / "broadband.h5"
-    path.write_bytes((Path(__file__).parents[1] / "data" / "older_digest.h5").read_bytes())
-    with open_database(path) as file:
-        assert "digest_version" not in file.attrs and digest_holds(file)
-    with h5py.File(path, "r+") as file:
-        weights = file["longwave/weight"]
-        weights[0] = weights[0] * 2
-    assert not holds(path)
-
-
-def test_files_of_the_second_rule_are_checked_by_it(tmp_path):
-    """A file written before arrays had digests of their own, when they were read back in their order."""
-    path = tmp_path / "second.h5"
-    path.write_bytes((Path(__file__).parents[1] / "data" / "second_digest.h5").read_bytes())
-    with open_database(path) as file:
-        assert file.attrs["digest_version"] == "2" and digest_holds(file)
-    with h5py.File(path, "r+") as file:
-        file["value"][0, 1] = 9.0
-    assert not holds(path)
-
-
-def test_a_file_of_the_second_rule_is_kept(good):
-    with h5py.File(good, "r+") as file:
-        file.attrs["digest_version"] = "2"
-        file.attrs["content_sha256"] = content_hash(file)
-    assert is_current(good, HEADER)
-    with h5py.File(good, "r+") as file:
-        file["heat"][0, 1] = 9.0
-    assert not is_current(good, HEADER)
-
-
-def test_a_file_of_the_first_rule_is_made_again(good):
-    """That rule covers no attributes, so that it does not show whether they are as they were."""
-    with h5py.File(good, "r+") as file:
-        del file.attrs["digest_version"]
-        file.attrs["content_sha256"] = content_hash(file)
-    assert holds(good) and not is_current(good, HEADER)
-
-
 def by_the_text(values):
     """The digest of an array as `array_digest` words it, value by value."""
 
@@ -212,22 +169,14 @@ def test_an_array_read_back_has_the_digest_of_the_one_in_memory(tmp_path):
     data = np.random.default_rng(2).normal(size=(600, 513)).astype("f4")
     digest = write_file(tmp_path / "a.h5", Group(axes, {"a": Variable(("y", "x"), data, "1", "a")}), HEADER)
     with h5py.File(tmp_path / "a.h5") as file:
-        assert file.attrs["digest_version"] == "3"
         assert content_hash(file) == digest == content_hash(file, {"/a": array_digest(data)})
         assert content_hash(file, {"/a": array_digest(data + 1)}) != digest
-
-
-def test_a_rule_of_a_later_version_is_refused(good):
-    with h5py.File(good, "r+") as file:
-        file.attrs["digest_version"] = "4"
-    with pytest.raises(InputError, match="has digest_version '4'; allowed: '2', '3', or none.*upgrade skyshine"):
-        holds(good)
 
 
 def test_a_file_is_current_while_header_and_content_are(good):
     assert is_current(good, HEADER) and not is_current(good, HEADER, lambda file: "gone" in file)
     assert not is_current(good, HEADER, lambda file: file["gone"]) and not is_current(good.parent / "none.h5", HEADER)
-    assert not is_current(good, Header("htt", "1.2.0", "materials 1.0.1", "name: x\n", "A title"))
+    assert not is_current(good, Header("htt", "materials 1.0.1", "name: x\n", "A title"))
     with h5py.File(good, "r+") as file:
         file["heat"].attrs["units"] = "degC"
     assert not is_current(good, HEADER)
@@ -235,10 +184,10 @@ def test_a_file_is_current_while_header_and_content_are(good):
 
 def test_a_job_of_megabytes_is_kept(tmp_path):
     job = "x" * 3_000_000
-    write_file(tmp_path / "a.h5", Group(), Header("htt", "1.2.0", "d", job))
+    write_file(tmp_path / "a.h5", Group(), Header("htt", "d", job))
     assert read_file(tmp_path / "a.h5", verify=True)[1]["job"] == job
     with pytest.raises(InputError, match="job is longer than"):
-        write_file(tmp_path / "b.h5", Group(), Header("htt", "1.2.0", "d", 6 * job))
+        write_file(tmp_path / "b.h5", Group(), Header("htt", "d", 6 * job))
 
 
 def test_values_that_differ_have_different_digests():

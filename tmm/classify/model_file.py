@@ -22,7 +22,6 @@ from skyshine.tmm.features.textured import names
 from skyshine.tmm.job.model import PACKAGED
 
 FILETYPE = "tmm-model"
-FORMAT_VERSION = "1.3.0"
 COLOUR_DIMENSIONS = 3  # L*, a*, b*
 PRIOR_ROUNDING = 1e-3  # by which stored probabilities, rounded to float32, may miss 1
 
@@ -59,7 +58,7 @@ def write_model(
     groups["network"] = _network_group(model.network, materials)
     attributes = {"slope": model.calibration.slope, "offset": model.calibration.offset}
     groups |= {"calibration": Group(attributes=attributes), "quality": Group(attributes=quality)}
-    header = Header(FILETYPE, FORMAT_VERSION, data_version, job, "Classifier of textures")
+    header = Header(FILETYPE, data_version, job, "Classifier of textures")
     return write_file(path, Group(groups=groups), header)
 
 
@@ -97,7 +96,7 @@ def read_model(path: str | os.PathLike[str]) -> TrainedModel:
     Raises InputError: the file is missing or damaged, is no classifier, or was trained on other features than this
     version computes.
     """
-    root, _ = read_file(Path(path), FILETYPE, int(FORMAT_VERSION.split(".")[0]), verify=True)
+    root, _ = read_file(Path(path), FILETYPE, verify=True)
     try:
         materials = tuple(root.groups["materials"].variables["name"].data.tolist())
         values = {name: variable.data for name, variable in root.groups["colour"].variables.items()}

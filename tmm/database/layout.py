@@ -21,7 +21,6 @@ from skyshine.tmm.database.levels import PERCENT, WEIGHT_TOTAL
 from skyshine.tmm.job.model import TextureJob
 
 FILETYPE = "tmm"
-FORMAT_VERSION = "1.6.0"
 CHUNK = 256
 # Steps of what is stored. A byte for each would keep 256 steps, whose noise no filter compresses: 7 and 14 MB of a
 # photograph of 4096 x 4096 texels. With these steps, which floats hold with all but their first bits 0, 4 and 2 MB.
@@ -45,9 +44,7 @@ PACKINGS = {
 def texture_header(job: TextureJob, library_version: str) -> Header:
     """Root attributes of the database of a texture."""
     text = yaml.safe_dump(job.model_dump(mode="json"), sort_keys=False, allow_unicode=True, default_flow_style=None)
-    return Header(
-        FILETYPE, FORMAT_VERSION, f"materials {library_version}", text, f"Materials of the texture {job.name}"
-    )
+    return Header(FILETYPE, f"materials {library_version}", text, f"Materials of the texture {job.name}")
 
 
 def code_axis(codes: npt.NDArray[np.uint16]) -> Axis:

@@ -17,7 +17,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database, sound
 from skyshine.schemas.hdf5_gate import refuse_large
 from skyshine.tmm.database.checks import check_parts, check_values
-from skyshine.tmm.database.layout import CHUNK, FILETYPE, FORMAT_VERSION, SHADE_TOTAL
+from skyshine.tmm.database.layout import CHUNK, FILETYPE, SHADE_TOTAL
 from skyshine.tmm.database.levels import WEIGHT_TOTAL, Level
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.job.model import TextureJob, stored_job
@@ -219,9 +219,9 @@ class TmmFile:
 def open_tmm(path: str | os.PathLike[str]) -> TmmFile:
     """Open a texture database.
 
-    Raises InputError: the file is missing or damaged, is of another type, or has a layout of another major version.
+    Raises InputError: the file is missing or damaged, is of another type, or has another major version of the format.
     """
-    file = open_database(Path(path), FILETYPE, int(FORMAT_VERSION.split(".")[0]))
+    file = open_database(Path(path), FILETYPE)
     try:
         return TmmFile(file)
     except InputError:

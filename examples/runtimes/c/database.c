@@ -85,12 +85,11 @@ static void read_numbers(const struct source *from, SkyDatabase *arrays)
 static void check_type(const struct source *from, struct database *database, int32_t kind)
 {
     static const char *const TYPES[] = {"htt", "band", "atmq"};
-    char found[NAME] = "", version[NAME] = "";
-    const char *major = kind == SKY_AIR ? "4." : "1.", *wanted = TYPES[kind];
-    const int versioned = sky_read_text(from->file, "filetype", found) && sky_read_text(from->file, "format_version", version);
+    char found[NAME];
+    const char *wanted = TYPES[kind];
+    sky_read_filetype(from->file, from->path, found);
     database->lunar = kind == SKY_AIR && !strcmp(found, "lunar_atmq");
-    if ((strcmp(found, wanted) && !database->lunar) || !versioned || strncmp(version, major, 2))
-        sky_fail("%s: holds '%s' %s; allowed: %s %sx", from->path, found, version, wanted, major);
+    if (strcmp(found, wanted) && !database->lunar) sky_fail("%s: holds '%s'; allowed: %s", from->path, found, wanted);
 }
 
 /* Before tilted faces lies the ground that the file names, if it has level faces of it. */

@@ -30,6 +30,8 @@ int32_t sky_code_of(const struct database *database, const char *name);
 
 /* An attribute of an HDF5 object, for other readers: a text of less than NAME bytes, or one number; 0 where it is not. */
 int sky_read_text(hid_t item, const char *name, char *to);
+/* The file type, into NAME bytes, of a file of our major version; others fail. */
+void sky_read_filetype(hid_t file, const char *path, char *to);
 int sky_read_number(hid_t item, const char *name, double *to);
 
 #endif

@@ -3,7 +3,7 @@
  * A line of PIXELS is a pixel: code of its material, temperature (K), range (km), then the unit vectors normal, to the
  * source and to the observer (east, north, up). A line of the result is its radiance, its path radiance
  * (W m^-2 sr^-1) and its apparent temperature (K). The steps are those of skyshine.glsl;
- * schemas/formats/gpu-2.md describes the files. */
+ * schemas/formats/gpu-1.md describes the files. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -108,9 +108,9 @@ static char *open_export(const char *path, const char *kind, char **bytes, long 
     long length;
     char *text = contents(path, &length), name[512], wanted[32];
     snprintf(wanted, sizeof wanted, "\"%s\"", kind);
-    if (strncmp(behind(path, text, "format"), "\"skyshine-gpu\"", 14) || strncmp(behind(path, text, "format_version"), "\"2.", 3)
+    if (strncmp(behind(path, text, "format"), "\"skyshine-gpu\"", 14) || strncmp(behind(path, text, "format_version"), "\"1.", 3)
         || strncmp(behind(path, text, "kind"), wanted, strlen(wanted)))
-        fail(path, "is no skyshine-gpu 2.x file of the kind that is wanted");
+        fail(path, "is no skyshine-gpu 1.x file of the kind that is wanted");
     const char *slash = strrchr(path, '/'), *file = behind(path, text, "data") + 1;
     int folder = slash ? (int)(slash - path + 1) : 0;
     snprintf(name, sizeof name, "%.*s%.*s", folder, path, (int)strcspn(file, "\""), file);
@@ -262,7 +262,7 @@ static double path_radiance(const struct frame *frame, const double *air, const 
     return fmax(field(frame, row, air), 0.0) + fmax(below * (1 - cell.weight) + above * cell.weight, 0.0);
 }
 
-/* A_l / pi times Y_lm of a unit normal, in the order of the codes: schemas/formats/atmq-4.md. */
+/* A_l / pi times Y_lm of a unit normal, in the order of the codes: schemas/formats/atmq-1.md. */
 static void harmonics(double x, double y, double z, double *to)
 {
     double even = x * x - y * y;

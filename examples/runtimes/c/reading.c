@@ -24,6 +24,14 @@ int sky_read_text(hid_t item, const char *name, char *to)
     return fits;
 }
 
+void sky_read_filetype(hid_t file, const char *path, char *to)
+{
+    char version[NAME] = "";
+    const size_t major = strcspn(SKYSHINE_FORMAT, ".") + 1;
+    if (!sky_read_text(file, "filetype", to) || !sky_read_text(file, "format_version", version) || strncmp(version, SKYSHINE_FORMAT, major))
+        sky_fail("%s: holds '%s' %s; allowed: formats %.*sx", path, to, version, (int)major, SKYSHINE_FORMAT);
+}
+
 /* A number attribute; 0 where it is not one number. */
 int sky_read_number(hid_t item, const char *name, double *to)
 {

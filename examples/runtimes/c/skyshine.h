@@ -32,8 +32,8 @@ extern "C" {
 #endif
 
 #define SKYSHINE_VERSION "0.1.0"
-/* The newest formats that this version knows; it reads all minor versions of their major ones, of .band from 1.5 on. */
-#define SKYSHINE_FORMATS "htt 1.9, band 1.6, atmq 4.0, tmm 1.6"
+/* Version of the formats that this version knows; it reads all minor versions of its major one. */
+#define SKYSHINE_FORMAT "1.0"
 
 enum { SKYSHINE_MESSAGE = 300, SKYSHINE_COMPONENTS = 3 };
 /* Open share of the sky above what a texture shows in the shade, where a scene says nothing else. */

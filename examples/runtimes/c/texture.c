@@ -93,15 +93,15 @@ static uint8_t *read_shade(hid_t file, const char *path, double most, unsigned n
 
 static void read_level(struct skyshine_texture *texture, unsigned number)
 {
-    char name[NAME], found[NAME] = "", version[NAME] = "";
+    char name[NAME], found[NAME];
     const char *path = texture->path;
     struct stat on_disk;
     hid_t file = H5I_INVALID_HID;
     if (stat(path, &on_disk) == 0 && S_ISREG(on_disk.st_mode)) file = sky_id(H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT));
     if (file < 0) sky_fail("%s: is not a readable HDF5 file", path);
     const double most = (double)PACKING * (double)on_disk.st_size + SMALL;
-    if (!sky_read_text(file, "filetype", found) || strcmp(found, "tmm") || !sky_read_text(file, "format_version", version) || strncmp(version, "1.", 2))
-        sky_fail("%s: holds '%s' %s; allowed: tmm 1.x", path, found, version);
+    sky_read_filetype(file, path, found);
+    if (strcmp(found, "tmm")) sky_fail("%s: holds '%s'; allowed: tmm", path, found);
     char *known = known_codes(file, path, most);
     hsize_t plane[2], mixed[3], weighted[3];
     struct level read = {0}, *level = &read;

@@ -3,7 +3,7 @@ import { SkyshineError } from "./kernel.js";
 import { FLOAT, INTEGER, Source } from "./source.js";
 
 export const [SURFACE, BAND, AIR] = [0, 1, 2];
-const FILETYPES = [[["htt"], "1."], [["band"], "1."], [["atmq", "lunar_atmq"], "4."]];
+const FILETYPES = [["htt"], ["band"], ["atmq", "lunar_atmq"]];
 const RULES = ["linear", "linear_periodic", "exact"]; // by the library's number
 // Attributes of a file's root by the number that the library gives them, with how many numbers each has.
 const NUMBERS = {
@@ -18,7 +18,7 @@ export class Database {
   constructor(kernel, kind, path, content, clamp) {
     Object.assign(this, { kernel, kind, path, clamp, memory: kernel.take(kernel.calls.skyshine_database_size()) });
     kernel.calls.skyshine_database_begin(this.memory, kind);
-    Source.read(path, content, ...FILETYPES[kind], (source) => this.fill(source));
+    Source.read(path, content, FILETYPES[kind], (source) => this.fill(source));
   }
 
   fill(source) {

@@ -12,8 +12,8 @@ export class SkyshineError extends Error {
   readonly kind: "file" | "value";
 }
 
-/** The newest formats that this version knows; it reads all minor versions of their major ones. */
-export const FORMATS: readonly (readonly [filetype: string, version: string])[];
+/** Version of the formats that this version knows; it reads all minor versions of its major one. */
+export const FORMAT: string;
 
 /** Open share of the sky above what a texture shows in the shade, where a scene says nothing else: 0.5. */
 export const SHADED_SKY: number;

@@ -29,15 +29,19 @@ export async function contentOf(given, kind) {
   return refuse(`${given}: is not a readable HDF5 file`);
 }
 
+// Version of the formats that this version knows; it reads all minor versions of its major one.
+export const FORMAT = "1.0";
+const MAJOR = FORMAT.slice(0, FORMAT.indexOf(".") + 1);
+
 // A file while it is read. The HDF5 library sees it alone, in memory: no link and no storage in it can reach another one.
 export class Source {
   // What `read` makes of the bytes of a file, of which messages begin with its path.
-  static read(path, content, filetypes, major, read) {
+  static read(path, content, filetypes, read) {
     try {
       FS.writeFile(PLACE, content);
       const file = new h5wasm.File(PLACE, "r");
       try {
-        return read(new Source(file, PACKING * content.length + SMALL, filetypes, major));
+        return read(new Source(file, PACKING * content.length + SMALL, filetypes));
       } finally {
         file.close();
       }
@@ -50,12 +54,12 @@ export class Source {
     }
   }
 
-  constructor(file, bytes, filetypes, major) {
+  constructor(file, bytes, filetypes) {
     Object.assign(this, { file, bytes });
     this.filetype = this.text(file, "filetype");
     const version = this.text(file, "format_version");
-    if (!filetypes.includes(this.filetype) || !version.startsWith(major))
-      refuse(`holds '${this.filetype}' ${version.slice(0, 20)}; allowed: ${filetypes.join(" or ")} ${major}x`);
+    if (!filetypes.includes(this.filetype) || !version.startsWith(MAJOR))
+      refuse(`holds '${this.filetype}' ${version.slice(0, 20)}; allowed: ${filetypes.join(" or ")} in formats ${MAJOR}x`);
   }
 
   has(name) {

@@ -75,6 +75,6 @@ export class Texture {
   }
 
   read(level) {
-    this.levels.set(level, Source.read(this.path, this.content, ["tmm"], "1.", (source) => readLevel(source, level)));
+    this.levels.set(level, Source.read(this.path, this.content, ["tmm"], (source) => readLevel(source, level)));
   }
 }

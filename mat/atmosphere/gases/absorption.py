@@ -25,7 +25,7 @@ from skyshine.schemas.csv_table import read_csv
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database, sound
 
-FILETYPE, FORMAT_MAJOR = "absorption", 1
+FILETYPE = "absorption"
 # Water vapour continua that may replace a table's own, at the wavenumbers of their files, which hold the coefficients
 # that differ: one closer to radiation measured in humid air, one for comparison with codes of its time, and one in the
 # public domain. Packages built without MT_CKD have the last alone.
@@ -69,7 +69,7 @@ def check_water_continuum(name: str, table_continuum: str) -> None:
 @lru_cache(maxsize=1)
 def packaged_water_continuum() -> str:
     """Name of the water vapour continuum of the packaged table, read once a process."""
-    with open_database(atmospheres.path("absorption.h5"), FILETYPE, FORMAT_MAJOR) as file:
+    with open_database(atmospheres.path("absorption.h5"), FILETYPE) as file:
         return str(file.attrs.get("water_continuum", FIRST_CONTINUUM))
 
 
@@ -140,7 +140,7 @@ class AbsorptionTable:
             path = atmospheres.path("absorption.h5")
             narrow = atmospheres.path(FINE_TABLE)
             fine = cls.open(narrow, water_continuum) if narrow.is_file() else None
-        with open_database(path, FILETYPE, FORMAT_MAJOR) as file, sound(path):
+        with open_database(path, FILETYPE) as file, sound(path):
             about = file["intervals"]
             edges = np.stack([about["low"][()], about["high"][()]], axis=1).astype(float)
             codes = {name: group["source"][()] for name, group in file["gases"].items()}
@@ -213,12 +213,12 @@ class AbsorptionTable:
             )
         overlapping = np.flatnonzero((self.interval_edges[:, 1] > low) & (self.interval_edges[:, 0] < high))
         first, last = overlapping[0], overlapping[-1] + 1
-        with open_database(self.path, FILETYPE, FORMAT_MAJOR) as file, sound(self.path):
+        with open_database(self.path, FILETYPE) as file, sound(self.path):
             return self._read(file, first, last)
 
     def reference_spectra(self, low: float, high: float) -> ReferenceSpectra:
         """Line-by-line spectra between two wavenumbers [cm^-1] of a table that has them."""
-        with open_database(self.path, FILETYPE, FORMAT_MAJOR) as file, sound(self.path):
+        with open_database(self.path, FILETYPE) as file, sound(self.path):
             return ReferenceSpectra.read(file["reference"], low, high)
 
     def with_own_continuum(self) -> AbsorptionTable:

@@ -17,7 +17,7 @@ from skyshine.schemas.hdf5 import open_database, sound
 
 # Column name with its unit in brackets to values; numbers, but for the names of models and types of cloud.
 Columns = dict[str, npt.NDArray[Any]]
-PHASE_FILETYPE, PHASE_FORMAT = "phase_functions", "1.0"
+PHASE_FILETYPE = "phase_functions"
 _RESOLVED = 0.05  # error of the mean of a phase function whose angles resolve it
 
 
@@ -119,7 +119,7 @@ def scattering_table(kind: str) -> ScatteringTable:
 
 def _phase_group(name: str, kind: str, more: tuple[str, ...]) -> dict[str, Floats]:
     path = atmospheres.path(name)
-    with open_database(path, PHASE_FILETYPE, int(PHASE_FORMAT.partition(".")[0])) as file, sound(path):
+    with open_database(path, PHASE_FILETYPE) as file, sound(path):
         group = file[kind]
         columns = {
             name: np.asarray(group[name][:], float)

@@ -27,7 +27,7 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database, sound
 
-FILETYPE, FORMAT_MAJOR = "broadband", 1
+FILETYPE = "broadband"
 # cm^-1. Thermal: less than 0.1 % of the radiance of a black body of 330 K lies outside. Solar: radiation below 0.3 um
 # does not reach the ground, and that beyond 12.5 um is below 0.4 W m^-2.
 LONGWAVE, SHORTWAVE = (10.0, 3400.0), (800.0, 33400.0)
@@ -91,7 +91,7 @@ class BroadbandPoints:
         """
         path = atmospheres.path("broadband.h5") if path is None else path
         table = AbsorptionTable.open() if table is None else table
-        with open_database(path, FILETYPE, FORMAT_MAJOR) as file, sound(path):
+        with open_database(path, FILETYPE) as file, sound(path):
             if str(file.attrs["absorption_sha256"]) != table.content.split()[0]:
                 raise InputError(
                     f"was chosen from another absorption table than {table.path}; choose anew in a"

@@ -35,7 +35,7 @@ from skyshine.mat.atmosphere.particles.size_distribution import (
     RefractiveIndex,
     scattering_of_modes,
 )
-from skyshine.mat.atmosphere.particles.tables import PHASE_FILETYPE, PHASE_FORMAT
+from skyshine.mat.atmosphere.particles.tables import PHASE_FILETYPE
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
 
@@ -144,7 +144,7 @@ def main(indices: Path, water: Path, out: Path, processes: int) -> None:
         " pymopsmap (Apache 2.0), of water by Hale and Querry 1973 (refractiveindex.info, CC0)",
         "program": "mat.maintain.atmospheres.aerosol_phase",
     }
-    header = Header(PHASE_FILETYPE, PHASE_FORMAT, "1", "", "Scattering by aerosols of known components")
+    header = Header(PHASE_FILETYPE, "1", "", "Scattering by aerosols of known components")
     write_file(out, Group(groups=groups, attributes=about), header)
 
 

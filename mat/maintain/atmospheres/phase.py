@@ -27,7 +27,7 @@ from mat.maintain.atmospheres.cloud import (
 from skyshine.mat.atmosphere.particles.mie import phase_of_spheres
 from skyshine.mat.atmosphere.particles.moments import MOMENTS
 from skyshine.mat.atmosphere.particles.rain import SLOPE_EXPONENT, SLOPE_PER_CM
-from skyshine.mat.atmosphere.particles.tables import PHASE_FILETYPE, PHASE_FORMAT, aerosol_table
+from skyshine.mat.atmosphere.particles.tables import PHASE_FILETYPE, aerosol_table
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
 
@@ -102,7 +102,7 @@ def main(folder: Path, out: Path) -> None:
         " refractiveindex.info database (CC0)",
         "program": "mat.maintain.atmospheres.phase",
     }
-    header = Header(PHASE_FILETYPE, PHASE_FORMAT, "1", "", "Phase functions of droplets and drops of water")
+    header = Header(PHASE_FILETYPE, "1", "", "Phase functions of droplets and drops of water")
     write_file(out, Group(groups=groups, attributes=about), header)
 
 

@@ -36,7 +36,6 @@ from skyshine.mat.spectroscopy.training import HELD_OUT_PROFILE, TRAINING_PROFIL
 from skyshine.schemas.arrays import Floats, Integers, Reals
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
 
-FORMAT_VERSION = "1.0"
 PERTURBED, HELD_OUT = 8, 10  # perturbed versions of each training profile, and of the held-out one
 HEIGHTS = np.array([0.0, 0.5e3, 1e3, 2e3, 3e3, 5e3, 8e3])  # m above the ground
 ELEVATIONS = np.array([-4.0, 0.5, 3.0, 8.0, 15.0, 30.0, 50.0, 75.0])  # degree
@@ -212,7 +211,7 @@ def build(
         ),
     }
     job = f"python -m mat.maintain.lines broadband; tolerance {tolerance:g}, max_points {max_points}"
-    header = Header(FILETYPE, FORMAT_VERSION, table.version, job, title="skyshine broadband points")
+    header = Header(FILETYPE, table.version, job, title="skyshine broadband points")
     write_file(out, Group(groups=groups, attributes=about), header)
     counts = {name: groups[name].axes["point"].values.size for name in ("longwave", "shortwave")}
     return {"points": counts, "errors": errors}

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.gases.absorption import FILETYPE, NEGLIGIBLE, NO_DATA
-from skyshine.mat.spectroscopy.table import DATA_VERSION, FORMAT_VERSION
+from skyshine.mat.spectroscopy.table import DATA_VERSION
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
 
@@ -72,9 +72,7 @@ def splice(table: PathLike, part: PathLike, out: PathLike) -> str:
         )
         texts = ("citation", "notice", "data_name", "water_continuum", "description")
         about = {name: base_file.attrs[name] for name in texts if name in base_file.attrs}
-        header = Header(
-            FILETYPE, FORMAT_VERSION, DATA_VERSION, str(part_file.attrs["job"]), title=str(base_file.attrs["title"])
-        )
+        header = Header(FILETYPE, DATA_VERSION, str(part_file.attrs["job"]), title=str(base_file.attrs["title"]))
         return write_file(Path(out), Group(groups=groups, attributes=about), header)
 
 

@@ -34,7 +34,7 @@ def write(tmp_path):
         }
         file = tmp_path / folder / "s01.htt.h5"
         accuracy = Group(attributes={"left_out_bound_kelvin": 0.0})
-        write_file(file, Group(axes, variables, {"accuracy": accuracy}), Header("htt", "1.0", "d", "j"))
+        write_file(file, Group(axes, variables, {"accuracy": accuracy}), Header("htt", "d", "j"))
         return file
 
     return written

@@ -63,7 +63,7 @@ def test_a_full_disk_is_one_clear_line_and_leaves_nothing(small_disk):
     noise = np.random.default_rng(1).random(100_000)
     root = Group({"x": Axis(np.arange(noise.size), "1", "x")}, {"y": Variable(("x",), noise, "1", "y")})
     with pytest.raises(InputError, match="cannot be written: .*check free space and permissions"):
-        write_file(small_disk / "a.h5", root, Header("band", "1.0.0", "1", "job"))
+        write_file(small_disk / "a.h5", root, Header("band", "1", "job"))
     with pytest.raises(InputError, match="cannot be written: No space left on device"):
         write_whole(small_disk / "build.json", "x" * 100_000)
     assert list(small_disk.iterdir()) == []

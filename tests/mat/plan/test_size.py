@@ -92,6 +92,6 @@ def test_of_thousands_of_states_a_few_are_looked_at_and_the_check_says_so(tmp_pa
 
 def test_a_job_text_of_a_megabyte_is_kept_with_its_file(tmp_path):
     text = "weather: [1.5, 2.5]\n" * 60_000
-    write_file(tmp_path / "a.h5", Group(), Header("band", "1.0.0", "1", text))
+    write_file(tmp_path / "a.h5", Group(), Header("band", "1", text))
     with open_database(tmp_path / "a.h5", "band") as file:
         assert file.attrs["job"] == text

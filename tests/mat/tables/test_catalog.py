@@ -19,7 +19,7 @@ def write_catalog(folder, names):
 def database(path, filetype="band", values=(1.0, 2.0)):
     axes = {"wavelength": Axis(np.arange(float(len(values))), "um", "w")}
     group = Group(axes, {"response": Variable(("wavelength",), np.array(values), "1", "r")})
-    write_file(path, group, Header(filetype, "1.2.3", "data 7", "a job"))
+    write_file(path, group, Header(filetype, "data 7", "a job"))
 
 
 def test_entries_say_type_state_band_and_versions(tmp_path):
@@ -28,7 +28,7 @@ def test_entries_say_type_state_band_and_versions(tmp_path):
         database(tmp_path / name, name.split(".")[1])
     catalogue = json.loads(write_catalog(tmp_path, names).read_text(encoding="utf-8"))
     entries = {entry["file"]: entry for entry in catalogue["files"]}
-    assert list(entries) == sorted(names) and catalogue["format_version"] == "1.1.0"
+    assert list(entries) == sorted(names) and catalogue["format_version"] == "1.0"
     numbers = {name: (entry.get("state"), entry.get("band")) for name, entry in entries.items()}
     assert numbers == {
         "s012b03.atmq.h5": (12, 3),
@@ -37,7 +37,7 @@ def test_entries_say_type_state_band_and_versions(tmp_path):
         "grass.tmm.h5": (None, None),
     }
     assert [entries[name]["filetype"] for name in names] == ["atmq", "band", "htt", "tmm"]
-    assert {(entry["format_version"], entry["data_version"]) for entry in entries.values()} == {("1.2.3", "data 7")}
+    assert {(entry["format_version"], entry["data_version"]) for entry in entries.values()} == {("1.0", "data 7")}
 
 
 def test_the_hash_is_that_of_the_content(tmp_path):

@@ -296,7 +296,7 @@ def texture(path) -> None:
         "composites": Group(mixtures, {"weight": weight}),
         "levels": Group(groups={"0": level}),
     }
-    write_file(path, Group(groups=groups), Header("tmm", "1.1.0", "d", "job"))
+    write_file(path, Group(groups=groups), Header("tmm", "d", "job"))
 
 
 @pytest.mark.parametrize(
@@ -340,7 +340,7 @@ def test_arrays_of_a_texture_are_compared_row_by_row_however_large(tmp_path):
     )
     materials = Group({"material": Axis(np.array([3], np.uint16), "1", "code")})
     groups = {"materials": materials, "levels": Group(groups={"0": level})}
-    write_file(tmp_path / "a.h5", Group(groups=groups), Header("tmm", "1.1.0", "d", "job"))
+    write_file(tmp_path / "a.h5", Group(groups=groups), Header("tmm", "d", "job"))
     with h5py.File(tmp_path / "a.h5", "r+") as file:
         assert list(broken_texture_laws(file)) == []
         file["levels/0/code"][599, 4999] = 4

@@ -100,14 +100,11 @@ def test_no_module_asks_a_table_for_its_class():
     assert [module.name for module in modules if asks.search(module.read_text(encoding="utf-8"))] == []
 
 
-@pytest.mark.parametrize(
-    ("version", "remedy"),
-    [("2.1.0", "upgrade skyshine to one whose htt format is 2.x"), ("0.9.0", "build it again from its job")],
-)
-def test_another_version_says_how_to_convert(copied, version, remedy):
+@pytest.mark.parametrize("version", ["2.1", "0.9", "", "10.0"])
+def test_another_version_is_refused(copied, version):
     with h5py.File(copied, "r+") as file:
         file.attrs["format_version"] = version
-    with pytest.raises(InputError, match=f"has format_version '{version}'; this reader reads 1.x; {remedy}"):
+    with pytest.raises(InputError, match=f"has format_version '{version}'; allowed: 1.x; build it again"):
         skyshine.mat.open(copied)
 
 

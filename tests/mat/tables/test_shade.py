@@ -72,7 +72,7 @@ class Day:
             around,
             shade=fields,
         )
-        write_file(path, group, Header(HTT.name, HTT.format_version, "data", "job"))
+        write_file(path, group, Header(HTT.name, "data", "job"))
         self.table = open_file(path)
 
     def whole(self, name, slope, azimuth, around=None):
@@ -296,10 +296,10 @@ def test_a_file_without_the_response_says_what_to_do(day, tmp_path):
     root, _ = read_file(day.table.path)
     kept = {name: root.variables[name] for name in ("temperature", "material_name")}
     axes = {name: root.axes[name] for name in root.variables["temperature"].dims}
-    write_file(tmp_path / "old.h5", replace(root, axes=axes, variables=kept), Header("htt", "1.2.0", "data", "job"))
-    old = open_file(tmp_path / "old.h5")
-    assert old.temperature(material="asphalt_road", time=12) > 300
-    for call in (old.shaded_temperature, lambda **where: old.temperature(**where, absorbed_change=[1.0])):
+    write_file(tmp_path / "bare.h5", replace(root, axes=axes, variables=kept), Header("htt", "data", "job"))
+    bare = open_file(tmp_path / "bare.h5")
+    assert bare.temperature(material="asphalt_road", time=12) > 300
+    for call in (bare.shaded_temperature, lambda **where: bare.temperature(**where, absorbed_change=[1.0])):
         with pytest.raises(InputError, match="holds no response to shade; build it again, without needs.shade: false"):
             call(material="asphalt_road", time=12)
 
@@ -316,7 +316,7 @@ def test_a_table_of_part_of_the_day_is_shaded_too(day, tmp_path):
     write_file(
         tmp_path / "part.h5",
         replace(root, axes=root.axes | {"time": time}, variables=root.variables | {"temperature": part}),
-        Header(HTT.name, HTT.format_version, "data", "job"),
+        Header(HTT.name, "data", "job"),
     )
     table = open_file(tmp_path / "part.h5")
     place = {"material": "asphalt_road", "slope": 90.0, "azimuth": 270.0, "time": nodes}

@@ -19,7 +19,7 @@ def line():
 def test_hdf5_holds_every_column_with_its_unit(line, tmp_path):
     line.save(tmp_path / "line.h5")
     with h5py.File(tmp_path / "line.h5") as file:
-        assert file.attrs["filetype"] == "spectrum" and file.attrs["format_version"] == "1.0.0"
+        assert file.attrs["filetype"] == "spectrum" and file.attrs["format_version"] == "1.0"
         assert file.attrs["range_km"] == "2" and file.attrs["ends_at_ground"] == "false"
         for name, (unit, values) in line.columns.items():
             assert file[name].attrs["units"] == unit

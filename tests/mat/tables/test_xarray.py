@@ -12,7 +12,7 @@ from skyshine.mat.tables.named_materials import with_names
 from skyshine.schemas.hdf5 import Group, Header, Variable, read_file, write_file
 
 xarray = pytest.importorskip("xarray")
-HEADER = Header(HTT.name, HTT.format_version, "data", "job", "Temperatures")
+HEADER = Header(HTT.name, "data", "job", "Temperatures")
 DIMS = ("material", "altitude", "azimuth", "slope", "time")
 
 
@@ -82,7 +82,7 @@ def test_the_engine_is_an_entry_point_of_the_package():
 def test_repr_takes_a_few_lines(file):
     table = skyshine.mat.open(file)
     assert repr(table) == (
-        f"<TemperatureTable htt {HTT.format_version} '{file}'\n"
+        f"<TemperatureTable htt 1.0 '{file}'\n"
         "  axes: material 2, altitude 2, azimuth 1, slope 1, time 1\n  quantities: temperature [K]>"
     )
 

@@ -151,10 +151,12 @@ def test_not_a_model(tmp_path, build, striped):
     (tmp_path / "a.tmm-model.h5").write_bytes(b"nothing")
     with pytest.raises(InputError, match="not a readable HDF5 file"):
         read_model(tmp_path / "a.tmm-model.h5")
-    write_file(tmp_path / "b.tmm-model.h5", Group(), Header("tmm-model", "1.0.0", "", ""))
+    write_file(tmp_path / "b.tmm-model.h5", Group(), Header("tmm-model", "", ""))
     with pytest.raises(InputError, match="lacks a part of a classifier"):
         read_model(tmp_path / "b.tmm-model.h5")
-    write_file(tmp_path / "c.tmm-model.h5", Group(), Header("tmm-model", "2.0.0", "", ""))
+    write_file(tmp_path / "c.tmm-model.h5", Group(), Header("tmm-model", "", ""))
+    with h5py.File(tmp_path / "c.tmm-model.h5", "r+") as file:
+        file.attrs["format_version"] = "2.0.0"
     with pytest.raises(InputError, match="format_version '2.0.0'"):
         build(TextureJob.model_validate({"image": striped, "model": "c.tmm-model.h5"}))
 

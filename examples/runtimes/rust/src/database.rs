@@ -62,12 +62,12 @@ pub fn array_number(kind: i32, name: &str) -> i32 {
 impl Database {
     /// Read a file of a kind. Values beyond the axes in `clamp` are read at the nearest node.
     pub fn open(path: &Path, kind: i32, clamp: &[&str]) -> Result<Self> {
-        let (filetypes, major): (&[&str], _) = match kind {
-            SURFACE => (&["htt"], "1."),
-            BAND => (&["band"], "1."),
-            _ => (&["atmq", "lunar_atmq"], "4."),
+        let filetypes: &[&str] = match kind {
+            SURFACE => &["htt"],
+            BAND => &["band"],
+            _ => &["atmq", "lunar_atmq"],
         };
-        let opened = Source::open(path, filetypes, major).and_then(|(source, filetype)| {
+        let opened = Source::open(path, filetypes).and_then(|(source, filetype)| {
             let mut database = Database {
                 memory: Memory::of(unsafe { skyshine_database_size() }),
                 _arrays: Vec::new(),

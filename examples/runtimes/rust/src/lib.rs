@@ -14,5 +14,5 @@ pub use pixel::{pixel_value, Pixel, Pixels, Shade, Terms, View, SHADED_SKY};
 pub use tables::{Face, Line, Source, Surroundings, Tables};
 pub use texture::Texture;
 
-/// The newest formats that this version knows; it reads all minor versions of their major ones, of .band from 1.5 on.
-pub const FORMATS: &[(&str, &str)] = &[("htt", "1.9"), ("band", "1.6"), ("atmq", "4.0"), ("tmm", "1.6")];
+/// Version of the formats that this version knows; it reads all minor versions of its major one.
+pub const FORMAT: &str = "1.0";

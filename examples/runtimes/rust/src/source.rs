@@ -1,6 +1,7 @@
 //! Arrays and attributes of a file, each checked before it is believed.
 
 use crate::error::{Error, Result};
+use crate::FORMAT;
 use hdf5::types::{FixedAscii, FixedUnicode, Reference, TypeDescriptor, VarLenArray, VarLenAscii, VarLenUnicode};
 use hdf5::{Dataset, File, Group, H5Type, IterationOrder, LinkType, Location, ObjectReference1, ReferencedObject};
 use std::path::Path;
@@ -48,14 +49,14 @@ pub struct Source {
 }
 
 impl Source {
-    /// A regular file of one of some types, of a major version of their format.
-    pub fn open(path: &Path, filetypes: &[&str], major: &str) -> Result<(Self, String)> {
+    /// A regular file of one of some types, of the major version of `FORMAT`.
+    pub fn open(path: &Path, filetypes: &[&str]) -> Result<(Self, String)> {
         let unreadable = || Error::file("is not a readable HDF5 file");
         let on_disk = std::fs::metadata(path).ok().filter(|found| found.is_file()).ok_or_else(unreadable)?;
         let file = File::open(path).map_err(|_| unreadable())?;
         let (filetype, version) = (text(&file, "filetype")?, text(&file, "format_version")?);
-        if !filetypes.contains(&filetype.as_str()) || !version.starts_with(major) {
-            return Err(Error::file(format!("holds '{filetype}' {version}; allowed: {} {major}x", filetypes.join(" or "))));
+        if !filetypes.contains(&filetype.as_str()) || version.split('.').next() != FORMAT.split('.').next() {
+            return Err(Error::file(format!("holds '{filetype}' {version}; allowed: {} in formats {}.x", filetypes.join(" or "), FORMAT.split('.').next().unwrap_or_default())));
         }
         Ok((Source { file, bytes: PACKING * on_disk.len() + SMALL }, filetype))
     }

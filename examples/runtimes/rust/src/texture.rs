@@ -78,7 +78,7 @@ impl Texture {
 }
 
 fn read(path: &Path, number: u32) -> Result<Level> {
-    let opened = Source::open(path, &["tmm"], "1.").and_then(|(source, _)| read_level(&source, number));
+    let opened = Source::open(path, &["tmm"]).and_then(|(source, _)| read_level(&source, number));
     opened.map_err(|error| Error::file(format!("{}: {error}", path.display())))
 }
 

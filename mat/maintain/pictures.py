@@ -22,7 +22,7 @@ SHOWN = (
     "built/pictures/s01.htt.png",
     "built/pictures/s01b01.atmq.png",
     "built/pictures/b02.band.png",
-    "rendered/yellowstone_day.png",
+    "street/rendered/street_day.png",
     f"{CARD}.card.png",
     "three_ways.png",
 )
@@ -44,10 +44,12 @@ def draw(folder: Path, mat: Path) -> None:
     """
     with tempfile.TemporaryDirectory() as name:
         work = Path(name)
+        street = shutil.copytree(folder.resolve().parent / "street", work / "street")
         for arguments in (
             ("init", work),
             ("build", work / "job.yaml"),
-            ("render", work / "scene.yaml"),
+            ("build", street / "job.yaml"),
+            ("render", street / "scene.yaml"),
             ("materials", CARD, "--plot", work / f"{CARD}.card.png"),
         ):
             subprocess.run([mat, *arguments], check=True)

@@ -70,7 +70,7 @@ def turbulence_fields(
             scales = sea.friction_velocity, sea.temperature_scale, sea.humidity_scale
             cn2[level, :, hour] = index_structure(HEIGHTS, *scales, kelvin[hour], pascal[hour])
     axes = {
-        "cn2_height": table_axis(HEIGHTS, "m", "height above the ground"),
+        "cn2_height": table_axis(HEIGHTS, "m", "height above the ground or sea at which the turbulence is given"),
         "cn2_hour": table_axis(HOURS, CLOCK_UNIT, "local clock time", interpolation=PERIODIC, period=24.0),
     }
     values = Variable(

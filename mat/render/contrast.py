@@ -162,14 +162,14 @@ def contrast(
     date = str(tables.surface.attributes["date"])
     results = []
     for read in tables.bands:
-        apparent = [
+        target, behind = (
             equivalent_temperature(read.band, seen_radiance(tables, read, face, int(code), sight, hours, source=source))
             for face, code in zip((material, background), codes, strict=True)
-        ]
-        crossovers = crossover_hours(hours, apparent[0] - apparent[1], step=24.0 / STEPS)
+        )
+        crossovers = crossover_hours(hours, target - behind, step=24.0 / STEPS)
         lower, upper = (float(limit) for limit in read.air.attributes["wavelength_um"])
         error = stated_error(tables.surface, read.air, [int(code) for code in codes[:1][[bool(material.shade)]]])
-        results.append(Contrast(hours, *apparent, crossovers, read.name, (lower, upper), sight, date, up, error))
+        results.append(Contrast(hours, target, behind, crossovers, read.name, (lower, upper), sight, date, up, error))
     return results
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -103,14 +104,11 @@ def draw_frames(
 
 def _write_picture(figure: Figure, picture: Path, *, grey: bool) -> None:
     """Write a figure as PNG; one channel is enough where all of it is grey."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
 
-    figure.set_dpi(_DPI)
-    canvas = figure.canvas
-    assert isinstance(canvas, FigureCanvasAgg)
-    canvas.draw()
-    image = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3])
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format="png", dpi=_DPI)
+    image = Image.open(drawn).convert("RGB")
     try:
         (image.convert("L") if grey else image).save(picture, format="png", optimize=True)
     except OSError as error:

@@ -77,7 +77,7 @@ def page(name: str) -> str:
 
 def anchor(name: str, path: str) -> str:
     """Target of links to the section of a place such as ``states[].weather``."""
-    words = re.sub(r"[^a-z0-9]+", "-", path.lower()).strip("-")
+    words = re.sub(r"[^a-z0-9]+", "-", path.lower().replace("[]", "-each")).strip("-")
     return f"{name.removesuffix('.schema.json')}-{words}"
 
 

@@ -71,9 +71,10 @@ def turbulence_fields(
             cn2[level, :, hour] = index_structure(HEIGHTS, *scales, kelvin[hour], pascal[hour])
     axes = {
         "cn2_height": table_axis(HEIGHTS, "m", "height above the ground or sea at which the turbulence is given"),
-        "cn2_hour": table_axis(HOURS, CLOCK_UNIT, "local clock time", interpolation=PERIODIC, period=24.0),
+        "cn2_hour": table_axis(
+            HOURS, CLOCK_UNIT, "local clock time of the turbulence", interpolation=PERIODIC, period=24.0
+        ),
     }
-    values = Variable(
-        ("altitude", *axes), cn2.astype(np.float32), "m^(-2/3)", "structure constant of the refractive index"
-    )
+    name = "structure constant of the refractive index in the surface layer, over the ground material or the sea"
+    values = Variable(("altitude", *axes), cn2.astype(np.float32), "m^(-2/3)", name)
     return axes, {"cn2": values}

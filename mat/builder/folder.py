@@ -51,9 +51,15 @@ def sole_build_in(folder: Path, part: Part | None = None) -> Iterator[None]:
             "another build writes into this folder; wait for it, or name another --out", file=folder
         ) from None
     except OSError as error:
+        if isinstance(error, FileNotFoundError) and error.filename and not _inside(error.filename, folder):
+            raise InputError("does not exist; name a file that is there", file=error.filename) from None
         raise InputError(
             f"cannot be written: {error.strerror or error}; check free space and permissions", file=folder
         ) from None
+
+
+def _inside(path: str, folder: Path) -> bool:
+    return Path(path).resolve().is_relative_to(folder.resolve())
 
 
 def _clean(folder: Path) -> None:

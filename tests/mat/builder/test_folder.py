@@ -110,3 +110,12 @@ def test_a_name_that_looks_like_markup_is_shown_on_a_terminal(tmp_path):
             break
         shown += part
     assert process.wait() == 0 and b"building x [/bold]" in shown, shown
+
+
+def test_a_missing_input_is_named_itself(tmp_path):
+    output, photograph = tmp_path / "built", tmp_path / "road.png"
+    output.mkdir()
+    with pytest.raises(InputError, match=r"road\.png: does not exist"), sole_build_in(output):
+        photograph.read_bytes()
+    with pytest.raises(InputError, match=r"built: cannot be written"), sole_build_in(output):
+        (output / "gone").read_bytes()

@@ -44,7 +44,7 @@ def draw(folder: Path, mat: Path) -> None:
     """
     with tempfile.TemporaryDirectory() as name:
         work = Path(name)
-        street = shutil.copytree(folder.resolve().parent / "street", work / "street")
+        street = shutil.copytree(Path(__file__).parents[2] / "examples" / "street", work / "street")
         for arguments in (
             ("init", work),
             ("build", work / "job.yaml"),

@@ -22,5 +22,5 @@ def test_the_table_that_is_written_is_solved_once(build_surface, small_job, tmp_
     assert len(solved) - 1 <= len({tuple(axes) for axes in solved}) and len(solved) > 5
     axes = skyshine.mat.open(file).root.axes
     written = [1e3 * axes["altitude"].values, *(axes[name].values for name in ("azimuth", "slope", "time"))]
-    *_, table, _, _ = solved  # then come the errors: of interpolation, and of the solver's steps
+    *_, table, _, _, _ = solved  # then the ground of Cn2 and the errors: of interpolation, of the steps
     assert [values.astype(float).tobytes() for values in written] == table[:4]

@@ -209,8 +209,9 @@ Stamps = tuple[tuple[str, int, int], ...]
 
 def _stamps(folder: Path) -> Stamps:
     """What tells whether a file of a library has changed: name, time of its last change, size."""
-    files = sorted(path for path in (folder / "mat.yaml", *folder.glob("*/*")) if path.is_file())
-    return tuple((str(path), path.stat().st_mtime_ns, path.stat().st_size) for path in files)
+    inside = [folder, *(Path(entry.path) for entry in os.scandir(folder) if entry.is_dir())]
+    files = [(entry.path, entry.stat()) for place in inside for entry in os.scandir(place) if entry.is_file()]
+    return tuple(sorted((path, stat.st_mtime_ns, stat.st_size) for path, stat in files))
 
 
 @lru_cache(maxsize=4)

@@ -57,7 +57,7 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     share, part = COMPILED_POINTS / TABLE_POINTS, path_scope(loaded).lines(_PARTS, 0) / _PARTS
     sets, sources = len(job.states), len(job.sources)
     bands = [job.bands[number - 1] for number in job.needed_bands]
-    points = [absorption_table().points(*band.wavenumber_range).wavenumber.size for band in map(response_of, bands)]
+    points = [absorption_table().count_between(*band.wavenumber_range) for band in map(response_of, bands)]
     # Half as much work at twice the tolerance: nodes of the two axes that bend most go with its root each.
     kelvin = FINEST / max(tolerance_parts(job.atmosphere_grid.tolerance)[0], FINEST_PRICED)
     sharing = sets - shared_cells(loaded.requested).count(None)

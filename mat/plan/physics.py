@@ -8,7 +8,6 @@ from typing import Any
 
 from skyshine.mat.atmosphere.band.compile import negligible_gases
 from skyshine.mat.atmosphere.band.points import BandPoints
-from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.bounds import Bounds, Scattering
@@ -16,6 +15,7 @@ from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.plan.left_out import LeftOut
 from skyshine.mat.scene.air_cells import AirCell, shared_cell, states_of_cell
+from skyshine.mat.scene.assessed_points import assessed_points
 from skyshine.mat.scene.atmosphere import air_key, atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import MAX_POINTS
@@ -30,9 +30,9 @@ from skyshine.mat.tables.files import state_label
 def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
     """Points, gases, particles and scattered light that bands of states do not need, with what each changes at most.
 
-    States of the same air are represented by the first of them, except for their light. Bounds of particles and light
-    are those at all points of a band; a build takes the bounds at the points of its tables, which differ little. More
-    than `STATES` states are represented by `STATES` of them.
+    States of the same air are represented by the first of them, except for their light. Bounds are those at some
+    hundred points of a band; a build takes the bounds at the points of its tables, which differ little. More than
+    `STATES` states are represented by `STATES` of them.
     """
     job, grid, scope = loaded.trimmed, path_grid(loaded.trimmed), path_scope(loaded)
     library = job_library(job)
@@ -43,11 +43,8 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
     looked_at = _spread(len(job.states))
     for number in job.needed_bands:
         response = response_of(job.bands[number - 1])
-        bands[number] = (
-            response,
-            points_of_band(absorption_table(job.water_continuum), response),
-        )
-        left_out += _points(job, bands[number][1].weight.size, number)
+        bands[number] = response, assessed_points(response, job.water_continuum)
+        left_out += _points(job, absorption_table().count_between(*response.wavenumber_range), number)
     for number, band in itertools.product(looked_at, bands):
         state = job.states[number - 1]
         response, everything = bands[band]
@@ -91,7 +88,7 @@ def _at_all_points(air: AtmosphericState, everything: BandPoints) -> SpectralAir
     return SpectralAir.of(air, everything.points, everything.gases, everything.weight)
 
 
-STATES = 12  # assessed of a job with more states
+STATES = 6  # assessed of a job with more states
 _RESTORE_SPECTRUM = "a smaller accuracy.spectral_tolerance"
 
 

@@ -10,18 +10,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.band.sample import Sample
 from skyshine.mat.atmosphere.gases.absorption import available_water_continua, packaged_water_continuum
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.optics import spectral_optics
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.warnings import merged
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
+from skyshine.mat.scene.air_cells import air_cell
+from skyshine.mat.scene.assessed_points import assessed_points
 from skyshine.mat.scene.atmosphere import air_key, atmospheric_state
-from skyshine.mat.scene.bands import absorption_table, response_of
+from skyshine.mat.scene.bands import response_of
 from skyshine.mat.scene.grids import path_grid
 from skyshine.schemas.arrays import Floats
 
@@ -29,7 +31,6 @@ NAMED_KELVIN = 0.3  # above which `mat check` names the spread
 _PUBLIC = "lowtran7"  # chosen for its terms, not for what was measured
 _LINES, _SEED = 16, 0  # of sight
 _BACKGROUND = 300.0  # K
-_POINTS = 200  # of a band, evenly among all: a bound of the spread needs no more
 
 
 def other_continua(job: Job) -> list[str]:
@@ -47,7 +48,8 @@ def spread_warnings(loaded: LoadedJob) -> list[str]:
     for band in job.needed_bands:
         response = response_of(job.bands[band - 1])
         for number, state in enumerate(job.states, 1):
-            key = band, air_key(state)
+            # States of one cell of weather have about the same water.
+            key = band, air_cell(job.site, state) or air_key(state)
             if key not in spread:
                 spread[key] = spread_kelvin(job, atmospheric_state(job.site, state), response, others)
             if spread[key] > NAMED_KELVIN:
@@ -79,12 +81,13 @@ def spread_kelvin(job: Job, state: AtmosphericState, response: SpectralResponse,
     radiances = []
     sample = None
     for name in (job.water_continuum, *others):
-        band = points_of_band(absorption_table(name), response)
-        selected = np.unique(np.linspace(0, band.weight.size - 1, _POINTS).astype(int))
-        air = SpectralAir.of(clear, band.points.subset(selected), band.gases, band.weight[selected])
-        wavenumber, weight = band.wavenumber[selected], band.radiance_weight[selected]
+        band = assessed_points(response, name)
+        wavenumber, weight = band.wavenumber, band.radiance_weight
         if sample is None:
+            air = SpectralAir.of(clear, band.points, band.gases, band.weight)
             sample = Sample.for_test(air.shells, path_grid(job), _LINES, np.random.default_rng(_SEED))
+        else:
+            air = replace(air, optics=spectral_optics(clear, band.points, band.gases))
         radiances.append(
             [_radiance(air, line.segments, int(line.node[-1]), wavenumber) @ weight for line in sample.lines]
         )

@@ -77,10 +77,10 @@ def solar_spectrum(longest: float = SUNLIGHT_UM[1]) -> tuple[Floats, Floats]:
 def source_hours(job: Job, step: float = 1 / 12) -> dict[str, list[tuple[str, str]]]:
     """Local clock times between which each source of the job is above the horizon, to the step in hours."""
     hours = np.arange(0.0, 24.0, step)
-    times = local_times_utc(job.site, hours)
+    tracks = source_tracks(job.site, hours)
     spans: dict[str, list[tuple[str, str]]] = {}
     for source in job.sources:
-        up = position(source, times, job.site.latitude_deg, job.site.longitude_deg).elevation > 0
+        up = tracks[f"{source}_elevation"] > 0
         edges = np.flatnonzero(np.diff(np.concatenate([[False], up, [False]]).astype(int)))
         spans[source] = [
             (clock_text(hours[a]), clock_text(hours[b - 1] + step))

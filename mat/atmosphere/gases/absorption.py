@@ -194,6 +194,11 @@ class AbsorptionTable:
         ]
         return list(dict.fromkeys(used))
 
+    def count_between(self, low: float, high: float) -> int:
+        """Number of points in the intervals that overlap [low, high] (cm^-1)."""
+        overlapping = (self.interval_edges[:, 1] > low) & (self.interval_edges[:, 0] < high)
+        return int(self.count[overlapping].sum())
+
     def points(self, low: float, high: float) -> SpectralPoints:
         """The points of every interval that overlaps [low, high] (cm^-1).
 

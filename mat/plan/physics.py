@@ -28,7 +28,7 @@ from skyshine.mat.tables.files import state_label
 
 
 def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
-    """Points, gases, particles and scattered light that bands of states do not need, with what each changes at most.
+    """Points, gases, particles and scattered light that bands of states do not need, with about what each changes.
 
     States of the same air are represented by the first of them, except for their light. Bounds are those at some
     hundred points of a band; a build takes the bounds at the points of its tables, which differ little. More than
@@ -100,7 +100,7 @@ def _points(job: Job, count: int, band: int) -> list[LeftOut]:
 
 
 def _gases(gases: dict[str, float], table: str) -> LeftOut:
-    bound = f"at most {max(gases.values()):.1e} in transmittance"
+    bound = f"about {max(gases.values()):.1e} in transmittance"
     return LeftOut(
         f"{', '.join(gases)} in {table}", "they absorb less than the tolerance in this band", bound, _RESTORE_SPECTRUM
     )
@@ -119,6 +119,6 @@ def _faint(what: str, cases: list[tuple[float, float, str]], part: str) -> LeftO
     return LeftOut(
         f"{what} in {', '.join(tables[:3])}{more}{part}",
         "too faint to be seen",
-        f"at most {kelvin:.1e} K or {radiance:.1e} W m^-2 sr^-1 of what is seen",
+        f"about {kelvin:.1e} K or {radiance:.1e} W m^-2 sr^-1 of what is seen",
         "a smaller accuracy.negligible_k; 0 leaves nothing out",
     )

@@ -34,16 +34,23 @@ TWO = (
 DAYS = 'date, weather.air_temperature_c\n2026-06-28, "[22, 33]"\n2026-12-28, "[1, 9]"\n'
 
 
+def written(folder, sites, *names):
+    (folder / "weather").mkdir(exist_ok=True)
+    for name in names:
+        (folder / "weather" / f"{name}.csv").write_text(DAYS, encoding="utf-8")
+    (folder / "job.yaml").write_text(JOB.replace("SITES", sites), encoding="utf-8")
+    return folder / "job.yaml"
+
+
 @pytest.fixture
 def job(tmp_path):
-    def write(sites, *names):
-        (tmp_path / "weather").mkdir(exist_ok=True)
-        for name in names:
-            (tmp_path / "weather" / f"{name}.csv").write_text(DAYS, encoding="utf-8")
-        (tmp_path / "job.yaml").write_text(JOB.replace("SITES", sites), encoding="utf-8")
-        return tmp_path / "job.yaml"
+    return lambda sites, *names: written(tmp_path, sites, *names)
 
-    return write
+
+@pytest.fixture(scope="module")
+def skies(builds_here, tmp_path_factory):
+    """The four clear skies of both sites, computed once for the tests that build."""
+    skyshine.mat.build(written(tmp_path_factory.mktemp("skies"), TWO, "a", "b"))
 
 
 def test_a_site_has_its_own_place_and_weather_and_what_site_says_for_all(job):
@@ -86,7 +93,7 @@ def test_a_job_of_many_sites_is_no_job_of_one(job):
         load_job(job(TWO, "a", "b"))
 
 
-def test_one_site_that_fails_is_named_and_the_others_are_built(job, builds_here, tmp_path):
+def test_one_site_that_fails_is_named_and_the_others_are_built(job, skies, tmp_path):
     file = job(TWO, "b")
     with pytest.raises(InputError, match=r"a\.csv.*1 of the sites cannot be read \(a\); the others are complete"):
         skyshine.mat.build(file)
@@ -111,7 +118,7 @@ def test_one_site_that_fails_is_named_and_the_others_are_built(job, builds_here,
         catalog.find(site="c")
 
 
-def test_parts_are_disjoint_and_the_last_writes_one_catalogue(job, builds_here, tmp_path):
+def test_parts_are_disjoint_and_the_last_writes_one_catalogue(job, skies, tmp_path):
     file = job(TWO, "a", "b")
     names = set()
     for number in (1, 3, 2):

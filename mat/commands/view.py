@@ -32,8 +32,8 @@ def command(source: str, out: str, texture: str | None, altitude: float | None, 
 
     Of a folder the page shows a texture, of a scene its surface from the first place of its camera,
     with no cast shadows except the shade of the photograph. The page opens from the file in any browser with
-    WebGL2 without network access. Time of day, band, source, range and gain are set on it; the temperature
-    under the pointer and the time of a frame are shown.
+    WebGL2 without network access. Time of day, band, source, palette, range and gain are set on it; the
+    temperature under the pointer and the time of a frame are shown.
     """
     if Path(source).suffix.lower() in (".yaml", ".yml"):
         options = {"--texture": texture, "--altitude": altitude, "--metres-per-texel": metres_per_texel}

@@ -56,10 +56,12 @@ SKYSHINE.surfaces = (() => {
   const PLAN = `${SHADING}
     uniform vec3 observer; // m from the centre of the plan, east, north, up
     uniform vec4 plan; // columns and rows of texels, metres a texel, altitude of the surface in km
+    uniform float stride; // texels a pixel
 
     void main() {
-      ivec2 texel = ivec2(int(gl_FragCoord.x), int(plan.y) - 1 - int(gl_FragCoord.y));
-      vec2 aside = (gl_FragCoord.xy - 0.5 * plan.xy) * plan.z;
+      vec2 pixel = min(floor(gl_FragCoord.xy * stride), plan.xy - 1.0);
+      ivec2 texel = ivec2(int(pixel.x), int(plan.y - pixel.y) - 1);
+      vec2 aside = (pixel + 0.5 - 0.5 * plan.xy) * plan.z;
       int number = int(texelFetch(codes, texel, 0).r);
       result = mixed(number, texel, vec3(0.0, 0.0, 1.0), observer - vec3(aside, 0.0), plan.w);
     }`;
@@ -110,14 +112,19 @@ SKYSHINE.surfaces = (() => {
 
   const PICTURE = `#version 300 es
     precision highp float;
-    uniform highp sampler2D scene;
-    uniform vec3 levels; // black, white, channel
+    uniform highp sampler2D coarse;
+    uniform highp sampler2D fine;
+    uniform sampler2D palette;
+    uniform vec3 levels; // first and last value of the palette, channel
+    uniform ivec2 drawn; // stride of the coarse picture, finished rows of the fine one
     out vec4 colour;
     void main() {
-      vec4 pixel = texelFetch(scene, ivec2(gl_FragCoord.xy), 0);
+      ivec2 place = ivec2(gl_FragCoord.xy);
+      vec4 pixel = place.y < drawn.y ? texelFetch(fine, place, 0) : texelFetch(coarse, place / drawn.x, 0);
       float value = levels.z > 0.5 ? pixel.r : pixel.g;
-      float shade = clamp((value - levels.x) / (levels.y - levels.x), 0.0, 1.0);
-      colour = pixel.a == -1.0 ? vec4(0.2, 0.1, 0.25, 1.0) : vec4(vec3(shade), 1.0);
+      float share = clamp((value - levels.x) / (levels.y - levels.x), 0.0, 1.0);
+      float count = float(textureSize(palette, 0).x);
+      colour = pixel.a == -1.0 ? vec4(0.13, 0.15, 0.19, 1.0) : texture(palette, vec2((share * (count - 1.0) + 0.5) / count, 0.5));
     }`;
 
   const dot = (a, b) => a.reduce((total, value, k) => total + value * b[k], 0);

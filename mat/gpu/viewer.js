@@ -14,7 +14,7 @@
   }
   const debug = gl.getExtension("WEBGL_debug_renderer_info");
   const renderer = gl.getParameter(debug ? debug.UNMASKED_RENDERER_WEBGL : gl.RENDERER);
-  element("renderer").textContent = renderer;
+  element("renderer").textContent = (/SwiftShader|llvmpipe/.exec(renderer) ?? [renderer.slice(0, 60)])[0]; // software, by its name
 
   const { WHOLE, PLAN, CORNERS, MESH, PICTURE, camera } = SKYSHINE.surfaces;
 
@@ -45,6 +45,7 @@
     RGBA32F: [gl.RGBA32F, gl.RGBA, gl.FLOAT],
     R16UI: [gl.R16UI, gl.RED_INTEGER, gl.UNSIGNED_SHORT],
     R8: [gl.R8, gl.RED, gl.UNSIGNED_BYTE],
+    RGBA8: [gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE],
   };
 
   function texture(format, [width, height, depth], values, { solid = false, linear = false } = {}) {
@@ -94,21 +95,30 @@
   canvas.height = rows;
   const { mesh } = settings;
   const [scenePass, picturePass] = [mesh ? program(CORNERS, MESH) : program(WHOLE, PLAN), program(WHOLE, PICTURE)];
-  const target = texture("RGBA32F", [columns, rows, 1], null);
-  const framebuffer = gl.createFramebuffer();
-  gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
-  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, target.made, 0);
+
+  // A picture of every `stride`-th pixel for the moment, and the picture itself, with the values that were read back.
+  function newTarget() {
+    const { made } = texture("RGBA32F", [columns, rows, 1], null);
+    const framebuffer = gl.createFramebuffer();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, made, 0);
+    if (mesh) {
+      const depth = gl.createRenderbuffer();
+      gl.bindRenderbuffer(gl.RENDERBUFFER, depth);
+      gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT24, columns, rows);
+      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, depth);
+    }
+    return { made, framebuffer, values: new Float32Array(4 * columns * rows) };
+  }
+  const [coarse, fine] = [newTarget(), newTarget()];
+  const palettes = settings.palettes.map(({ colours }) =>
+    texture("RGBA8", [colours.length, 1, 1], Uint8Array.from(colours.flatMap((colour) => [...colour, 255])), { linear: true }),
+  );
 
   // Triangles: corner, normal, texture coordinates and covering of each vertex.
   const VERTEX = [3, 3, 2, 1];
   const triangles = mesh ? texels(mesh.data, "corners") : new Float32Array(0);
   const [vertices, coverings] = [gl.createBuffer(), Array.from({ length: triangles.length / 9 }, (_, k) => triangles[9 * k + 8])];
-  if (mesh) {
-    const depth = gl.createRenderbuffer();
-    gl.bindRenderbuffer(gl.RENDERBUFFER, depth);
-    gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT24, columns, rows);
-    gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, depth);
-  }
 
   // Triangles whose coverings name rows of the tables of a band in place of codes.
   function uploadTriangles(materials) {
@@ -123,26 +133,27 @@
     }, 0);
   }
 
-  function drawTriangles(at, materials, stretch) {
+  function setTriangles(at, materials, stretch) {
     const { observer, view, above } = camera(mesh, columns, rows, stretch);
     uploadTriangles(materials);
     gl.uniformMatrix4fv(at.view, false, view);
     gl.uniform3f(at.observer, ...observer);
     gl.uniform2f(at.scene, above, settings.surface_km);
     if (mesh.parts.length > 0) gl.uniform4fv(at.parts, mesh.parts.flat());
-    gl.enable(gl.DEPTH_TEST);
-    gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, -1]);
-    gl.clear(gl.DEPTH_BUFFER_BIT);
-    gl.drawArrays(gl.TRIANGLES, 0, triangles.length / 9);
-    gl.disable(gl.DEPTH_TEST);
-    VERTEX.forEach((_, place) => gl.disableVertexAttribArray(place));
+    return () => {
+      gl.enable(gl.DEPTH_TEST);
+      gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, -1]);
+      gl.clear(gl.DEPTH_BUFFER_BIT);
+      gl.drawArrays(gl.TRIANGLES, 0, triangles.length / 9);
+      gl.disable(gl.DEPTH_TEST);
+    };
   }
 
-  function drawPlan(at, range) {
+  function setPlan(at, range) {
     const up = (settings.altitude_km - settings.surface_km) * 1000;
     gl.uniform3f(at.observer, 0, -Math.sqrt(Math.max((range * 1000) ** 2 - up * up, 0)), up);
     gl.uniform4f(at.plan, columns, rows, settings.metres_per_texel, settings.surface_km);
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    return () => gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
   const kept = new Map(); // textures by what they hold
@@ -211,8 +222,8 @@
     return [1, 1 - own.shaded_sky, air.reduce((total, kelvin) => total + kelvin, 0) / air.length];
   }
 
-  // Draws radiances; returns where the source stands.
-  function drawScene({ band, hour, wanted, range }) {
+  // Sets textures and numbers of a frame; returns the direction of the source and a function that draws radiances.
+  function setScene({ band, hour, wanted, range }) {
     const { source, name } = airOf(band, wanted, hour);
     const [elevation, azimuth] = track(band.surface, source, hour);
     const [own, faces, glow] = [numbers(name), numbers(band.surface), numbers(band.band)];
@@ -237,8 +248,6 @@
       mixtures: keep(`mixtures ${band.band}`, () => mixtureTexture(settings.texture, glow.material)),
     };
     air.forEach((part, k) => (bound[`skyshineAir${k}`] = part));
-    gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
-    gl.viewport(0, 0, columns, rows);
     gl.useProgram(scenePass.made);
     const at = scenePass.uniforms;
     Object.entries(bound).forEach(([uniform, part], unit) => {
@@ -257,41 +266,91 @@
     const [e, a] = [elevation, azimuth].map((angle) => (angle * Math.PI) / 180);
     gl.uniform3f(at.around, ...around);
     gl.uniform3f(at.toSource, Math.cos(e) * Math.sin(a), Math.cos(e) * Math.cos(a), Math.sin(e));
-    if (mesh) drawTriangles(at, glow.material, range / settings.range_km[0]);
-    else drawPlan(at, range);
-    return { source, elevation, azimuth };
+    const draw = mesh ? setTriangles(at, glow.material, range / settings.range_km[0]) : setPlan(at, range);
+    return { source, elevation, azimuth, bound, draw };
   }
 
-  function readScene(x, y, width, height) {
-    const values = new Float32Array(4 * width * height);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
-    gl.readPixels(x, y, width, height, gl.RGBA, gl.FLOAT, values);
-    return values;
+  // Draws rows `from` to `to` of every `stride`-th pixel, reads them back, and returns the milliseconds that it took.
+  function drawRows({ bound, draw }, target, stride, from, to) {
+    const begun = performance.now();
+    const across = Math.ceil(columns / stride);
+    gl.useProgram(scenePass.made);
+    Object.values(bound).forEach((part, unit) => {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(part.target, part.made);
+    });
+    if (!mesh) gl.uniform1f(scenePass.uniforms.stride, stride);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.framebuffer);
+    gl.viewport(0, 0, across, Math.ceil(rows / stride));
+    gl.enable(gl.SCISSOR_TEST);
+    gl.scissor(0, from, across, to - from);
+    draw();
+    gl.disable(gl.SCISSOR_TEST);
+    gl.readPixels(0, from, across, to - from, gl.RGBA, gl.FLOAT, target.values, 4 * across * from);
+    return performance.now() - begun;
   }
 
-  function drawPicture(band, gain) {
+  // Values of a pixel, from row 0 at the bottom, from what was drawn of it last.
+  function valuesAt(x, y) {
+    const { stride, finished } = shown;
+    const across = Math.ceil(columns / stride);
+    const offset = y < finished ? 4 * (y * columns + x) : 4 * (Math.floor(y / stride) * across + Math.floor(x / stride));
+    return (y < finished ? fine : coarse).values.subarray(offset, offset + 4);
+  }
+
+  const SAMPLES = 4000; // pixels of which black and white are taken
+  function levelsOf(band, gain) {
     const channel = band.relative ? 0 : 1;
-    const values = readScene(0, 0, columns, rows);
+    const step = Math.max(Math.floor((columns * rows) / SAMPLES), 1);
     const sample = [];
-    for (let k = 0; k < values.length; k += 4 * 97) if (values[k + 3] !== -1) sample.push(values[k + channel]);
+    for (let k = 0; k < columns * rows; k += step) {
+      const values = valuesAt(k % columns, Math.floor(k / columns));
+      if (values[3] !== -1) sample.push(values[channel]);
+    }
     sample.sort((a, b) => a - b);
     const at = (share) => sample[Math.min(Math.floor(share * sample.length), sample.length - 1)] ?? 0;
     const [low, high] = [at(0.01), at(0.99)];
     const middle = (low + high) / 2;
     const half = Math.max((high - low) / 2, 1e-6 * Math.abs(middle), 1e-9) / 2 ** gain;
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.viewport(0, 0, columns, rows);
-    gl.useProgram(picturePass.made);
-    gl.activeTexture(gl.TEXTURE0);
-    gl.bindTexture(gl.TEXTURE_2D, target.made);
-    gl.uniform1i(picturePass.uniforms.scene, 0);
-    gl.uniform3f(picturePass.uniforms.levels, middle - half, middle + half, band.relative ? 1 : 0);
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
     return [middle - half, middle + half];
   }
 
-  const unitOf = (band) => (band.relative ? "W m⁻² sr⁻¹" : "K");
-  const shown = (value, band) => `${band.relative ? value.toPrecision(4) : value.toFixed(2)} ${unitOf(band)}`;
+  function drawPicture({ band, gain, palette }) {
+    const levels = levelsOf(band, gain);
+    const at = picturePass.uniforms;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, columns, rows);
+    gl.useProgram(picturePass.made);
+    [coarse.made, fine.made, palettes[palette].made].forEach((made, unit) => {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(gl.TEXTURE_2D, made);
+    });
+    ["coarse", "fine", "palette"].forEach((name, unit) => gl.uniform1i(at[name], unit));
+    gl.uniform3f(at.levels, ...levels, band.relative ? 1 : 0);
+    gl.uniform2i(at.drawn, shown.stride, shown.finished);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    drawBar(levels, band, settings.palettes[palette].colours);
+  }
+
+  // The colour bar: a continuous gradient with round numbers beside it.
+  function drawBar([low, high], band, colours) {
+    element("ramp").style.background = `linear-gradient(to right, ${colours.map((colour) => `rgb(${colour})`)})`;
+    const rough = (high - low) / 8;
+    const power = 10 ** Math.floor(Math.log10(rough));
+    const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough);
+    const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+    const ticks = [];
+    for (let value = Math.ceil(low / step) * step; value <= high; value += step) {
+      const tick = document.createElement("span");
+      tick.textContent = value.toFixed(digits);
+      tick.style.left = `${(100 * (value - low)) / (high - low)}%`;
+      ticks.push(tick);
+    }
+    element("ticks").replaceChildren(...ticks);
+    element("unit").textContent = band.relative ? "radiance, W m⁻² sr⁻¹" : "apparent temperature, K";
+  }
+
+  const written = (value, band) => (band.relative ? `${value.toPrecision(4)} W m⁻² sr⁻¹` : `${value.toFixed(2)} K`);
   const clock = (hour) => `${String(Math.floor(hour) % 24).padStart(2, "0")}:${String(Math.floor((hour % 1) * 60 + 1e-6)).padStart(2, "0")}`;
 
   function chosen() {
@@ -302,41 +361,75 @@
       wanted: element("source").value,
       range: near * (far / near) ** Number(element("range").value),
       gain: Number(element("gain").value),
+      palette: element("palette").selectedIndex,
     };
   }
 
-  function draw() {
-    const now = chosen();
-    element("hourText").textContent = clock(now.hour);
-    element("rangeText").textContent = `${now.range.toFixed(2)} km`;
-    element("gainText").textContent = `× ${(2 ** now.gain).toFixed(2)}`;
-    element("message").textContent = "";
+  const [AT_ONCE_MS, STRIP_MS, FIRST_PIXELS] = [250, 150, 20000]; // of a coarse frame, of a strip; pixels of the first frame
+  const shown = { stride: 1, finished: 0 };
+  let perPixel = null; // ms, of the last drawing
+  let pointed = [Math.floor(columns / 2), Math.floor(rows / 2)];
+  let current = 0; // number of the frame, so that strips of the one before stop
+
+  function guarded(action) {
     try {
-      gl.finish();
-      const begun = performance.now();
-      const { source, elevation, azimuth } = drawScene(now);
-      readScene(0, 0, 1, 1); // waits until the frame is drawn
-      const frame = performance.now() - begun;
-      const levels = drawPicture(now.band, now.gain);
-      element("time").textContent = `${frame.toFixed(1)} ms`;
-      element("levels").textContent = `${shown(levels[1], now.band)}, ${shown(levels[0], now.band)}`;
-      element("stands").textContent = `${source === "sun" ? "Sun" : "Moon"} ${elevation.toFixed(1)}°, ${(azimuth - 360 * Math.floor(azimuth / 360)).toFixed(0)}°`;
-      point(pointed);
-      return frame;
+      return action();
     } catch (error) {
       element("message").textContent = error.message;
       return NaN;
     }
   }
 
-  let pointed = null;
-  function point(place) {
-    pointed = place;
-    if (!place) return;
+  // Draws a frame: at once, where pixels are quick; else every so many pixels at once and the others by strips.
+  function draw({ complete = false } = {}) {
+    const now = chosen();
+    const frame = ++current;
+    element("hourText").textContent = clock(now.hour);
+    element("rangeText").textContent = `${now.range.toFixed(2)} km`;
+    element("gainText").textContent = `× ${(2 ** now.gain).toFixed(2)}`;
+    element("message").textContent = "";
+    return guarded(() => {
+      const scene = setScene(now);
+      const { source, elevation, azimuth } = scene;
+      element("direction").textContent = `${source === "sun" ? "Sun" : "Moon"} ${elevation.toFixed(1)}°, ${(azimuth - 360 * Math.floor(azimuth / 360)).toFixed(0)}°`;
+      const most = perPixel === null ? FIRST_PIXELS : AT_ONCE_MS / perPixel;
+      const stride = complete ? 1 : Math.ceil(Math.sqrt((columns * rows) / most));
+      const begun = performance.now();
+      const height = Math.ceil(rows / stride);
+      const taken = drawRows(scene, stride > 1 ? coarse : fine, stride, 0, height);
+      perPixel = taken / (height * Math.ceil(columns / stride));
+      Object.assign(shown, { stride, finished: stride > 1 ? 0 : rows });
+      show(now, performance.now() - begun);
+      if (stride > 1) requestAnimationFrame(() => refine(frame, scene, now, taken));
+      return taken;
+    });
+  }
+
+  function refine(frame, scene, now, spent) {
+    if (frame !== current) return;
+    guarded(() => {
+      const from = shown.finished;
+      const to = Math.min(rows, from + Math.max(Math.floor(STRIP_MS / (perPixel * columns)), 1));
+      const taken = drawRows(scene, fine, 1, from, to);
+      perPixel = taken / ((to - from) * columns);
+      shown.finished = to;
+      show(now, spent + taken);
+      if (to < rows) requestAnimationFrame(() => refine(frame, scene, now, spent + taken));
+    });
+  }
+
+  function show(now, spent) {
+    drawPicture(now);
+    element("time").textContent = `${spent.toFixed(0)} ms${shown.finished < rows ? ", drawing" : ""}`;
+    point();
+  }
+
+  // What lies under the pointer, from the values that were read back: nothing is drawn for it.
+  function point() {
     const { band } = chosen();
-    const [radiance, apparent, warmth, mixture] = readScene(place[0], rows - 1 - place[1], 1, 1);
+    const [radiance, apparent, warmth, mixture] = valuesAt(pointed[0], rows - 1 - pointed[1]);
     const none = mixture === -1;
-    element("pointer").textContent = none ? "no material" : shown(band.relative ? radiance : apparent, band);
+    element("pointer").textContent = none ? "no material" : written(band.relative ? radiance : apparent, band);
     element("surface").textContent = none ? "-" : `${warmth.toFixed(2)} K`;
     element("material").textContent = none ? "-" : namesOf(mixture, band);
   }
@@ -353,6 +446,7 @@
     return parts.join(", ");
   }
 
+  settings.palettes.forEach(({ name }) => element("palette").add(new Option(name)));
   settings.bands.forEach((band) => element("band").add(new Option(band.title)));
   let waiting = false;
   element("controls").addEventListener("input", () => {
@@ -367,7 +461,10 @@
   element("stage").addEventListener("pointermove", (event) => {
     const box = canvas.getBoundingClientRect();
     const place = [(event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height];
-    if (place.every((share) => share >= 0 && share < 1)) point([Math.floor(place[0] * columns), Math.floor(place[1] * rows)]);
+    if (place.every((share) => share >= 0 && share < 1)) {
+      pointed = [Math.floor(place[0] * columns), Math.floor(place[1] * rows)];
+      point();
+    }
   });
 
   // #probe={...} sets the controls and writes every so many pixels of the frame into the page, for tests.
@@ -375,14 +472,11 @@
     const band = settings.bands.findIndex((one) => one.name === wanted.band);
     element("band").selectedIndex = band;
     for (const name of ["hour", "source", "range", "gain"]) if (wanted[name] !== undefined) element(name).value = wanted[name];
-    draw();
-    const frames = Array.from({ length: wanted.frames ?? 1 }, draw);
-    const values = readScene(0, 0, columns, rows);
+    const frames = Array.from({ length: wanted.frames ?? 1 }, () => draw({ complete: true }));
     const [picked, stride] = [[], wanted.stride ?? 1];
     for (let y = 0; y < rows; y += stride) {
       for (let x = 0; x < columns; x += stride) {
-        const k = 4 * ((rows - 1 - y) * columns + x);
-        picked.push(values[k], values[k + 1], values[k + 2], values[k + 3]);
+        picked.push(...valuesAt(x, rows - 1 - y));
       }
     }
     const bytes = new Uint8Array(new Float32Array(picked).buffer);
@@ -394,8 +488,5 @@
   }
 
   if (location.hash.startsWith("#probe=")) probe(JSON.parse(decodeURIComponent(location.hash.slice(7))));
-  else {
-    draw();
-    requestAnimationFrame(draw); // the first frame waits for shaders and textures
-  }
+  else draw();
 })();

@@ -32,6 +32,7 @@ PAGE = "viewer.html.j2"
 SCRIPTS = ("tables.js", "surfaces.js", "viewer.js")  # in the order in which the page loads them
 TEXELS = 14_000  # of the air at one altitude, for differences from the library below .05 K
 LARGEST = 2048  # columns or rows of a plan; larger textures are shown by a mip level
+PALETTE_STEPS = 64  # colours, between which a palette is linear: Inferno within 2 of 255
 FARTHEST_KM, _ABOVE_KM, _HOUR = 30.0, 1.0, 14.0
 
 
@@ -280,6 +281,7 @@ def _page(title: str, settings: dict[str, Any], scripts: list[str], photo: str |
     import jinja2
     import markupsafe
 
+    settings = settings | {"palettes": _palettes()}
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
@@ -291,4 +293,17 @@ def _page(title: str, settings: dict[str, Any], scripts: list[str], photo: str |
         scripts=scripts,
         photo=photo,
         hour=hour,
+        aspect=f"{settings['columns'] / settings['rows']:.4f}",
     )
+
+
+def _palettes() -> list[dict[str, Any]]:
+    """Names of palettes, and their colours from cold to hot at equal steps."""
+    from matplotlib import colormaps
+
+    steps = np.linspace(0.0, 1.0, PALETTE_STEPS)
+    maps = {"White hot": "gray", "Black hot": "gray_r", "Inferno": "inferno"}
+    return [
+        {"name": name, "colours": np.rint(255 * colormaps[entry](steps)[:, :3]).astype(int).tolist()}
+        for name, entry in maps.items()
+    ]

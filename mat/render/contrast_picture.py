@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from skyshine.mat.job.fields import clock_text
-from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.render.contrast import Contrast
 from skyshine.schemas.chart_style import BLACK, GREEN, chart_style, hours_of_day, name_lines, new_figure, save_figure
 
@@ -31,9 +30,9 @@ def draw_contrast(results: Sequence[Contrast], material: str, background: str, p
         axes = figure.subplots(2, len(results), squeeze=False, sharex=True)
         for column, result in enumerate(results):
             upper, lower = axes[:, column]
-            upper.plot(result.hours, result.material - ZERO_CELSIUS, label=material)
-            upper.plot(result.hours, result.background - ZERO_CELSIUS, label=background)
-            upper.set(title="{:g} to {:g} µm".format(*result.wavelength), ylabel="apparent temperature, °C")
+            upper.plot(result.hours, result.material, label=material)
+            upper.plot(result.hours, result.background, label=background)
+            upper.set(title="{:g} to {:g} µm".format(*result.wavelength), ylabel="apparent temperature, K")
             lower.axhline(0.0, color=BLACK, lw=0.8)
             step = np.diff(result.hours, prepend=result.hours[0]) > 1.5 * float(np.median(np.diff(result.hours)))
             within = np.where(step, np.nan, result.contrast)  # no band across hours without values

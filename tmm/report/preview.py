@@ -21,7 +21,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
-_WIDTH, _LEGEND, _GAP = 14.0, 3.2, 0.6  # inches: of the figure, beside its panels for the legend, between panels
+_WIDTH, _GAP, _BAR = 14.0, 0.4, 0.8  # inches: of the figure, between panels, beside a panel for its bar
+_LEGEND_COLUMNS, _LEGEND_LINE = 4, 0.24  # entries side by side beneath the panels; inches of a line of them
+_SHORT = 0.5  # height over width of an image below which panels stand in one column
 MAX_SIDE = 1600  # texels drawn a side; larger textures are thinned
 UNKNOWN = (0.0, 0.0, 0.0)
 
@@ -47,42 +49,58 @@ def draw(
         image_file = find_image(file, Path(path), image)
         texture = TextureFile(image_file, job.colour_space, "ignore", job.near_infrared)
         pixels, valid = thinned(texture, step)
-        figure, axes, bars = _panels(file.height / file.width)
-        axes[0].imshow(on_screen(pixels, valid))
-        axes[0].set_title(f"{file.attributes['texture']}, {file.width} x {file.height}")
         code = file.thinned("code", step)
-        legend = _draw_codes(file, axes[1], code)
-        artist = axes[2].imshow(file.thinned("confidence", step), vmin=0, vmax=1, cmap="viridis")
-        axes[2].set_title("confidence")
-        figure.colorbar(artist, cax=bars[0])
+        canvas, legend = _coloured_codes(file, code)
+        panels = [
+            (f"{file.attributes['texture']}, {file.width} x {file.height}", on_screen(pixels, valid), None),
+            ("material codes", canvas, None),
+            ("confidence", file.thinned("confidence", step), ("viridis", "confidence: 0 none, 1 certain")),
+        ]
         if file.has_shade:
-            artist = axes[3].imshow(file.thinned("shade", step) / SHADE_TOTAL, vmin=0, vmax=1, cmap="gray_r")
-            axes[3].set_title("share in cast shade")
-            figure.colorbar(artist, cax=bars[1])
-        else:
-            bars[1].remove()
-        for axis in axes:
+            shade = file.thinned("shade", step) / SHADE_TOTAL
+            panels.append(("cast shade", shade, ("gray_r", "share in cast shade: 0 sunlit, 1 shaded")))
+        figure, axes, bars = _panels(file.height / file.width, len(panels), len(legend))
+        for axis, bar, (title, values, scale) in zip(axes, bars, panels, strict=False):
+            axis.set_title(title)
             axis.set_axis_off()
-        figure.legend(handles=legend, loc="upper right", frameon=False)
+            if scale is None:
+                axis.imshow(values, interpolation="nearest" if values is canvas else None)
+                bar.remove()
+            else:
+                artist = axis.imshow(values, vmin=0, vmax=1, cmap=scale[0])
+                figure.colorbar(artist, cax=bar, label=scale[1])
+        _draw_legend(figure, axes, legend)
     save_figure(figure, os.fspath(out))
 
 
-def _panels(shape: float) -> tuple[Figure, list[Axes], list[Axes]]:
-    """A figure with four panels for images of a height over width, and narrow ones for the bars of the last two."""
-    rows, columns = (4, 1) if shape < 0.5 else (2, 2)
-    across = (_WIDTH - _LEGEND) / columns
-    wide = across - _GAP
-    tall = wide * shape
-    height = rows * (tall + _GAP)
+def _panels(shape: float, count: int, entries: int) -> tuple[Figure, list[Axes], list[Axes]]:
+    """A figure with panels for images of a height over width and a bar beside each; an odd cell is for the legend,
+    else there is room for its entries beneath.
+    """
+    columns = 1 if shape < _SHORT else 2
+    wide = (_WIDTH - _GAP - columns * (_GAP + _BAR)) / columns
+    tall, rows = wide * shape, -(-count // columns)
+    beneath = 0.0 if count % columns else (1 + -(-entries // _LEGEND_COLUMNS)) * _LEGEND_LINE
+    height = rows * (tall + _GAP) + beneath + _GAP / 2
     figure = new_figure(_WIDTH, height, arranged=False)
 
-    def place(left: float, row: int, width: float) -> tuple[float, float, float, float]:
-        return left / _WIDTH, 1 - (row + 1) * (tall + _GAP) / height + 0.1 / height, width / _WIDTH, tall / height
+    def place(number: int, beside: float, width: float) -> tuple[float, float, float, float]:
+        row, column = divmod(number, columns)
+        left = _GAP + column * (wide + _GAP + _BAR) + beside
+        return left / _WIDTH, 1 - (row + 1) * (tall + _GAP) / height, width / _WIDTH, tall / height
 
-    panels = [divmod(number, columns) for number in range(4)]
-    axes = [figure.add_axes(place(0.1 + column * across, row, wide)) for row, column in panels]
-    bars = [figure.add_axes(place(0.15 + column * across + wide, row, 0.12)) for row, column in panels[2:]]
-    return figure, axes, bars
+    cells = range(count + count % columns)
+    axes = [figure.add_axes(place(number, 0.0, wide)) for number in cells]
+    return figure, axes, [figure.add_axes(place(number, wide + 0.1, 0.14)) for number in range(count)]
+
+
+def _draw_legend(figure: Figure, axes: list[Axes], legend: list[Patch]) -> None:
+    """The legend in the last cell if it has no panel, else beneath all panels."""
+    if axes[-1].images:
+        figure.legend(handles=legend, loc="lower center", ncols=_LEGEND_COLUMNS, frameon=False)
+    else:
+        axes[-1].set_axis_off()
+        axes[-1].legend(handles=legend, loc="upper left", frameon=False)
 
 
 def thinned(texture: TextureFile, step: int) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
@@ -103,8 +121,8 @@ def on_screen(pixels: npt.NDArray[Any], valid: npt.NDArray[Any]) -> npt.NDArray[
     return display
 
 
-def _draw_codes(file: TmmFile, axis: Axes, code: npt.NDArray[np.uint16]) -> list[Patch]:
-    """Draw level 0 and return the legend's handles, each with the material's share."""
+def _coloured_codes(file: TmmFile, code: npt.NDArray[np.uint16]) -> tuple[npt.NDArray[np.float32], list[Patch]]:
+    """Colours (h, w, 3) of level 0, and the legend's handles, each with the material's share."""
     from matplotlib.patches import Patch
 
     colours = material_colours(tuple(file.materials.values()), load_library()) / np.float32(255)
@@ -116,6 +134,4 @@ def _draw_codes(file: TmmFile, axis: Axes, code: npt.NDArray[np.uint16]) -> list
         handles.append(Patch(facecolor=colour, label=f"{name} ({material}), {100 * share:.1f} %"))
     unknown = max(1 - sum(file.usage.values()), 0.0)
     handles.append(Patch(facecolor=UNKNOWN, label=f"unknown or no data (0), {100 * unknown:.1f} %"))
-    axis.imshow(canvas, interpolation="nearest")
-    axis.set_title("material codes")
-    return handles
+    return canvas, handles

@@ -135,6 +135,15 @@ def test_shade_without_the_response_to_it_is_refused_in_one_line(shaded_build, t
     assert "holds no response to shade" in done.output and len(done.output.strip().splitlines()) == 1
 
 
+def test_palettes_run_from_cold_to_hot(page):
+    palettes = {entry["name"]: np.array(entry["colours"]) for entry in settings_of(page)["palettes"]}
+    assert list(palettes) == ["White hot", "Black hot", "Inferno"]
+    for name, colours in palettes.items():
+        assert (colours.min(), colours.max()) >= (0, 250) and colours.max() <= 255
+        brightness = colours @ [0.2126, 0.7152, 0.0722]  # of Rec. 709
+        assert (np.diff(brightness if name != "Black hot" else brightness[::-1]) > 0).all()
+
+
 def test_nothing_in_the_folder_names_an_address(page):
     for file in (page / "index.html", page / "viewer.js", *page.glob("data/*.js")):
         assert not re.search(r"\b(?:https?|wss?)://", file.read_text(encoding="utf-8")), file

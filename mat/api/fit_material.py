@@ -172,8 +172,8 @@ def fit_material(
     spin_up: float = 1.0,
     solar_absorptance: float | None = None,
     thermal_emissivity: float | None = None,
-    output: str | None = None,
-    folder: str | os.PathLike[str] | None = None,
+    name: str | None = None,
+    out: str | os.PathLike[str] | None = None,
     advance: Callable[[int], object] | None = None,
 ) -> MaterialFit:
     """Find parameters of a material from a measured record of its skin temperature, by least squares.
@@ -197,10 +197,10 @@ def fit_material(
         First days that do not count, because the record repeats and they follow its end.
     solar_absorptance, thermal_emissivity : float, optional
         Optical values that replace the library's; required with a material file.
-    output : str, optional
+    name : str, optional
         Name of an own material to write, like `material` but for the fitted values.
-    folder : path, optional
-        Folder of the user's material library; by default MATERIALS_DATABASE.
+    out : path, optional
+        Folder of the user's material library to write into; by default MATERIALS_DATABASE.
     advance : callable, optional
         Called with 1 after each search, of which there are at most 60.
 
@@ -240,15 +240,17 @@ def fit_material(
     """
     optical = {"solar_absorptance": solar_absorptance, "thermal_emissivity": thermal_emissivity}
     surface = surface_material(material, {}, optical)
-    target = default_folder() if folder is None else Path(folder)
-    if output is not None:
+    target = default_folder() if out is None else Path(out)
+    if name is not None:
         if os.fspath(material) != surface.name or Path(material).is_file():
-            raise InputError("found a material file and --output; allowed: a material of the library, for its spectrum")
-        refuse_taken(output, os.fspath(material), target)
+            raise InputError(
+                "found a material file and a name for a new one; allowed: a material of the library, for its spectrum"
+            )
+        refuse_taken(name, os.fspath(material), target)
     measured = read_measured(record)
     fit = fit_record(surface, measured, free, held_out=held_out, spin_up=spin_up, advance=advance)
     times = measured.averaged().record.times
-    created = None if output is None else _written(output, surface, fit, record, times, optical, target)
+    created = None if name is None else _written(name, surface, fit, record, times, optical, target)
     return MaterialFit(
         material=os.fspath(material),
         parameters=_parameters(fit),

@@ -39,11 +39,11 @@ if TYPE_CHECKING:
     show_default=True,
     help="Initial days that the fit ignores (spin-up).",
 )
-@click.option("--output", metavar="NAME", help="Name of a new material with the fitted values.")
+@click.option("--name", metavar="NAME", help="Name of a new material to write with the fitted values.")
 @click.option(
-    "--folder",
+    "--out",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Folder of the material library; by default MATERIALS_DATABASE.",
+    help="Folder of the material library to write into; by default MATERIALS_DATABASE.",
 )
 @click.option(
     "--solar-absorptance",
@@ -62,8 +62,8 @@ def fit(
     free: str,
     held_out: str,
     spin_up: float,
-    output: str | None,
-    folder: Path | None,
+    name: str | None,
+    out: Path | None,
     solar_absorptance: float | None,
     thermal_emissivity: float | None,
     as_json: bool,
@@ -85,13 +85,13 @@ def fit(
         result = fit_material(
             record,
             material,
-            [name.strip() for name in free.split(",") if name.strip()],
+            [parameter.strip() for parameter in free.split(",") if parameter.strip()],
             held_out=_share(held_out),
             spin_up=spin_up,
             solar_absorptance=solar_absorptance,
             thermal_emissivity=thermal_emissivity,
-            output=output,
-            folder=folder,
+            name=name,
+            out=out,
             advance=advance,
         )
     emit_json(result.to_dict()) if as_json else _print(result)

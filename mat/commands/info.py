@@ -1,4 +1,4 @@
-"""``mat info``: the content of a database."""
+"""``mat info``: databases as text or as pictures, and the ready states of the air."""
 
 from __future__ import annotations
 
@@ -7,34 +7,101 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from skyshine.schemas.commands import echo_table, emit_json, json_option
+from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.quantity import quantity
 
+ALL_PRESETS = "all"  # what --preset without a name means
 GRID = "grid"  # group of the tables on five axes
 
 if TYPE_CHECKING:
     from skyshine.schemas.hdf5 import Group
 
 
-@click.command(epilog="Example: mat info built/s01b02.atmq.h5")
-@click.argument("file", type=click.Path())
+@click.command(epilog="Example: mat info built/s01b02.atmq.h5 --out atmosphere.png")
+@click.argument("files", nargs=-1, type=click.Path())
+@click.option("--out", type=click.Path(), help="Draw FILE into this PNG file, several FILES into this folder.")
+@click.option(
+    "--preset",
+    is_flag=False,
+    flag_value=ALL_PRESETS,
+    metavar="[NAME]",
+    help="Show the keys of a ready state of the air (`preset: NAME` in a job), or without NAME list all of them.",
+)
 @json_option
-def command(file: str, as_json: bool) -> None:
-    """Show the content of FILE: versions, axes, quantities, their stated errors and the cost of their build."""
+def command(files: tuple[str, ...], out: str | None, preset: str | None, as_json: bool) -> None:
+    """Show the content of FILES: versions, axes, quantities, their stated errors and the cost of their build.
+
+    With --out, draw them: temperatures, atmospheric quantities, band properties.
+    """
+    if preset is not None:
+        _show_presets(preset, as_json)
+        return
+    if not files:
+        raise InputError("no file is named; allowed: databases, or --preset")
+    if out is not None:
+        _draw(files, out)
+        return
+    contents = {file: _content(file) for file in files}
+    if as_json:
+        emit_json(contents[files[0]] if len(files) == 1 else {"files": contents})
+        return
+    for file, content in contents.items():
+        _print(file, content)
+
+
+def _show_presets(name: str, as_json: bool) -> None:
+    import yaml
+
+    from skyshine.mat.job.presets import presets
+
+    by_name = presets()
+    if name == ALL_PRESETS:
+        if as_json:
+            emit_json(by_name)
+        else:
+            echo_table(("preset", "what"), [(key, content["description"]) for key, content in by_name.items()])
+        return
+    if name not in by_name:
+        raise InputError(f"found the preset '{name}'; {nearest(name, by_name)}")
+    if as_json:
+        emit_json(by_name[name])
+    else:
+        click.echo(yaml.safe_dump(by_name[name], sort_keys=False, allow_unicode=True, width=120), nl=False)
+
+
+def _draw(files: tuple[str, ...], out: str) -> None:
+    """Draw one file as a PNG, several into a folder."""
+    from pathlib import Path
+
+    from skyshine.mat.tables.pictures import draw
+
+    target = Path(out)
+    if len(files) == 1 and target.suffix.lower() != ".png":
+        raise InputError(f"found --out '{out}'; allowed: a name that ends in .png")
+    for file in files:
+        if file.endswith(".tmm.h5"):
+            raise InputError("contains a texture; draw it with 'tmm preview'", file=file)
+    try:
+        if len(files) == 1:
+            click.echo(draw(files[0], target))
+            return
+        target.mkdir(parents=True, exist_ok=True)
+        for file in files:
+            click.echo(draw(file, target / (Path(file).name.removesuffix(".h5") + ".png")))
+    except OSError as error:
+        raise InputError(
+            f"cannot be written: {error.strerror or error}; name another place with --out", file=target
+        ) from None
+
+
+def _content(file: str) -> dict[str, Any]:
+    """Content of a file, that of its tables on five axes apart."""
     from pathlib import Path
 
     from skyshine.mat.tables.build_record import cost_of
     from skyshine.schemas.hdf5 import read_file
 
     root, attributes = read_file(file, lazy=True)
-    content = _content(root, attributes) | {"cost": _cost(cost_of(Path(file)))}
-    if as_json:
-        emit_json(content)
-    else:
-        _print(file, content)
-
-
-def _content(root: Group, attributes: dict[str, Any]) -> dict[str, Any]:
-    """Content of a file, that of its tables on five axes apart."""
     grid = {name: _described(group) for name, group in root.groups.items() if name == GRID}
     return {
         "attributes": {name: str(value) for name, value in attributes.items() if name != "job"},
@@ -42,6 +109,7 @@ def _content(root: Group, attributes: dict[str, Any]) -> dict[str, Any]:
         "groups": list(root.groups),
         **grid,
         "job": str(attributes.get("job", "")),
+        "cost": _cost(cost_of(Path(file))),
     }
 
 

@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from skyshine.mat.commands.fit_material import fit
-from skyshine.mat.commands.handbooks import handbooks
 from skyshine.mat.commands.material_card import draw_card, draw_spectra
 from skyshine.mat.commands.new_material import new
-from skyshine.mat.commands.sources import sources
 from skyshine.mat.commands.specular import specular
 from skyshine.schemas.chart_style import chart_style, name_lines, new_figure, save_figure
 from skyshine.schemas.commands import emit_json, json_option
@@ -37,28 +35,28 @@ class _ByName(click.Group):
 @click.group(
     cls=_ByName,
     subcommand_metavar="[NAME | COMMAND] ...",
-    epilog="Example: mat materials concrete --plot concrete.png",
+    epilog="Example: mat materials concrete --out concrete.png",
 )
 def command() -> None:
-    """The material library: list it, show one material, compare it with handbooks, write your own, fit one to a record.
+    """The material library: list it, show one material, write your own, fit one to a record.
 
     With the NAME or code of a material, or without any, `show`.
     """
 
 
-for part in (fit, handbooks, new, sources, specular):
+for part in (fit, new, specular):
     command.add_command(part)
 
 
-@command.command("show", epilog="Example: mat materials show concrete --plot concrete.png")
+@command.command("show", epilog="Example: mat materials show concrete --out concrete.png")
 @click.argument("name", required=False)
 @click.option(
-    "--plot",
+    "--out",
     type=click.Path(dir_okay=False, path_type=Path),
     help="PNG file to draw: the card of NAME, or all reflectances.",
 )
 @json_option
-def show(name: str | None, plot: Path | None, as_json: bool) -> None:
+def show(name: str | None, out: Path | None, as_json: bool) -> None:
     """List the materials, those that a word such as 'road' may mean, or show the one called NAME (or of this code) with
     the source of each value.
 
@@ -75,10 +73,10 @@ def show(name: str | None, plot: Path | None, as_json: bool) -> None:
     else:
         chosen = [_find(library, name)] if name else list(library)
     summaries = {material.name: material_summary(material) for material in chosen}
-    if plot and name:
-        draw_card(chosen[0], summaries[chosen[0].name], plot)
-    elif plot:
-        _plot(chosen, plot)
+    if out and name:
+        draw_card(chosen[0], summaries[chosen[0].name], out)
+    elif out:
+        _plot(chosen, out)
     if as_json:
         emit_json(_json(library, chosen, summaries, bool(name)))
     elif name:

@@ -43,9 +43,9 @@ POSITIVE = click.FloatRange(0, min_open=True)
 @click.option("--description", help="Description for the list of materials, one line.")
 @click.option("--code", type=click.IntRange(1, 65535), help="Material code; by default the first free one from 1001.")
 @click.option(
-    "--folder",
+    "--out",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Folder of the material library; by default MATERIALS_DATABASE.",
+    help="Folder of the material library to write into; by default MATERIALS_DATABASE.",
 )
 @json_option
 def new(
@@ -54,7 +54,7 @@ def new(
     absorptance: float | None,
     emissivity: float | None,
     spectrum: Path | None,
-    folder: Path | None,
+    out: Path | None,
     description: str | None,
     code: int | None,
     as_json: bool,
@@ -81,7 +81,7 @@ def new(
     created = new_material(
         name,
         like=like,
-        folder=folder or default_folder(),
+        folder=out or default_folder(),
         absorptance=absorptance,
         emissivity=None if read else emissivity,
         thermal_emissivity=emissivity if read else None,

@@ -132,16 +132,10 @@ if TYPE_CHECKING:
     "(packaged; the default).",
 )
 @click.option(
-    "--output",
+    "--out",
     type=click.Path(),
-    help="Output FILE.h5 (format spectrum, for xarray and h5py) or FILE.csv, with units; by default the "
-    "spectrum is printed.",
-)
-@click.option(
-    "--plot",
-    "picture",
-    type=click.Path(),
-    help="PNG file of transmittance and path radiance; by default the spectrum is printed.",
+    help="File to write: FILE.h5 (format spectrum, for xarray and h5py) or FILE.csv, with units, or a picture FILE.png"
+    " of transmittance and path radiance; by default the spectrum is printed.",
 )
 @json_option
 def command(
@@ -173,13 +167,12 @@ def command(
     source_azimuth: float,
     line_by_line: str | None,
     continua: str | None,
-    output: str | None,
-    picture: str | None,
+    out: str | None,
     as_json: bool,
 ) -> None:
     """Compute transmittance and radiance along one line of sight, for each spectral interval.
 
-    Prints CSV, or JSON with --json, or draws with --plot. Sky and direct irradiance are those at the end of the line of
+    Prints CSV, or JSON with --json. Sky and direct irradiance are those at the end of the line of
     sight, at the observer where it leads into space.
 
     With --job the air is that of a state of a job, as its tables have it; no option that describes the air is allowed
@@ -187,7 +180,7 @@ def command(
 
     Example: mat spectrum --atmosphere tropical --range 5 --wavenumber 700:1250 --json
 
-    Example: mat spectrum --job demo/job.yaml --state 2 --range 5 --wavelength 8:12 --output spectrum.h5
+    Example: mat spectrum --job demo/job.yaml --state 2 --range 5 --wavelength 8:12 --out spectrum.h5
 
     Example: mat spectrum --fluxes --atmosphere tropical --source-elevation 60
 
@@ -202,8 +195,8 @@ def command(
         raise InputError("give either --wavenumber LO:HI (cm-1) or --wavelength LO:HI (um)")
     if continua is not None and line_by_line is None:
         raise InputError("found --continua without --line-by-line; give both or neither")
-    if output is not None and not output.lower().endswith((".h5", ".csv")):
-        raise InputError(f"found --output '{output}'; allowed: a name that ends in .h5 or .csv")
+    if out is not None and not out.lower().endswith((".h5", ".csv", ".png")):
+        raise InputError(f"found --out '{out}'; allowed: a name that ends in .h5, .csv or .png")
     arguments: dict[str, Any] = {
         "wavenumber": _limits(wavenumber),
         "wavelength": _limits(wavelength),
@@ -233,7 +226,7 @@ def command(
     if compare_continua:
         from skyshine.mat.commands.continua import print_comparison
 
-        others = {"--line-by-line": line_by_line, "--output": output, "--plot": picture}
+        others = {"--line-by-line": line_by_line, "--out": out}
         for option in (name for name, value in others.items() if value is not None):
             raise InputError(f"found --compare-continua with {option}; leave one out")
         print_comparison(arguments, as_json=as_json)
@@ -243,22 +236,18 @@ def command(
     if continua is not None:
         arguments["continua"] = continua
     result = spectrum(**arguments)
-    if output is not None:
-        result.save(output)
-        click.echo(output)
-    if picture is not None:
+    if out is not None and out.lower().endswith(".png"):
         from skyshine.mat.tables.pictures import draw_spectrum
 
-        if not picture.lower().endswith(".png"):
-            raise InputError(f"found --plot '{picture}'; allowed: a name that ends in .png")
         observer = "the ground" if altitude is None else f"{altitude:g} km"
         air = f"{atmosphere or 'midlatitude_summer'}, {aerosol or 'rural'} aerosol"
         air = air if job is None else f"state {state} of {Path(job).name}"
         title = f"{air}, from {observer} at {elevation:g}°, {result.range / 1e3:.4g} km"
-        click.echo(draw_spectrum(result, title, picture))
-    if output is not None or picture is not None:
-        return
-    if as_json:
+        click.echo(draw_spectrum(result, title, out))
+    elif out is not None:
+        result.save(out)
+        click.echo(out)
+    elif as_json:
         _print_json(result, result.columns)
     else:
         from skyshine.mat.tables.spectrum_file import csv_lines
@@ -276,8 +265,7 @@ _OF_LINES = {  # options that describe a line of sight or what is done with its 
     "compare_continua": "--compare-continua",
     "line_by_line": "--line-by-line",
     "continua": "--continua",
-    "output": "--output",
-    "picture": "--plot",
+    "out": "--out",
 }
 
 

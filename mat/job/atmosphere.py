@@ -131,7 +131,7 @@ class State(StrictModel):
         ),
     )
     preset: str | None = Field(
-        None, description="A ready state (mat presets); keys beside it take the place of its own."
+        None, description="A ready state (mat info --preset); keys beside it take the place of its own."
     )
 
     series: Series | None = Field(None, description="Makes a state for each day of a span or row of a table.")

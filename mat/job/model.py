@@ -40,7 +40,7 @@ from skyshine.mat.radiometry.spherical_harmonics import COUNTS
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.job.materials import MaterialName
-from skyshine.tmm.job.model import TextureJob, check_distinct_names, folder_by_name
+from skyshine.tmm.job.model import TextureJob, check_distinct_names
 
 
 def _or_its_name(schema: dict[str, Any]) -> None:
@@ -201,9 +201,7 @@ class Job(StrictModel):
         alias="needs",
         description="Limits of the reads of scenes; nodes and sources that none of that reads are omitted.",
     )
-    output: Annotated[Output, pydantic.BeforeValidator(folder_by_name, json_schema_input_type=Output | str)] = Field(
-        Output(), description="Output of the files, by a folder alone or by keys, and how large they may be."
-    )
+    output: Output = Field(Output(), description="Folder of the files, pictures, and how large they may be.")
 
     @pydantic.model_validator(mode="before")
     @classmethod

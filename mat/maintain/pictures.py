@@ -50,7 +50,7 @@ def draw(folder: Path, mat: Path) -> None:
             ("build", work / "job.yaml"),
             ("build", street / "job.yaml"),
             ("render", street / "scene.yaml"),
-            ("materials", CARD, "--plot", work / f"{CARD}.card.png"),
+            ("materials", CARD, "--out", work / f"{CARD}.card.png"),
         ):
             subprocess.run([mat, *arguments], check=True)
         build_words.draw(work)

@@ -150,7 +150,7 @@ SPECTRUM = (
     "# a paint\n# range: 0.4 14 measured; by a spectrometer\nwavelength_um,reflectance\n0.4,0.1\n2.5,0.2\n14,0.05\n"
 )
 TEXTURES = """\
-output: built
+output: {folder: built}
 textures:
   - name: road
     image: road.png

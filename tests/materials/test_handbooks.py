@@ -1,22 +1,17 @@
 """The library beside handbooks: who lies outside has a reason, and the comparison finds what it should."""
 
-import json
-
 import pytest
-from click.testing import CliRunner
 
-from skyshine.mat.cli import main
-from skyshine.mat.scene.material_summary import material_summary
-from skyshine.materials.handbooks import QUANTITIES, HandbookRow, Handbooks, compare, load_handbooks
+from mat.maintain.materials import handbooks
+from mat.maintain.materials.handbooks import QUANTITIES, HandbookRow, Handbooks, compare, load_handbooks
+from skyshine import materials
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 
 
 @pytest.fixture(scope="module")
 def comparisons():
-    library, known = load_library(), load_handbooks()
-    listed = {name for row in known.rows for name in row.materials}
-    return compare(known, {name: material_summary(library[name]) for name in sorted(listed)})
+    return handbooks.compared(load_library())
 
 
 def test_rows_speak_of_materials_and_books_that_there_are():
@@ -64,15 +59,6 @@ def test_row_without_a_rising_range_is_refused(tmp_path):
         load_handbooks(file)
 
 
-def test_command_prints_writes_and_dumps(tmp_path):
-    run = CliRunner()
-    listed = run.invoke(main, ["materials", "handbooks"])
-    assert listed.exit_code == 0 and "galvanised_new" in listed.output and " within" in listed.output.splitlines()[-1]
-    page = tmp_path / "page.md"
-    assert run.invoke(main, ["materials", "handbooks", "--page", str(page)]).exit_code == 0
-    text = page.read_text()
-    assert (
-        "| `galvanised_new` | solar absorptance | 0.64 |" in text and "([incropera]" in text and "- [flir] FLIR" in text
-    )
-    dumped = json.loads(run.invoke(main, ["materials", "handbooks", "--json"]).output)
-    assert {"material", "value", "range", "within", "handbooks", "reason"} <= set(dumped["comparisons"][0])
+def test_the_page_in_the_checkout_is_the_one_that_is_written(capsys):
+    handbooks.main()
+    assert capsys.readouterr().out == materials.path("HANDBOOKS.md").read_text(encoding="utf-8")

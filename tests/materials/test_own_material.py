@@ -39,7 +39,7 @@ def test_numbers_asked_for_are_those_of_the_material(tmp_path, like, absorptance
 @pytest.mark.parametrize("like", ["paint_olive_on_aluminium", "granite", "galvanised_new"])
 def test_emissivity_is_that_of_every_band(tmp_path, like):
     """Scaled to its mean over 300 K, the olive paint kept 0.83 in 3-5 um where 0.93 was asked for."""
-    answer = run("mine", "--like", like, "--emissivity", 0.93, "--absorptance", 0.4, "--folder", tmp_path)
+    answer = run("mine", "--like", like, "--emissivity", 0.93, "--absorptance", 0.4, "--out", tmp_path)
     assert "emissivity 0.93: beyond 2.5 um" in answer.output
     summary = material_summary(load_library(tmp_path)["mine"])
     for key in ("emissivity_3_5_um", "emissivity_8_12_um", "thermal_emissivity"):
@@ -50,7 +50,7 @@ def test_emissivity_is_that_of_every_band(tmp_path, like):
 def test_emissivity_beside_a_spectrum_is_a_mean_and_says_so(tmp_path):
     file = tmp_path / "own.csv"
     file.write_text("um,emissivity\n" + "".join(f"{um / 4},{0.7 if um < 24 else 0.9}\n" for um in range(12, 61)))
-    answer = run("mine", "--like", "concrete", "--spectrum", file, "--emissivity", 0.8, "--folder", tmp_path / "own")
+    answer = run("mine", "--like", "concrete", "--spectrum", file, "--emissivity", 0.8, "--out", tmp_path / "own")
     assert "emissivity 0.8: the mean over radiation of 300 K" in answer.output
     summary = material_summary(load_library(tmp_path / "own")["mine"])
     assert summary["thermal_emissivity"] == pytest.approx(0.8, abs=0.004)
@@ -174,7 +174,7 @@ def test_no_packaged_number_is_a_users():
     ],
 )
 def test_what_cannot_be_made_is_refused_and_nothing_written(tmp_path, arguments, message):
-    result = run(*arguments, "--folder", tmp_path / "own")
+    result = run(*arguments, "--out", tmp_path / "own")
     assert result.exit_code == 2 and message in result.output
     assert not (tmp_path / "own").exists()
 
@@ -182,11 +182,11 @@ def test_what_cannot_be_made_is_refused_and_nothing_written(tmp_path, arguments,
 def test_command_says_what_it_wrote(tmp_path):
     csv = tmp_path / "lab.csv"
     csv.write_text("wavelength nm,reflectance %\n" + "\n".join(f"{x},{30}" for x in range(400, 2500, 10)))
-    result = run("mine", "--like", "concrete", "--spectrum", csv, "--folder", tmp_path / "own", "--emissivity", "0.8")
+    result = run("mine", "--like", "concrete", "--spectrum", csv, "--out", tmp_path / "own", "--emissivity", "0.8")
     assert result.exit_code == 0, result.output
     assert "read columns, nm, reflectance in percent: 0.4 to 2.49 um" in result.output
     assert "from concrete" in result.output and "MATERIALS_DATABASE=" in result.output
-    dumped = run("other", "--like", "concrete", "--absorptance", "0.5", "--folder", tmp_path / "own", "--json")
+    dumped = run("other", "--like", "concrete", "--absorptance", "0.5", "--out", tmp_path / "own", "--json")
     assert json.loads(dumped.output)["code"] == 1002
     with pytest.raises(InputError):
         new_material("other", like="concrete", folder=tmp_path / "own")

@@ -1,4 +1,4 @@
-"""``tmm check``: read a job, its images and its seeds."""
+"""``tmm check``: a job with its images and seeds, or a database against ground truth."""
 
 from typing import Any
 
@@ -10,14 +10,29 @@ from skyshine.tmm.commands.problems import raise_all
 
 
 @click.command(epilog="Example: tmm check demo.tmm.yaml")
-@click.argument("job", type=click.Path())
+@click.argument("job", metavar="JOB|DATABASE", type=click.Path())
+@click.option(
+    "--truth",
+    metavar="LABELS",
+    type=click.Path(),
+    help="Compare DATABASE with the ground truth in LABELS: a YAML file that names a label image (image, palette), or"
+    " a list of answers.",
+)
 @allow_outside_option
 @json_option
-def command(job: str, as_json: bool) -> None:
-    """Check JOB: read its images and find its seeds; nothing is classified or written.
+def command(job: str, truth: str | None, as_json: bool) -> None:
+    """Check JOB: read its images and find its seeds; nothing is classified or written. All textures are checked even if
+    one is wrong; the exit status is then 2.
 
-    All textures are checked even if one is wrong; the exit status is then 2.
+    With --truth, print accuracy and confusion of a DATABASE. A list of answers at places drawn at random ('tmm suggest
+    --random') gives the share of right texels, with its interval of 95 % confidence. What wrong texels cost in kelvin
+    is a row of 'mat report'.
     """
+    if truth is not None:
+        from skyshine.tmm.commands.ground_truth import compare_with_truth
+
+        compare_with_truth(job, truth, as_json)
+        return
     from skyshine.materials.library import load_library
     from skyshine.tmm.job.load import load_job
     from skyshine.tmm.mapping.run import check

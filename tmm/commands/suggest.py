@@ -34,8 +34,9 @@ def command(job: str, out: str | None, count: int, at_random: bool, as_json: boo
     material names, name the list in the job, and run again until the expected gain is small. Answers that are there
     are kept. The job needs seeds, a model, or nothing but `seeds: {suggested: LIST}`.
 
-    With --random the list is NAME.check.yaml, its answers are no seeds, and 'tmm score DATABASE NAME.check.yaml' says
-    how many texels of the map are right: seeds lie where things are clear, and what is held out of them says too much.
+    With --random the list is NAME.check.yaml, its answers are no seeds, and 'tmm check DATABASE --truth
+    NAME.check.yaml' says how many texels of the map are right: seeds lie where things are clear, and what is held out
+    of them says too much.
     """
     from pathlib import Path
 
@@ -96,7 +97,7 @@ def _print(report: dict[str, Any]) -> None:
         numbers = [question["number"] for question in report["questions"]]
         click.echo(f"{report['name']}: {report['answered']} answers so far; asked at random: {len(numbers)} places")
         click.echo(f"  look at {report['page']} or {report['picture']}")
-        click.echo(f"  fill in {report['list']}, then: tmm score DATABASE {report['list']}")
+        click.echo(f"  fill in {report['list']}, then: tmm check DATABASE --truth {report['list']}")
         return
     wrong, gain = report["expected_wrong"], 100 * report["expected_gain"]["value"]
     state = "nothing is known yet" if wrong is None else f"{100 * wrong['value']:.1f} % of the texels expected wrong"

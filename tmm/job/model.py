@@ -435,19 +435,12 @@ class TmmOutput(StrictModel):
     folder: str = Field("build", min_length=1, description="Relative to the job file.")
 
 
-def folder_by_name(value: Any) -> Any:
-    """`output: build` is `output: {folder: build}`."""
-    return {"folder": value} if isinstance(value, str) else value
-
-
 class TmmJob(StrictModel):
     """A job of the command `tmm`; `skyshine` and `output` are those of a job of `mat`."""
 
     skyshine: Literal[1] = Field(1, description="Version of the job format; 1 where it is not written.")
     textures: tuple[TextureJob, ...] = Field(min_length=1, description="Each becomes a database.")
-    output: Annotated[TmmOutput, pydantic.BeforeValidator(folder_by_name, json_schema_input_type=TmmOutput | str)] = (
-        Field(TmmOutput(), description="Folder of the databases, by itself or as `folder`.")
-    )
+    output: TmmOutput = Field(TmmOutput(), description="Folder of the databases.")
 
     @pydantic.field_validator("textures")
     @classmethod

@@ -40,7 +40,7 @@ def run(*arguments):
 def test_the_fitted_material_is_one_of_the_library(record, tmp_path, monkeypatch):
     """Its skin under the same record is what the fit predicted, within the steps of both."""
     free = list(TRUE)
-    found = skyshine.mat.fit_material(record, "concrete", free, held_out=0.5, output="slab", folder=tmp_path)
+    found = skyshine.mat.fit_material(record, "concrete", free, held_out=0.5, name="slab", out=tmp_path)
     for each in found.parameters:
         assert each.low < TRUE[each.name] < each.high
         assert each.low < each.value - each.standard_error and each.bounds[0] <= each.low
@@ -102,8 +102,8 @@ def test_a_material_file_starts_a_fit(record):
     optical = {"solar_absorptance": 0.6, "thermal_emissivity": 0.93}
     found = skyshine.mat.fit_material(record, file, ["conductivity"], **optical)
     assert found.parameters[0].start == 1.51 and found.written is None
-    with pytest.raises(InputError, match="found a material file and --output"):
-        skyshine.mat.fit_material(record, file, ["conductivity"], output="slab", **optical)
+    with pytest.raises(InputError, match="found a material file and a name"):
+        skyshine.mat.fit_material(record, file, ["conductivity"], name="slab", **optical)
 
 
 @pytest.mark.parametrize(
@@ -112,12 +112,12 @@ def test_a_material_file_starts_a_fit(record):
         (["--free", "albedo,speed"], "found the parameter 'speed'; allowed: albedo, emissivity, conductivity"),
         (["--free", "surface_resistance"], "surface_resistance has no effect on material 'concrete': it is dry"),
         (["--free", "albedo", "--held-out", "half"], "--held-out: found 'half'; allowed: 0 to less than 1"),
-        (["--free", "albedo", "--output", "Slab!"], "allowed: lower-case letters, digits and underscores"),
-        (["--free", "albedo", "--output", "granite"], "there is a material 'granite'"),
+        (["--free", "albedo", "--name", "Slab!"], "allowed: lower-case letters, digits and underscores"),
+        (["--free", "albedo", "--name", "granite"], "there is a material 'granite'"),
         (["--free", "albedo", "--spin-up", "3.9"], "slab.csv: found 2 measured skin temperatures in the days"),
     ],
 )
 def test_bad_input_ends_in_a_line(record, tmp_path, options, message):
-    result = run("--record", record, "--material", "concrete", "--folder", tmp_path / "own", *options)
+    result = run("--record", record, "--material", "concrete", "--out", tmp_path / "own", *options)
     assert result.exit_code == 2 and message in result.output, result.output
     assert result.output.count("\n") == 1 and not (tmp_path / "own").exists()

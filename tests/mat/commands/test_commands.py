@@ -160,13 +160,13 @@ def test_a_wrong_query_is_one_clear_line(mat, small_build, arguments, complaint)
     assert status == 2 and complaint in shown and shown.strip().count("\n") == 0
 
 
-def test_plot_draws_several_files_into_a_folder(mat, small_build, tmp_path):
-    status, _, _ = mat("plot", small_build / "s01.htt.h5", small_build / "b01.band.h5", "--out", tmp_path / "p")
+def test_info_draws_several_files_into_a_folder(mat, small_build, tmp_path):
+    status, _, _ = mat("info", small_build / "s01.htt.h5", small_build / "b01.band.h5", "--out", tmp_path / "p")
     assert status == 0 and sorted(p.name for p in (tmp_path / "p").iterdir()) == ["b01.band.png", "s01.htt.png"]
-    assert mat("plot", small_build / "s01.htt.h5", "--out", tmp_path / "x.jpg")[0] == 2
-    status, _, message = mat("plot", small_build / "s01.htt.h5", "--out", tmp_path / "nowhere" / "x.png")
+    assert mat("info", small_build / "s01.htt.h5", "--out", tmp_path / "x.jpg")[0] == 2
+    status, _, message = mat("info", small_build / "s01.htt.h5", "--out", tmp_path / "nowhere" / "x.png")
     assert status == 2 and "cannot be written: No such file or directory" in message
-    status, _, message = mat("plot", tmp_path / "a.tmm.h5", "--out", tmp_path / "x.png")
+    status, _, message = mat("info", tmp_path / "a.tmm.h5", "--out", tmp_path / "x.png")
     assert status == 2 and "tmm preview" in message
 
 
@@ -214,13 +214,13 @@ def test_build_prints_json(mat, small_job, small_build):
 
 @pytest.mark.parametrize("file", ["s01.htt.h5", "b01.band.h5", "s01b01.atmq.h5"])
 def test_every_table_has_a_picture(mat, small_build, tmp_path, file):
-    status, _, message = mat("plot", small_build / file, "--out", tmp_path / "p.png")
+    status, _, message = mat("info", small_build / file, "--out", tmp_path / "p.png")
     assert status == 0, message
     assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_spectrum_is_drawn(mat, tmp_path):
-    arguments = ("spectrum", "--range", 2, "--wavenumber", "1000:1100", "--source", "none", "--plot")
+    arguments = ("spectrum", "--range", 2, "--wavenumber", "1000:1100", "--source", "none", "--out")
     assert mat(*arguments, tmp_path / "s.png")[0] == 0 and (tmp_path / "s.png").is_file()
     assert mat(*arguments, tmp_path / "s.jpg")[0] == 2
     assert mat(*arguments, tmp_path / "nowhere" / "s.png")[0] == 2
@@ -230,11 +230,11 @@ def test_a_material_has_a_card(mat, tmp_path):
     """Of glass, which lets light through; a folder that is not there is one line."""
     from PIL import Image
 
-    status, shown, message = mat("materials", "glass_window", "--plot", tmp_path / "card.png")
+    status, shown, message = mat("materials", "glass_window", "--out", tmp_path / "card.png")
     assert status == 0 and "glass_window" in shown, message
     with Image.open(tmp_path / "card.png") as card:
         assert card.width > 1000 and len(np.unique(np.asarray(card.convert("L")))) > 20
-    status, _, message = mat("materials", "glass_window", "--plot", tmp_path / "nowhere" / "card.png")
+    status, _, message = mat("materials", "glass_window", "--out", tmp_path / "nowhere" / "card.png")
     assert status == 2 and "cannot be written" in message and message.count("\n") == 1
 
 

@@ -16,7 +16,7 @@ from skyshine.mat.cli import main
 posix = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
 pytestmark = posix
 SECONDS = 60
-DATABASE_COMMANDS = ("info", "query", "verify", "export", "plot")
+DATABASE_COMMANDS = ("info", "query", "verify", "export")
 
 
 @pytest.fixture
@@ -59,7 +59,6 @@ def test_a_database_that_is_a_pipe_or_a_device(command, name, special, at_once, 
     rest = {
         "query": ["temperature", "time=1"],
         "export": ["--to", "raw", "--out", tmp_path / "out"],
-        "plot": ["--out", tmp_path / "x.png"],
     }
     shown = run(command, special(tmp_path / name), *rest.get(command, []))
     assert "pipe, socket or device" in shown
@@ -136,7 +135,7 @@ def test_a_material_of_a_file_that_is_a_pipe_or_a_device(special, at_once, small
                 "lines info",
                 "bench --help",
                 "materials",
-                "presets",
+                "info --preset",
                 "info s01.htt.h5 --json",
                 "verify s01.htt.h5",
                 "materials specular --fwhm 5",

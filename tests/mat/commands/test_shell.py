@@ -54,6 +54,25 @@ def test_what_is_mistyped_is_answered_with_the_nearest(typed, nearest, capsys):
     assert stop.value.code == 2 and nearest in complaint and "id you mean" in complaint
 
 
+@pytest.mark.parametrize("program", PROGRAMS.values(), ids=PROGRAMS)
+def test_an_old_name_is_answered_with_the_new_one(program, capsys):
+    assert program.moved
+    for old, new in program.moved.items():
+        assert old not in program.lines and new.split()[0] in program.lines
+        with pytest.raises(SystemExit) as stop:
+            program.main([old, "file"], prog_name=program.name)
+        complaint = capsys.readouterr().err
+        assert stop.value.code == 2 and f"{program.name} {new}" in complaint and complaint.count("\n") == 1
+
+
+@pytest.mark.parametrize("program", PROGRAMS.values(), ids=PROGRAMS)
+def test_help_has_a_line_for_each_command(program, capsys):
+    with pytest.raises(SystemExit):
+        program.main(["--help"], prog_name=program.name, terminal_width=80)
+    shown = capsys.readouterr().out.splitlines()
+    assert all(any(line.startswith(f"  {name} ") and line.endswith(".") for line in shown) for name in program.lines)
+
+
 @pytest.mark.parametrize(
     ("typed", "completed"), [("mat bui", "build"), ("mat build --jo", "--jobs"), ("tmm cla", "classify")]
 )

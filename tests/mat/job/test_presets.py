@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from skyshine.mat.commands.check import command as check
-from skyshine.mat.commands.presets import command
+from skyshine.mat.commands.info import command
 from skyshine.mat.job.load import load_job
 from skyshine.mat.job.presets import presets
 from skyshine.mat.scene.atmosphere import atmospheric_state
@@ -70,13 +70,13 @@ def test_a_resolved_state_is_itself_again(tmp_path):
 
 def test_the_commands_show_presets_and_states(tmp_path):
     run = CliRunner().invoke
-    assert "overcast_stratus" in run(command, []).output
-    assert json.loads(run(command, ["rain", "--json"], catch_exceptions=False).output)["rain"] == {
+    assert "overcast_stratus" in run(command, ["--preset"]).output
+    assert json.loads(run(command, ["--preset", "rain", "--json"], catch_exceptions=False).output)["rain"] == {
         "rate_mm_h": 5,
         "top_km": 0.6,
     }
     with pytest.raises(InputError, match="did you mean 'rain'"):
-        run(command, ["ran"], catch_exceptions=False)
+        run(command, ["--preset", "ran"], catch_exceptions=False)
     job(tmp_path, "rain")
     text = run(check, [str(tmp_path / "job.yaml")], catch_exceptions=False).output
     assert "water cloud 0.6 to 3 km above ground, optical depth 46" in text and "rain 5 mm/h below 0.6 km" in text

@@ -44,7 +44,7 @@ def run(*arguments):
 
 def test_the_command_writes_what_verify_accepts(tmp_path, capsys):
     place = ("--wavenumber", "900:920", "--range", 2)
-    assert run("spectrum", *place, "--output", tmp_path / "a.h5") == 0
+    assert run("spectrum", *place, "--out", tmp_path / "a.h5") == 0
     assert run("verify", tmp_path / "a.h5") == 0
     assert "OK" in capsys.readouterr().out
 
@@ -74,7 +74,7 @@ def test_other_names_are_refused(line, tmp_path, name):
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [(("--output", "a.txt"), ".h5 or .csv"), (("--continua", "lowtran7"), "without --line-by-line")],
+    [(("--out", "a.txt"), ".h5, .csv or .png"), (("--continua", "lowtran7"), "without --line-by-line")],
 )
 def test_bad_options_are_refused_before_anything_is_computed(arguments, message, capsys):
     assert run("spectrum", "--wavenumber", "900:920", *arguments) == 2

@@ -30,13 +30,13 @@ def test_check(run, demo_folder):
     assert result.exit_code == 0 and report["width"] == 960 and len(report["seed_texels"]) == 4
 
 
-def test_info_and_usage(run, demo):
+def test_preview_shows_content_and_shares(run, demo):
     path, report = demo
-    info = json.loads(run("info", path, "--json").output)
+    info = json.loads(run("preview", path, "--json").output)
     assert info["filetype"] == "tmm" and info["levels"] == 10
     assert info["quality"]["tested_texels"] == report["held_out_texels"]
-    assert "asphalt_road" in run("info", path).output
-    usage = json.loads(run("usage", path, path, "--json").output)
+    assert "asphalt_road" in run("preview", path).output
+    usage = json.loads(run("preview", path, path, "--json").output)
     assert usage["all"]["conifer"]["value"] == pytest.approx(report["usage"]["conifer"]["value"], rel=1e-5)
 
 

@@ -60,11 +60,11 @@ DATABASE = {
     "no size": (lambda f: f["provenance"].attrs.__setitem__("width", 0), "0 x 20"),
 }
 VALUES = {
-    "an unknown code": ("levels/0/code", 65535, "code 65535", ("preview", "score", "export")),
+    "an unknown code": ("levels/0/code", 65535, "code 65535", ("picture", "truth", "export")),
     "an unknown code in a mixture": ("levels/0/mix_code", 65535, "code 65535", ("export",)),
     "weights of another sum": ("levels/0/mix_weight", 1, "do not sum to 65535", ("export",)),
-    "confidence not a number": ("levels/0/confidence", np.nan, "between 0 and 1", ("preview", "score")),
-    "confidence above 1": ("levels/0/confidence", 1.5, "between 0 and 1", ("preview", "score")),
+    "confidence not a number": ("levels/0/confidence", np.nan, "between 0 and 1", ("picture", "truth")),
+    "confidence above 1": ("levels/0/confidence", 1.5, "between 0 and 1", ("picture", "truth")),
 }
 
 
@@ -78,11 +78,11 @@ def commands(job, two_halves, build, tmp_path, write_image):
     (tmp_path / "truth.yaml").write_text(json.dumps({"image": "labels.png", "palette": {"0": GREEN, "1": GREY}}))
     image = ("--image", tmp_path / two_halves)
     return path, {
-        "info": ("info", path),
-        "info --json": ("info", path, "--json"),
-        "usage": ("usage", path),
-        "score": ("score", path, tmp_path / "truth.yaml"),
-        "preview": ("preview", path, "--out", tmp_path / "picture.png", *image),
+        "content": ("preview", path),
+        "content --json": ("preview", path, "--json"),
+        "shares": ("preview", path, path),
+        "truth": ("check", path, "--truth", tmp_path / "truth.yaml"),
+        "picture": ("preview", path, "--out", tmp_path / "picture.png", *image),
         "export": ("export", path, "--to", "png", "--out", tmp_path / "out"),
     }
 

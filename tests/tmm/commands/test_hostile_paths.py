@@ -86,7 +86,7 @@ def test_pipes_and_devices_are_refused_at_once(kind, role, write_image, write_jo
         table = place / "006_RMDescriptor/LC/U0/N12E044_D006_S001_T001_LC10_U0_R0.xml"
         table.parent.mkdir(parents=True)
         special.rename(table)
-        command = ("import", raster.with_suffix(".tif"), "--out", tmp_path / "out")
+        command = ("export", "--to", "tmm", raster.with_suffix(".tif"), "--out", tmp_path / "out")
     else:
         command = ("check", special)
     result = run(*command)
@@ -134,7 +134,7 @@ def test_what_a_file_outside_the_folder_holds_is_not_shown(built, write_job, tmp
 
 
 @posix
-@pytest.mark.parametrize("command", ["info", "--help"])
+@pytest.mark.parametrize("command", ["preview", "--help"])
 def test_a_full_disk_behind_standard_output_is_one_line(command, built):
     if not Path("/dev/full").exists():
         pytest.skip("this system has no /dev/full")
@@ -149,9 +149,9 @@ def test_a_full_disk_behind_standard_output_is_one_line(command, built):
 @pytest.mark.parametrize(
     "names",
     [
-        pytest.param(("classify", "info", "preview"), id="three"),
+        pytest.param(("classify", "content", "picture"), id="three"),
         pytest.param(
-            ("check", "classify", "info", "usage", "score", "preview"), id="all", marks=pytest.mark.validation
+            ("check", "classify", "content", "truth", "picture"), id="all", marks=pytest.mark.validation
         ),  # 6 s: a process each
     ],
 )
@@ -170,18 +170,17 @@ def test_brackets_in_names_are_text_on_a_terminal(write_image, write_job, tmp_pa
     write_image("labels.png", np.ones((8, 8, 1), np.uint8))
     (tmp_path / "truth [/i].yaml").write_text('{"image": "../labels.png", "palette": {"1": "grass_green"}}')
     commands = {
-        "check": (job, image),
-        "classify": (job, "grass_green"),
-        "info": (database, image),
-        "usage": (database, "grass_green"),
-        "score": (database, tmp_path / "truth [/i].yaml", "grass_green"),
-        "preview": (database, "--out", tmp_path / "p [/b].png", "--image", tmp_path / image, "p [/b].png"),
+        "check": ("check", job, image),
+        "classify": ("classify", job, "grass_green"),
+        "content": ("preview", database, image),
+        "truth": ("check", database, "--truth", tmp_path / "truth [/i].yaml", "grass_green"),
+        "picture": ("preview", database, "--out", tmp_path / "p [/b].png", "--image", tmp_path / image, "p [/b].png"),
     }
     for name in names:
         *arguments, shown = commands[name]
         leader, follower = pty.openpty()
         with os.fdopen(follower, "w") as terminal:
-            result = subprocess.Popen([*PROGRAM, name, *map(str, arguments)], stdout=terminal, stderr=terminal)
+            result = subprocess.Popen([*PROGRAM, *map(str, arguments)], stdout=terminal, stderr=terminal)
         text = b""
         while True:
             try:

@@ -57,9 +57,10 @@ def test_from_nothing_to_a_map(run, fields):
     assert len(places) == 9
     _fill(path, truth)
     assert run("classify", job).exit_code == 0
-    usage = json.loads(run("usage", folder / "build" / "fields.tmm.h5", "--json").output)["all"]
+    listed = json.loads(run("preview", folder / "build" / "fields.tmm.h5", "--json").output)["materials"]
+    share = {material["name"]: material["share"]["value"] for material in listed}
     for k, name in enumerate(FIELDS):
-        assert usage[name]["value"] == pytest.approx((truth == k).mean(), abs=0.04)
+        assert share[name] == pytest.approx((truth == k).mean(), abs=0.04)
 
 
 def test_gain_gets_small_and_it_says_so(run, fields):

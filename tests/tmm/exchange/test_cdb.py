@@ -376,10 +376,19 @@ def test_a_tile_whose_own_table_is_elsewhere(image, materials, tmp_path, library
     written = write_cdb(tmp_path / "cdb", from_image(image, TILE, materials))
     whole = to_image(read_cdb(written[0]), materials)
     written[-1].rename(tmp_path / "table.xml")
-    alone = CliRunner().invoke(main, ["import", str(written[0]), "--out", str(tmp_path / "out")])
+    alone = CliRunner().invoke(main, ["export", "--to", "tmm", str(written[0]), "--out", str(tmp_path / "out")])
     assert alone.exit_code == 2 and len(alone.stderr.splitlines()) == 1
     assert f"{written[-1]}: is not there" in alone.stderr and "--table" in alone.stderr
-    arguments = ["import", str(written[0]), "--out", str(tmp_path / "out"), "--table", str(tmp_path / "table.xml")]
+    arguments = [
+        "export",
+        "--to",
+        "tmm",
+        str(written[0]),
+        "--out",
+        str(tmp_path / "out"),
+        "--table",
+        str(tmp_path / "table.xml"),
+    ]
     assert CliRunner().invoke(main, arguments).exit_code == 0
     with open_tmm(tmp_path / "out" / f"{TILE.name}.tmm.h5") as file:
         np.testing.assert_array_equal(file.array("levels/0/mix_code"), whole.level.mix_code)  # all three layers

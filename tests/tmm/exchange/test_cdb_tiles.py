@@ -217,7 +217,9 @@ def test_import_and_named_tile_agree_with_what_was_cut(sheet, library, tmp_path)
     named = export(path, "cdb", tmp_path / "named", library, target=CdbTarget(tile="N12E044_LC05_U0_R0"))
     for file in named:
         assert (tmp_path / "cut" / file.relative_to(tmp_path / "named")).read_bytes() == file.read_bytes()
-    result = CliRunner().invoke(main, ["import", str(tiles["N12E044_LC05_U0_R0"]), "--out", str(tmp_path / "again")])
+    result = CliRunner().invoke(
+        main, ["export", "--to", "tmm", str(tiles["N12E044_LC05_U0_R0"]), "--out", str(tmp_path / "again")]
+    )
     assert result.exit_code == 0, result.output
     with open_tmm(tmp_path / "again/N12E044_LC05_U0_R0.tmm.h5") as again, open_tmm(path) as first:
         np.testing.assert_array_equal(again.array("levels/0/code"), first.array("levels/0/code"))

@@ -121,7 +121,7 @@ def test_a_real_cdb_comes_back_with_its_names_and_codes(tile, shared_data, tmp_p
 
     place = f"Tiles/N12/E044/005_RMTexture/{'LC' if tile.startswith('LC') else tile}/U0/N12E044_D005_S001_T001_{tile}_U0_R0.tif"  # noqa: E501
     source = shared_data / "cdb" / "yemen" / place
-    assert run("import", source, "--out", tmp_path).exit_code == 0
+    assert run("export", "--to", "tmm", source, "--out", tmp_path).exit_code == 0
     path = tmp_path / f"N12E044_{tile}_U0_R0.tmm.h5"
     assert not problems(path)
     assert run("export", path, "--to", "cdb", "--out", tmp_path / "cdb").exit_code == 0
@@ -142,7 +142,7 @@ def test_a_real_cdb_comes_back_with_its_names_and_codes(tile, shared_data, tmp_p
     ],
 )
 def test_wrong_files(name, message, tmp_path):
-    result = run("import", tmp_path / name, "--out", tmp_path / "out")
+    result = run("export", "--to", "tmm", tmp_path / name, "--out", tmp_path / "out")
     assert result.exit_code == 2 and message in result.output and result.output.count("\n") == 1, result.output
     assert not (tmp_path / "out").exists()
 
@@ -199,7 +199,16 @@ def test_wrong_images_and_tables(indexed, library):
     from skyshine.tmm.cli import main
 
     def fails(image, table, message):
-        arguments = ["import", str(indexed / image), "--table", str(indexed / table), "--out", str(indexed / "out")]
+        arguments = [
+            "export",
+            "--to",
+            "tmm",
+            str(indexed / image),
+            "--table",
+            str(indexed / table),
+            "--out",
+            str(indexed / "out"),
+        ]
         result = CliRunner().invoke(main, arguments)
         (line,) = result.stderr.strip().splitlines()
         assert result.exit_code == 2 and message in line, line

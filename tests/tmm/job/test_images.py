@@ -141,7 +141,7 @@ def test_an_absolute_pattern(job, files, tmp_path):
     assert [texture.image for texture in loaded.textures] == [f"{tmp_path}/{name}.png" for name in "ab"]
 
 
-@pytest.mark.parametrize("output", ["output: shown", "output: {folder: shown}", "skyshine: 1\noutput: {folder: shown}"])
+@pytest.mark.parametrize("output", ["output: {folder: shown}", "skyshine: 1\noutput: {folder: shown}"])
 def test_the_top_keys_are_those_of_a_job_of_mat(tmp_path, library, output):
     Image.new("RGB", (4, 4), (90, 90, 90)).save(tmp_path / "road.png")
     (tmp_path / "job.yaml").write_text(f"{output}\ntextures: [{{image: road.png, material: asphalt_road}}]\n")

@@ -55,7 +55,7 @@ def test_right_wrong_and_skipped(answered, tmp_path):
     middle, half = (3 + z**2 / 2) / (5 + z**2), z / (5 + z**2) * np.sqrt(3 * 2 / 5 + z**2 / 4)
     assert (found.low, found.high) == pytest.approx((middle - half, middle + half), abs=1e-6)
     assert 0.5 < found.stated <= 1
-    text = run("score", database, tmp_path / "check.yaml").output
+    text = run("check", database, "--truth", tmp_path / "check.yaml").output
     assert "3 of 5 places are right: accuracy 0.600" in text and "2 places are not answered" in text
 
 

@@ -1,4 +1,6 @@
-"""Ranges of solar absorptance and thermal emissivity in handbooks: `materials/handbooks.yaml`."""
+"""Prints solar absorptance and thermal emissivity of the library beside the ranges of `materials/handbooks.yaml`:
+`python -m mat.maintain.materials.handbooks > materials/HANDBOOKS.md`.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,9 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from skyshine import materials
+from skyshine.mat.scene.material_summary import material_summary
 from skyshine.materials.files import Fraction
+from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.documents import StrictModel, Text, load_model
 from skyshine.schemas.paths import StrPath
 
@@ -107,3 +111,61 @@ def compare(handbooks: Handbooks, values: Mapping[str, Mapping[str, float]]) -> 
                 reason = handbooks.reasons.get(f"{name}.{quantity}", "")
                 comparisons.append(Comparison(name, quantity, numbers[quantity], low, high, rows, reason))
     return comparisons
+
+
+def compared(library: MaterialLibrary) -> list[Comparison]:
+    """Numbers of the library beside all handbooks."""
+    handbooks = load_handbooks()
+    listed = {name for row in handbooks.rows for name in row.materials}
+    return compare(handbooks, {name: material_summary(library[name]) for name in library.names if name in listed})
+
+
+def _span(comparison: Comparison) -> str:
+    return (
+        f"{comparison.lower:.2f}"
+        if comparison.lower == comparison.upper
+        else f"{comparison.lower:.2f} to {comparison.upper:.2f}"
+    )
+
+
+def handbook_page(library: MaterialLibrary, comparisons: list[Comparison]) -> str:
+    """The comparison as a page in Markdown."""
+    within, twice = (
+        sum(comparison.within for comparison in comparisons),
+        sum(comparison.checked >= 2 for comparison in comparisons),
+    )
+    lines = [
+        "# Materials beside handbooks",
+        "",
+        f"Written by `python -m mat.maintain.materials.handbooks`, library {library.version}.",
+        "Solar absorptance is weighted by",
+        "sunlight at the ground (ASTM G173), emissivity by blackbody radiation of 300 K. A range spans all handbooks",
+        "that list the material; values within 0.05 of it count as within, because handbooks round and a sample is one",
+        "of many. Numbers in parentheses are recalled and were not checked in the book.",
+        f"{within} of {len(comparisons)} numbers lie within; {twice} are compared with two handbooks or more.",
+        "",
+        "| material | quantity | library | handbooks | | what they list |",
+        "|---|---|---|---|---|---|",
+    ]
+    for comparison in comparisons:
+        rows = "; ".join(
+            f"[{row.handbook}] {row.row}" if row.checked else f"([{row.handbook}] {row.row})" for row in comparison.rows
+        )
+        mark = "" if comparison.within else f"**outside**: {comparison.reason}"
+        name = comparison.quantity.replace("_", " ")
+        lines.append(
+            f"| `{comparison.material}` | {name} | {comparison.value:.2f} | {_span(comparison)} | {mark} | {rows} |"
+        )
+    cited = dict.fromkeys(row.handbook for comparison in comparisons for row in comparison.rows)
+    lines += ["", "## References", "", *(f"- [{key}] {library.references[key]}" for key in cited)]
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Print the page `materials/HANDBOOKS.md`."""
+    library = load_library()
+    print(handbook_page(library, compared(library)), end="")
+
+
+if __name__ == "__main__":
+    main()

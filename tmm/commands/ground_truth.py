@@ -1,4 +1,4 @@
-"""``tmm score``: a texture database against a label image."""
+"""What `tmm check DATABASE --truth LABELS` prints: a texture database against ground truth."""
 
 from __future__ import annotations
 
@@ -6,26 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from skyshine.schemas.commands import echo_table, emit_json, json_option
+from skyshine.schemas.commands import echo_table, emit_json
 from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
     from skyshine.tmm.report.score import Checked
 
 
-@click.command(epilog="Example: tmm score build/yellowstone_road.tmm.h5 truth.yaml")
-@click.argument("file", type=click.Path())
-@click.argument("labels", type=click.Path())
-@json_option
-def command(file: str, labels: str, as_json: bool) -> None:
-    """Compare FILE with the ground truth in LABELS: a YAML file that names a label image, or a list of answers.
-
-    A list of answers at places drawn at random ('tmm suggest --random') gives the share of right texels, with its
-    interval of 95 % confidence.
-
-    LABELS has the keys `image` and `palette`, as `labels` has in a job. What wrong texels cost in kelvin is a row of
-    'mat report'.
-    """
+def compare_with_truth(file: str, labels: str, as_json: bool) -> None:
+    """Print accuracy and confusion of a database, by a label image or by a list of answers."""
     from skyshine.materials.library import load_library
     from skyshine.tmm.report.score import check_answers, is_list_of_answers, score
 

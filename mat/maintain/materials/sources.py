@@ -1,4 +1,4 @@
-"""Sources of the numbers of the library: kinds, and how many numbers have each."""
+"""Counts the sources of the numbers of the library by kind: `python -m mat.maintain.materials.sources`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from collections.abc import Iterable
 from typing import Literal, TypeAlias, get_args
 
 from skyshine.materials.files import USER
+from skyshine.materials.library import load_library
 from skyshine.materials.records import Material
+from skyshine.schemas.commands import echo_table
 from skyshine.schemas.errors import InputError
 
 SourceKind: TypeAlias = Literal["cited", "derived", "definition", "estimate", "user"]
@@ -55,3 +57,15 @@ def count_kinds(materials: Iterable[Material]) -> dict[str, Counter[SourceKind]]
             if field != SPECTRUM:
                 counts.setdefault(_NUMBER_OR_NAME.sub("", field), Counter())[kind_of(source)] += 1
     return counts
+
+
+def main() -> None:
+    """Print the number of values by field and kind; spectra have origins by range and do not count."""
+    counts = count_kinds(load_library())
+    total = sum(counts.values(), Counter[SourceKind]())
+    rows = [[field, *(str(count[kind]) for kind in KINDS)] for field, count in counts.items()]
+    echo_table(["field", *KINDS], [*rows, ["all", *(str(total[kind]) for kind in KINDS)]])
+
+
+if __name__ == "__main__":
+    main()

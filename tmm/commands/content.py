@@ -1,23 +1,44 @@
-"""``tmm info``: content of a texture database."""
+"""What `tmm preview` prints: content of a texture database or of a trained model, shares of materials of several."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from skyshine.schemas.commands import emit_json, json_option
+from skyshine.schemas.commands import emit_json
 from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
     from skyshine.tmm.database.reader import TmmFile
 
 
-@click.command(epilog="Example: tmm info build/yellowstone_road.tmm.h5")
-@click.argument("file", type=click.Path())
-@json_option
-def command(file: str, as_json: bool) -> None:
-    """Show the content of FILE: texture, materials, levels and quality, or the classes of a trained model."""
+def show_shares(files: Sequence[str], as_json: bool) -> None:
+    """Print the share of each material in the texels of each file, and of all together."""
+    from skyshine.tmm.database.usage import library_usage, read_usage
+
+    shares = {file: read_usage(file) for file in files}
+    total = library_usage(files)
+    if as_json:
+        emit_json(
+            {
+                "files": {
+                    file: {name: quantity(share, "1") for name, share in usage.items()}
+                    for file, usage in shares.items()
+                },
+                "all": {name: quantity(share, "1") for name, share in total.items()},
+            }
+        )
+        return
+    for file, usage in [*shares.items(), ("all", total)]:
+        click.echo(f"{file}:")
+        for name, share in sorted(usage.items(), key=lambda item: -item[1]):
+            click.echo(f"  {100 * share:5.1f} %  {name}")
+
+
+def show_content(file: str, as_json: bool) -> None:
+    """Print texture, materials, levels and quality of a database, or the classes of a trained model."""
     from skyshine.tmm.classify.model_file import is_model
     from skyshine.tmm.database.reader import open_tmm
 

@@ -62,7 +62,7 @@ def pixel_radiance(
         views.time[row],
         temperature.reshape(-1, 1),
         ground_temperature=tables.air.ground_temperature(tables.surface, time=views.time)[row],
-        lit=truth.lit_share(around)[row],
+        lit_share=truth.lit_share(around)[row],
         sky_view=around.sky_view[row],
         wall_temperature=tables.wall_temperature(views, around)[row],
     )

@@ -73,11 +73,11 @@ class GroundDay:
 
 def weights_of(fields: AirFields, lines: LinesOfSight) -> Weights:
     """Those of a band; in a band of reflected light 1 % of the radiance stands for 1 K."""
-    low, warm, high = fields.band.blackbody_radiance(np.array([WARM_K - 0.5, WARM_K, WARM_K + 0.5]))
+    low, radiance, high = fields.band.blackbody_radiance(np.array([WARM_K - 0.5, WARM_K, WARM_K + 0.5]))
     if not relative(fields.air):
-        return Weights(float(warm), float(high - low))
+        return Weights(float(radiance), float(high - low))
     sunlit = fields.sky(lines, 45.0)[..., 0].mean() + fields.direct(lines, 45.0).mean()
-    return Weights(float(warm), 0.01 * float(sunlit))
+    return Weights(float(radiance), 0.01 * float(sunlit))
 
 
 def relative(air: AtmosphereTable) -> bool:
@@ -102,15 +102,15 @@ def export_air(
     Parameters
     ----------
     air, band : AtmosphereTable, BandTable
-        Of one band.
+        Tables of one band.
     altitude : float, optional
-        Of the observer [km]: with it the textures have one layer.
+        Altitude of the observer [km]; if given, the textures have one layer.
     source_elevation : float, optional
-        With it the coefficients are those of one frame [degree].
+        Elevation of the source [degree]; if given, the coefficients are those of one frame.
     ground_temperature : float, optional
-        Of the ground around faces [K]; by default the one that the file states.
+        Temperature of the ground around faces [K]; by default that of the file.
     ground_day : GroundDay, optional
-        In place of it: the ground by the hour, in a texture of its own.
+        Ground temperature by the hour, in a texture of its own, instead of one temperature.
     range_km : float, optional
         Farthest range asked for.
     texels : int
@@ -128,15 +128,15 @@ def export_air(
     if altitude is not None and not coordinates.altitude_km[0] <= altitude <= coordinates.altitude_km[1]:
         low, high = coordinates.altitude_km
         raise InputError(f"altitude: found {altitude:g}; allowed: {low:g} to {high:g} km", file=air.path)
-    tried: list[float] = [e for e in _ELEVATIONS_TRIED if fields.source.nodes[0] <= e <= fields.source.nodes[-1]]
-    tried = tried or [float(fields.source.nodes[-1])]
-    tried = tried if source_elevation is None else [source_elevation]
+    elevations: list[float] = [e for e in _ELEVATIONS_TRIED if fields.source.nodes[0] <= e <= fields.source.nodes[-1]]
+    elevations = elevations or [float(fields.source.nodes[-1])]
+    elevations = elevations if source_elevation is None else [source_elevation]
     candidates = coordinates.candidates(altitude)
     middle = coordinates.lines(*(axis[[axis.size // 2]] for axis in candidates))
     weights = weights_of(fields, middle)
 
     def sampled(lines: LinesOfSight) -> Floats:
-        return _columns(fields, lines, tried, weights)
+        return _columns(fields, lines, elevations, weights)
 
     rows = _rows(fields)
     frame = altitude is not None and source_elevation is not None
@@ -145,44 +145,44 @@ def export_air(
     components = min(components, most_components)
     if frame:
         texels = max((budget - rows * components * 4) // (2 * components), _LEAST_TEXELS)
-    nodes = _nodes(coordinates, candidates, lambda lines: _pixels(fields, lines, tried, weights), texels)
+    nodes = _nodes(coordinates, candidates, lambda lines: _pixels(fields, lines, elevations, weights), texels)
     lines = coordinates.lines(*nodes)
     flat = LinesOfSight(*(values.reshape(-1) for values in (lines.range, lines.altitude, lines.elevation)))
     columns = sampled(flat)
     basis = _principal(columns, components)
     stored = basis.astype(np.float16)
     count = basis.shape[1]
-    places = np.random.default_rng(1).permutation(len(basis))[:_PLACES]
-    basis_here = stored[places].astype(float)
-    some, inverse = flat.take(places), np.linalg.pinv(basis_here)
+    positions = np.random.default_rng(1).permutation(len(basis))[:_PLACES]
+    basis_here = stored[positions].astype(float)
+    subset, inverse = flat.take(positions), np.linalg.pinv(basis_here)
 
     def fitted(values: Floats) -> Floats:
         """Coefficients (..., K) of fields (P, ...)."""
         return np.moveaxis(np.tensordot(inverse, values, axes=(1, 0)), 0, -1)
 
     terms: dict[str, Any] = {
-        "emission": fitted(fields.emission(some)),
-        "thermal_path": fitted(fields.thermal_path(some)),
+        "emission": fitted(fields.emission(subset)),
+        "thermal_path": fitted(fields.thermal_path(subset)),
     }
     if ground_day is not None:
-        terms["ground"] = np.stack([fitted(fields.ground(some, kelvin)) for kelvin in fields.ground_nodes])
+        terms["ground"] = np.stack([fitted(fields.ground(subset, kelvin)) for kelvin in fields.ground_nodes])
     heights: dict[str, Floats] = {}
-    dark = fields.thermal_path(some)[:, None]
+    dark = fields.thermal_path(subset)[:, None]
 
     def fitted_path(elevation: float) -> Floats:
         """Coefficients (A, K) of the source's path radiance, from the lines that can be at each angle from it."""
-        values = fields.path(some, elevation, fields.angles) - dark
-        met = fields.reachable(some, elevation)
+        values = fields.path(subset, elevation, fields.angles) - dark
+        reached = fields.reachable(subset, elevation)
         rows = []
         for angle in range(fields.angles.size):
-            lines = met[:, angle] if met[:, angle].sum() >= _LEAST_LINES * count else slice(None)
+            lines = reached[:, angle] if reached[:, angle].sum() >= _LEAST_LINES * count else slice(None)
             rows.append(np.linalg.lstsq(basis_here[lines], values[lines, angle], rcond=None)[0])
         return np.array(rows)
 
     readers: dict[str, Callable[[float], Floats]] = {
         "path": fitted_path,
-        "sky": lambda s: fitted(fields.sky(some, s)),
-        "direct": lambda s: fitted(fields.direct(some, s)),
+        "sky": lambda s: fitted(fields.sky(subset, s)),
+        "direct": lambda s: fitted(fields.direct(subset, s)),
     }
     for term, read in readers.items():
         heights[term] = fields.source_nodes(term) if source_elevation is None else np.array([source_elevation])
@@ -287,14 +287,14 @@ def _pixels(fields: AirFields, lines: LinesOfSight, elevations: list[float], wei
     emission = fields.emission(lines)[..., codes, :]
     emitted = []
     for kelvin in _TEMPERATURES_TRIED:
-        place = int(np.abs(fields.temperatures - kelvin).argmin())
-        emitted.append(emission[..., place] * float(fields.band.blackbody_radiance(kelvin)))
+        index = int(np.abs(fields.temperatures - kelvin).argmin())
+        emitted.append(emission[..., index] * float(fields.band.blackbody_radiance(kelvin)))
     angles = fields.angles[np.unique(np.linspace(0, fields.angles.size - 1, 5).astype(int))]
     columns = []
     for elevation in elevations:
         path = fields.path(lines, elevation, fields.met(lines, elevation, angles))
-        lit = fields.sky(lines, elevation)[..., codes, 0] + 0.5 * fields.direct(lines, elevation)[..., codes]
-        columns += [glow[..., None] + lit[..., None] + path[..., None, :] for glow in emitted]
+        illumination = fields.sky(lines, elevation)[..., codes, 0] + 0.5 * fields.direct(lines, elevation)[..., codes]
+        columns += [glow[..., None] + illumination[..., None] + path[..., None, :] for glow in emitted]
     parts = [column.reshape(*lines.range.shape, -1) for column in columns]
     return np.concatenate(parts, axis=-1) / weights.per_kelvin
 
@@ -306,15 +306,15 @@ def _nodes(
     texels: int,
 ) -> tuple[Floats, Floats, Floats]:
     """Nodes of the three axes, whose first two make at most `texels`."""
-    first = coordinates.first_nodes(candidates)
+    first_nodes = coordinates.first_nodes(candidates)
     orders, errors = [], []
     for axis in range(3):
         thin = [c if k == axis else _thinned(c, 9) for k, c in enumerate(candidates)]
         lines = coordinates.lines(*thin)
         values = np.moveaxis(sampled(lines), 2 - axis, 0).reshape(candidates[axis].size, -1)
-        most = _MOST_LAYERS if axis == 2 else _MOST_NODES
-        start = np.searchsorted(candidates[axis], first[axis])
-        order, error = insertion_order(candidates[axis], values, start, most)
+        max_nodes = _MOST_LAYERS if axis == 2 else _MOST_NODES
+        start = np.searchsorted(candidates[axis], first_nodes[axis])
+        order, error = insertion_order(candidates[axis], values, start, max_nodes)
         orders.append(order)
         errors.append(error)
     counts = (*best_counts((errors[0], errors[1]), texels, TOLERANCE_K), orders[2].size)
@@ -329,18 +329,18 @@ def _thinned(axis: Floats, count: int) -> Floats:
 def _needed(columns: Floats) -> int:
     """Principal components that fields (..., F) need, a multiple of four."""
     flat = columns.reshape(-1, columns.shape[-1])
-    left, size, right = np.linalg.svd(flat, full_matrices=False)
+    left_vectors, size, right = np.linalg.svd(flat, full_matrices=False)
     for count in _COMPONENTS:
-        missed = np.abs(flat - (left[:, :count] * size[:count]) @ right[:count])
-        if np.quantile(missed, 0.999) <= TOLERANCE_K:
+        residual = np.abs(flat - (left_vectors[:, :count] * size[:count]) @ right[:count])
+        if np.quantile(residual, 0.999) <= TOLERANCE_K:
             return count
     return _COMPONENTS[-1]
 
 
 def _principal(columns: Floats, count: int) -> Floats:
     """The first principal components (P, count) of columns (P, F) in units of their largest values."""
-    left, size, _ = np.linalg.svd(columns, full_matrices=False)
+    vectors, size, _ = np.linalg.svd(columns, full_matrices=False)
     basis = np.zeros((len(columns), count))
-    known = min(count, int(np.sum(size > 0)))
-    basis[:, :known] = left[:, :known] / np.abs(left[:, :known]).max(axis=0)
+    rank = min(count, int(np.sum(size > 0)))
+    basis[:, :rank] = vectors[:, :rank] / np.abs(vectors[:, :rank]).max(axis=0)
     return basis

@@ -25,7 +25,7 @@ def export_codes(file: TmmFile, name: str) -> GpuFile:
     ----------
     file : TmmFile
     name : str
-        Of the database.
+        Name of the database.
     """
     levels = [_mixtures(file, level) for level in range(file.levels)]
     shapes = [file.size(level) for level in range(file.levels)]
@@ -79,8 +79,8 @@ def _rounded(rows: npt.NDArray[np.uint16], steps: int) -> npt.NDArray[np.uint16]
         return rows
     rounded = rows.astype(np.int64)
     share = np.round(rounded[:, 3:] * (steps / WEIGHT_TOTAL)).astype(np.int64) * WEIGHT_TOTAL // steps
-    known = rounded[:, 0] > 0
-    share[:, 0] = np.where(known, WEIGHT_TOTAL - share[:, 1:].sum(axis=1), 0)
+    occupied = rounded[:, 0] > 0
+    share[:, 0] = np.where(occupied, WEIGHT_TOTAL - share[:, 1:].sum(axis=1), 0)
     rounded[:, 3:] = share
     rounded[:, 1:3][share[:, 1:] == 0] = 0
     return rounded.astype(np.uint16)

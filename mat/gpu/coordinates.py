@@ -57,8 +57,8 @@ class AirCoordinates:
         directions = np.union1d(_divided(self.directions, 4), _STEEP)
         directions = directions[(directions <= 1) | (directions >= 2)]
         altitudes = self.altitude_km if altitude is None else np.array([altitude])
-        first, last = np.cbrt(np.maximum(altitudes[[0, -1]] - self.rays.ground_km, 0.0))
-        heights = np.linspace(first, last, _HEIGHTS) if last > first else np.array([first])
+        lowest, highest = np.cbrt(np.maximum(altitudes[[0, -1]] - self.rays.ground_km, 0.0))
+        heights = np.linspace(lowest, highest, _HEIGHTS) if highest > lowest else np.array([lowest])
         return _SHARES, directions, heights
 
     def first_nodes(self, candidates: Sequence[Floats]) -> tuple[Floats, Floats, Floats]:
@@ -84,8 +84,8 @@ class AirCoordinates:
 
     def locate(self, lines: LinesOfSight) -> tuple[Floats, Floats, Floats]:
         """Share, direction and height root of lines of sight."""
-        places = self.rays.locate(lines.range, lines.altitude, lines.elevation)
-        return places.share, places.direction, places.height_root
+        located = self.rays.locate(lines.range, lines.altitude, lines.elevation)
+        return located.share, located.direction, located.height_root
 
 
 def _divided(nodes: Floats, count: int) -> Floats:

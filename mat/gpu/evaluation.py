@@ -100,8 +100,8 @@ class GpuAir:
             lower, weight = _cell(np.array(numbers["ground_node"]), np.array(kelvin))
             ground = terms.pop("ground")
             of_ground = ground[lower] * (1 - weight) + ground[lower + 1] * weight
-            places = 1 + np.searchsorted(numbers["harmonic"], numbers["zonal_harmonic"])
-            terms["sky"][:, places] += radiance * of_ground
+            columns = 1 + np.searchsorted(numbers["harmonic"], numbers["zonal_harmonic"])
+            terms["sky"][:, columns] += radiance * of_ground
         return replace(self, terms=terms)
 
     def ground_at(self, hour: float) -> tuple[float, float]:
@@ -123,10 +123,10 @@ class GpuAir:
 
     def components(self, lines: LinesOfSight) -> Floats:
         """Interpolated components (n, K) at lines of sight (n,)."""
-        places = self.rays.locate(lines.range, lines.altitude, lines.elevation)
+        ray_coordinates = self.rays.locate(lines.range, lines.altitude, lines.elevation)
         axes = [np.array(nodes) for nodes in self.content.numbers["axes"]]
-        located = (places.share, places.direction, places.height_root)
-        cells = [_cell(nodes, place) for nodes, place in zip(axes, located, strict=True)]
+        located = (ray_coordinates.share, ray_coordinates.direction, ray_coordinates.height_root)
+        cells = [_cell(nodes, coordinate) for nodes, coordinate in zip(axes, located, strict=True)]
         total = np.zeros((*lines.range.shape, self._layers.shape[-1]))
         for corner in range(8):
             weight, index = np.ones(lines.range.shape), []
@@ -156,8 +156,8 @@ class GpuAir:
         weights = face_weights(faces.slope, turn, np.array(numbers["harmonic"], int))
         sky = np.maximum(np.einsum("nmqk,nq,nk->nm", self.terms["sky"][row], weights, air), 0.0)
         normal, source, observer = (
-            each / np.linalg.norm(each, axis=-1, keepdims=True)
-            for each in (view.normal, view.to_source, view.to_observer)
+            vector / np.linalg.norm(vector, axis=-1, keepdims=True)
+            for vector in (view.normal, view.to_source, view.to_observer)
         )
         incidence = np.maximum(np.sum(normal * source, axis=-1), 0.0)[:, None]
         direct = np.maximum(np.einsum("nmk,nk->nm", self.terms["direct"][row], air), 0.0) * (incidence > 0)

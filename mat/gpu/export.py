@@ -39,7 +39,7 @@ class Frame:
     hour : float
         Local clock [h].
     altitude : float
-        Of the observer [km].
+        Altitude of the observer [km].
     """
 
     hour: float
@@ -56,7 +56,7 @@ class AirSet:
     surface: TemperatureTable
 
 
-def databases(given: Iterable[Path]) -> list[Path]:
+def databases(paths: Iterable[Path]) -> list[Path]:
     """Databases of files and folders.
 
     Raises
@@ -64,19 +64,19 @@ def databases(given: Iterable[Path]) -> list[Path]:
     InputError
         A path does not exist, or a folder holds no database or is half built.
     """
-    found: list[Path] = []
-    for path in given:
+    selected: list[Path] = []
+    for path in paths:
         if path.is_dir():
             files = sorted(path.glob("*.h5"))
             if not files:
                 raise InputError("holds no database; build one with 'mat build'", file=path)
             _refuse_half_built(path, files)
-            found += files
+            selected += files
         elif path.is_file():
-            found.append(path)
+            selected.append(path)
         else:
             raise InputError("does not exist; name a database, or a folder of them", file=path)
-    return found
+    return selected
 
 
 def _refuse_half_built(folder: Path, files: list[Path]) -> None:
@@ -115,16 +115,16 @@ def air_sets(files: Iterable[Path]) -> list[AirSet]:
 
 
 def export_gpu(
-    given: Iterable[Path], folder: Path, frame: Frame | None = None, report: Callable[[Path], None] | None = None
+    paths: Iterable[Path], folder: Path, frame: Frame | None = None, report: Callable[[Path], None] | None = None
 ) -> list[Path]:
     """Write databases as textures, with the shader that reads them.
 
     Parameters
     ----------
-    given : iterable of Path
+    paths : iterable of Path
         Databases, or folders of them.
     folder : Path
-        To write into.
+        Output folder.
     frame : Frame, optional
         One hour and altitude alone.
     report : callable, optional
@@ -135,18 +135,18 @@ def export_gpu(
     InputError
         A database is missing, damaged, or not for the frame; the folder cannot be written.
     """
-    files = databases(given)
+    files = databases(paths)
     atmospheres = air_sets(files)
-    written: list[Path] = []
+    headers: list[Path] = []
 
     def write(content: GpuFile, name: str) -> None:
-        written.append(write_gpu(content, folder, name))
+        headers.append(write_gpu(content, folder, name))
         if report is not None:
-            report(written[-1])
+            report(headers[-1])
 
     shaded_sky = SHADED_SKY if any(_has_shade(file) for file in files) else None
-    for one in atmospheres:
-        write(exported_air(one, frame), one.name)
+    for air_set in atmospheres:
+        write(exported_air(air_set, frame), air_set.name)
     for file in files:
         name = file.name.removesuffix(".h5")
         if name.endswith(".tmm"):
@@ -159,10 +159,10 @@ def export_gpu(
             write(export_surface(table, hour=hour, shaded_sky=sky), name)
         elif name.endswith(".band"):
             write(export_band(open_as(BandTable, file, _RENAMED)), name)
-    if not written:
+    if not headers:
         raise InputError(f"holds nothing that can be exported ({ENDING})", file=folder)
     write_shaders(folder)
-    return written
+    return headers
 
 
 def _has_shade(file: Path) -> bool:
@@ -173,23 +173,25 @@ def _has_shade(file: Path) -> bool:
         return texture.has_shade
 
 
-def exported_air(one: AirSet, frame: Frame | None, **settings: Any) -> GpuFile:
+def exported_air(air_set: AirSet, frame: Frame | None, **settings: Any) -> GpuFile:
     """The textures of an atmosphere, of a frame if one is given, with their stated error."""
     if frame is None:
-        ground = GroundDay.of(one.air, one.band, one.surface)
-        content = export_air(one.air, one.band, ground_day=ground, **settings)
-        return with_stated_error(content, one.air, one.band, one.surface)
-    source = str(one.air.attributes.get("source", "sun"))
-    track = one.surface.source_track(source, time=frame.hour)
+        ground = GroundDay.of(air_set.air, air_set.band, air_set.surface)
+        content = export_air(air_set.air, air_set.band, ground_day=ground, **settings)
+        return with_stated_error(content, air_set.air, air_set.band, air_set.surface)
+    source = str(air_set.air.attributes.get("source", "sun"))
+    track = air_set.surface.source_track(source, time=frame.hour)
     elevation, azimuth = float(track.elevation), float(track.azimuth)
-    place = {"altitude": frame.altitude, "source_elevation": elevation, **settings}
-    if AMBIENT_HARMONICS in one.air.quantities:
-        place["ground_temperature"] = float(one.air.ground_temperature(one.surface, time=frame.hour))
-    tried = []
+    conditions = {"altitude": frame.altitude, "source_elevation": elevation, **settings}
+    if AMBIENT_HARMONICS in air_set.air.quantities:
+        conditions["ground_temperature"] = float(air_set.air.ground_temperature(air_set.surface, time=frame.hour))
+    candidates = []
     for components in _FRAME_COMPONENTS:  # more components leave fewer texels
-        content = export_air(one.air, one.band, most_components=components, **place)
+        content = export_air(air_set.air, air_set.band, most_components=components, **conditions)
         numbers = content.numbers | {"hour": frame.hour, "source_azimuth": azimuth}
-        tried.append(with_stated_error(replace(content, numbers=numbers), one.air, one.band, one.surface))
+        candidates.append(
+            with_stated_error(replace(content, numbers=numbers), air_set.air, air_set.band, air_set.surface)
+        )
         if content.numbers["components"] < components:
             break
-    return min(tried, key=lambda content: float(content.stated_error["p99"]))
+    return min(candidates, key=lambda content: float(content.stated_error["p99"]))

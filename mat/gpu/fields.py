@@ -41,7 +41,7 @@ class AirFields:
     air : AtmosphereTable
     band : BandTable
     ground_temperature : float, optional
-        Of the ground around faces [K]; by default the one that the file states. Not a number: `sky` is without it.
+        Temperature of the ground around faces [K]; by default that of the file. NaN leaves the ground out of `sky`.
     """
 
     air: AtmosphereTable
@@ -103,14 +103,14 @@ class AirFields:
     def source_nodes(self, term: str) -> Floats:
         """Source elevations [degree] between which a term, ``path``, ``sky`` or ``direct``, is linear or nearly so."""
         axes, nodes = self.air.root.axes, np.asarray(self.source.nodes, float)
-        first, last = nodes[[0, -1]]
+        lowest, highest = nodes[[0, -1]]
         if term == "sky":
             nodes = np.asarray(axes[_SKY].values, float)
         elif term == "direct":
             rise = float(np.asarray(self.air.root.variables["source_rise"].data, float)[0])
             nodes = np.concatenate([nodes, np.asarray(axes[_RISE].values, float) + rise, [rise - _BELOW]])
         nodes = np.unique(nodes)
-        return np.concatenate([[self.dark], nodes[(nodes >= first) & (nodes <= last)]])
+        return np.concatenate([[self.dark], nodes[(nodes >= lowest) & (nodes <= highest)]])
 
     def transmittance(self, lines: LinesOfSight) -> Floats:
         """In-band transmittance (...), equation (9)."""
@@ -125,20 +125,20 @@ class AirFields:
     def path(self, lines: LinesOfSight, elevation: float, angles: Floats) -> Floats:
         """Path radiance (..., A) for source angles."""
         where = {name: values[..., None] for name, values in lines.path.items()}
-        place: dict[str, Any] = {**where, SOURCE_ELEVATION: np.asarray(elevation), ANGLE: angles}
-        ratio = self.air.value(_PATH, **place)
+        coordinates: dict[str, Any] = {**where, SOURCE_ELEVATION: np.asarray(elevation), ANGLE: angles}
+        ratio = self.air.value(_PATH, **coordinates)
         return np.asarray(ratio * (1 - self.transmittance(lines))[..., None])
 
     def met(self, lines: LinesOfSight, elevation: float, angles: Floats) -> Floats:
         """Source angles (..., A), moved to those that a line can be at from a source of an elevation."""
-        least, most = self._span(lines, elevation)
-        return np.clip(angles, least[..., None], most[..., None])
+        smallest, largest = self._span(lines, elevation)
+        return np.clip(angles, smallest[..., None], largest[..., None])
 
     def reachable(self, lines: LinesOfSight, elevation: float) -> Booleans:
         """Whether lines (n,) can be within a cell of each of the nodes `angles` from the source, (n, A)."""
-        least, most = self._span(lines, elevation)
+        smallest, largest = self._span(lines, elevation)
         padded = np.pad(self.angles, 1, mode="edge")
-        return np.asarray((least[:, None] <= padded[2:]) & (most[:, None] >= padded[:-2]))
+        return np.asarray((smallest[:, None] <= padded[2:]) & (largest[:, None] >= padded[:-2]))
 
     def _span(self, lines: LinesOfSight, elevation: float) -> tuple[Floats, Floats]:
         """Least and largest angle between lines and a source of an elevation."""
@@ -150,11 +150,11 @@ class AirFields:
 
     def sky(self, lines: LinesOfSight, elevation: float) -> Floats:
         """Reflected ambient light (..., M, 1 + H): of level faces, then by the coefficients of the harmonics."""
-        place = lines.path | {SOURCE_ELEVATION: np.asarray(elevation)}
-        terms = [self.reflected("ambient_radiance", lines, place)]
+        coordinates = lines.path | {SOURCE_ELEVATION: np.asarray(elevation)}
+        terms = [self.reflected("ambient_radiance", lines, coordinates)]
         if self.harmonics.size:
             ground = {} if np.isnan(self.ground_kelvin) else _ground_light(self, lines)
-            wide = {name: np.asarray(values)[..., None] for name, values in place.items()}
+            wide = {name: np.asarray(values)[..., None] for name, values in coordinates.items()}
             light = self.reflected(AMBIENT_HARMONICS, lines, wide | {"harmonic": self.harmonics})
             terms += [light[..., at, :] + ground.get(int(code), 0.0) for at, code in enumerate(self.harmonics)]
         return np.stack(terms, axis=-1)
@@ -167,9 +167,9 @@ class AirFields:
         """Reflected direct light (..., M) of faces normal to it."""
         return self.reflected("direct_radiance", lines, lines.path | {SOURCE_ELEVATION: np.asarray(elevation)})
 
-    def reflected(self, quantity: str, lines: LinesOfSight, place: dict[str, Any]) -> Floats:
+    def reflected(self, quantity: str, lines: LinesOfSight, coordinates: dict[str, Any]) -> Floats:
         """Light of a quantity at a place (..., M) that materials reflect and the path lets through."""
-        light = self.air.value_by_wavelength(quantity, **place)
+        light = self.air.value_by_wavelength(quantity, **coordinates)
         through = self.transmittance(lines)
         light *= through.reshape(through.shape + (1,) * (light.ndim - through.ndim))
         spectra = self.band.spectra(material=self.codes, temperature=WARM_K)
@@ -195,5 +195,5 @@ def _ground_light(fields: AirFields, lines: LinesOfSight) -> dict[int, Floats]:
 
 def _of_ground(fields: AirFields, lines: LinesOfSight, code: int, kelvin: float) -> Floats:
     """Light of one harmonic of the ground's emission that materials reflect (..., M), over the emission in the band."""
-    place = {"ground_temperature": np.asarray(kelvin), "zonal_harmonic": np.asarray(code)}
-    return fields.reflected(GROUND_HARMONICS, lines, lines.path | place)
+    coordinates = {"ground_temperature": np.asarray(kelvin), "zonal_harmonic": np.asarray(code)}
+    return fields.reflected(GROUND_HARMONICS, lines, lines.path | coordinates)

@@ -9,7 +9,7 @@ import numpy as np
 from skyshine.schemas.arrays import Floats, Integers
 
 
-def insertion_order(candidates: Floats, values: Floats, first: Integers, most: int) -> tuple[Integers, Floats]:
+def insertion_order(candidates: Floats, values: Floats, initial: Integers, max_count: int) -> tuple[Integers, Floats]:
     """Candidates in the order in which they lower the largest error of linear interpolation.
 
     Parameters
@@ -17,34 +17,34 @@ def insertion_order(candidates: Floats, values: Floats, first: Integers, most: i
     candidates : (n,) array
         Ascending.
     values : (n, q) array
-        Of the functions at the candidates.
-    first : array of int
+        Values of the functions at the candidates.
+    initial : array of int
         Indices of nodes that stand from the beginning, with both ends.
-    most : int
+    max_count : int
         Nodes to stop at.
 
     Returns
     -------
     order : (k,) int array
-        `first`, then the nodes added, best first.
+        `initial`, then the nodes added, best first.
     error : (k,) array
-        Largest error with the nodes up to that one; infinite for fewer than `first`.
+        Largest error with the nodes up to that one; infinite for fewer than `initial`.
     """
-    nodes = sorted({int(index) for index in first})
+    nodes = sorted({int(index) for index in initial})
     order, error = list(nodes), [np.inf] * (len(nodes) - 1)
-    missed = np.zeros(candidates.size)
+    residual = np.zeros(candidates.size)
     for low, high in pairwise(nodes):
-        missed[low : high + 1] = _missed(candidates, values, low, high)
-    error.append(float(missed.max(initial=0.0)))
-    while len(order) < most and error[-1] > 0:
-        worst = int(missed.argmax())
-        place = int(np.searchsorted(nodes, worst))
-        low, high = nodes[place - 1], nodes[place]
-        nodes.insert(place, worst)
-        order.append(worst)
-        for start, stop in ((low, worst), (worst, high)):
-            missed[start : stop + 1] = _missed(candidates, values, start, stop)
-        error.append(float(missed.max()))
+        residual[low : high + 1] = _missed(candidates, values, low, high)
+    error.append(float(residual.max(initial=0.0)))
+    while len(order) < max_count and error[-1] > 0:
+        candidate = int(residual.argmax())
+        position = int(np.searchsorted(nodes, candidate))
+        low, high = nodes[position - 1], nodes[position]
+        nodes.insert(position, candidate)
+        order.append(candidate)
+        for start, stop in ((low, candidate), (candidate, high)):
+            residual[start : stop + 1] = _missed(candidates, values, start, stop)
+        error.append(float(residual.max()))
     return np.array(order), np.array(error)
 
 
@@ -62,13 +62,13 @@ def best_counts(errors: tuple[Floats, Floats], texels: int, tolerance: float) ->
     No more nodes are taken than `tolerance` needs on each axis.
     """
     enough = [int(np.argmax(error <= tolerance)) + 1 if np.any(error <= tolerance) else error.size for error in errors]
-    least = [int(np.isinf(error).sum()) + 1 for error in errors]
-    best, found = np.inf, (least[0], least[1])
-    for count in range(least[0], enough[0] + 1):
-        other = min(texels // count, enough[1])
-        if other < least[1]:
+    fewest = [int(np.isinf(error).sum()) + 1 for error in errors]
+    best, counts = np.inf, (fewest[0], fewest[1])
+    for count in range(fewest[0], enough[0] + 1):
+        second = min(texels // count, enough[1])
+        if second < fewest[1]:
             break
-        total = errors[0][count - 1] + errors[1][other - 1]
+        total = errors[0][count - 1] + errors[1][second - 1]
         if total < best:
-            best, found = total, (count, other)
-    return found
+            best, counts = total, (count, second)
+    return counts

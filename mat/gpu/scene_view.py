@@ -47,26 +47,26 @@ def write_scene_viewer(scene: LoadedScene, folder: Path) -> Path:
         A database, a material or a file of the surface is missing, or the camera is not where the tables are.
     """
     tables, surface = SceneTables.of_scene(scene), surface_of_scene(scene)
-    wanted = {one.band.path.name for one in tables.bands}
+    band_names = {air_set.band.path.name for air_set in tables.bands}
     sets = [
-        one
-        for one in air_sets(databases([scene.databases]))
-        if one.surface.path.name == tables.surface.path.name and one.band.path.name in wanted
+        air_set
+        for air_set in air_sets(databases([scene.databases]))
+        if air_set.surface.path.name == tables.surface.path.name and air_set.band.path.name in band_names
     ]
     altitude = float(view_rays(scene, surface, 0).altitude[0])
     _refuse_altitude(scene, sets, altitude)
     altitudes = _altitudes(scene, surface, tables)
     exported = {DATA: _mesh(scene, surface, tables)}
-    for one in sets:
-        exported[one.name] = exported_air(one, None, altitude=altitude, range_km=FARTHEST_KM, texels=TEXELS)
-        exported.setdefault(table_name(one.band.path), export_band(one.band))
+    for air_set in sets:
+        exported[air_set.name] = exported_air(air_set, None, altitude=altitude, range_km=FARTHEST_KM, texels=TEXELS)
+        exported.setdefault(table_name(air_set.band.path), export_band(air_set.band))
     shaded_sky = scene.model.surface.shaded_sky if "shade0" in exported[DATA].textures else None
     exported[table_name(tables.surface.path)] = export_surface(
         tables.surface, altitudes_km=altitudes, shaded_sky=shaded_sky
     )
     columns, rows = scene.model.camera.size
     camera, nearest, farthest = _camera(scene, surface)
-    limit = min(FARTHEST_KM, *(float(AirCoordinates.of(one.air).range_km[1]) for one in sets))
+    limit = min(FARTHEST_KM, *(float(AirCoordinates.of(air_set.air).range_km[1]) for air_set in sets))
     settings = {
         "texture": DATA,
         "columns": columns,
@@ -89,11 +89,12 @@ def write_scene_viewer(scene: LoadedScene, folder: Path) -> Path:
 
 
 def _refuse_altitude(scene: LoadedScene, sets: list[AirSet], altitude: float) -> None:
-    for one in sets:
-        low, high = AirCoordinates.of(one.air).altitude_km
+    for air_set in sets:
+        low, high = AirCoordinates.of(air_set.air).altitude_km
         if not low <= altitude <= high:
             raise scene.error(
-                ("camera",), f"stands at {altitude:g} km; allowed: {low:g} to {high:g} km, as in {one.air.path.name}"
+                ("camera",),
+                f"stands at {altitude:g} km; allowed: {low:g} to {high:g} km, as in {air_set.air.path.name}",
             )
 
 
@@ -143,12 +144,12 @@ def _mesh(scene: LoadedScene, surface: SurfaceMesh, tables: SceneTables) -> GpuF
         codes = dict(zip(materials.names, tables.codes(materials.places, scene.error), strict=True))
         textures = materials.textures()
         if len(textures) > _MOST_TEXTURES:
-            place = surface.coverings[list(textures)[_MOST_TEXTURES]].place
-            raise scene.error(place, f"is texture {_MOST_TEXTURES + 1}; allowed: {_MOST_TEXTURES} textures in a page")
+            key = surface.coverings[list(textures)[_MOST_TEXTURES]].place
+            raise scene.error(key, f"is texture {_MOST_TEXTURES + 1}; allowed: {_MOST_TEXTURES} textures in a page")
         unknown = scene.model.surface.unknown_material
         code = 0 if unknown is None else int(codes[unknown])
         rows, shade, mixtures, parts = _texels(list(textures.values()), code)
-        numbers = {index: -1 - place for place, index in enumerate(textures)}
+        numbers = {index: -1 - position for position, index in enumerate(textures)}
     cover = np.array(
         [numbers[n] if n in numbers else codes[str(kind.material)] for n, kind in enumerate(surface.coverings)], float
     )
@@ -162,7 +163,7 @@ def _mesh(scene: LoadedScene, surface: SurfaceMesh, tables: SceneTables) -> GpuF
         ],
         axis=1,
     )
-    known = tables.surface.materials
+    material_codes = tables.surface.materials
     return GpuFile(
         "mesh",
         {"file": str(scene.model.name)},
@@ -176,8 +177,8 @@ def _mesh(scene: LoadedScene, surface: SurfaceMesh, tables: SceneTables) -> GpuF
             "triangles": count,
             "parts": parts,
             "share_total": 65535,
-            "material": [int(value) for value in known.values()],
-            "material_name": list(known),
+            "material": [int(value) for value in material_codes.values()],
+            "material_name": list(material_codes),
         },
     )
 
@@ -199,7 +200,7 @@ def _texels(files: list[Any], unknown: int) -> tuple[np.ndarray, np.ndarray, np.
         if unknown:
             table[:, 0::2, 0][empty], table[:, 1::2, 0][empty] = unknown, 65535
         tables.append(table)
-    width, top, first = max(picture.shape[1] for picture in pictures), 0, 0
+    width, top, offset = max(picture.shape[1] for picture in pictures), 0, 0
     rows = np.zeros((sum(picture.shape[0] for picture in pictures), width), np.uint16)
     dark = np.zeros(rows.shape, np.uint8)
     for picture, shade, table in zip(pictures, shades, tables, strict=True):
@@ -207,6 +208,6 @@ def _texels(files: list[Any], unknown: int) -> tuple[np.ndarray, np.ndarray, np.
         rows[top : top + height, :across] = picture
         if shade is not None:
             dark[top : top + height, :across] = shade
-        parts.append([top, across, height, first])
-        top, first = top + height, first + table.shape[0] * WIDTH
+        parts.append([top, across, height, offset])
+        top, offset = top + height, offset + table.shape[0] * WIDTH
     return rows, dark, np.concatenate(tables), parts

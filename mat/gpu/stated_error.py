@@ -44,9 +44,11 @@ def random_pixels(
     drop = np.maximum(altitude - ground, 1e-3)
     to_ground = drop / np.maximum(np.sin(np.radians(-elevation)), 1e-3)
     nearest, farthest = max(numbers["range_km"][0], _NEAREST_KM), min(numbers["range_km"][1], _FARTHEST_KM)
-    free = np.exp(random.uniform(np.log(nearest), np.log(farthest), count))
+    unobstructed = np.exp(random.uniform(np.log(nearest), np.log(farthest), count))
     airborne = random.random(count) < 0.25
-    reach = np.clip(np.where(airborne | (elevation > -1), np.minimum(free, to_ground), to_ground), nearest, farthest)
+    reach = np.clip(
+        np.where(airborne | (elevation > -1), np.minimum(unobstructed, to_ground), to_ground), nearest, farthest
+    )
     codes = random.choice(np.array(numbers["material"]), (count, 1))
     slope = np.where(random.random(count) < 0.5, 0.0, random.uniform(0.0, 120.0, count))
     if not numbers["harmonic"]:

@@ -49,7 +49,7 @@ def export_surface(
     level : bool
         Level faces alone.
     altitudes_km : sequence of float, optional
-        Of the surface, ascending; by default those of the table.
+        Altitudes of the surface, ascending; by default those of the table.
     shaded_sky : float, optional
         Open share of the sky above faces in the shade all day: with it the textures hold their temperatures too.
 
@@ -72,7 +72,7 @@ def export_surface(
     )
     layers = np.empty((times.size, codes.size, altitudes.size, slopes.size, wide.size), np.float16)
     largest = 0.0
-    for place, time in enumerate(times):  # one time after the other keeps memory small
+    for index, time in enumerate(times):  # one time after the other keeps memory small
         temperature = surface.temperature(
             material=codes[:, None, None, None],
             altitude=altitudes[:, None, None],
@@ -80,9 +80,9 @@ def export_surface(
             azimuth=np.mod(wide, 360.0) if repeats else wide,
             time=float(time),
         )
-        above = temperature - reference[..., place][..., None, None]
-        layers[place] = above
-        largest = max(largest, float(np.abs(layers[place].astype(float) - above).max()))
+        above = temperature - reference[..., index][..., None, None]
+        layers[index] = above
+        largest = max(largest, float(np.abs(layers[index].astype(float) - above).max()))
     textures = {
         "temperature": texture(
             "R16F",
@@ -142,8 +142,8 @@ def _add_shaded(
     """
     codes = np.asarray(surface.root.axes["material"].values)
     shape = codes.size, *(values.size for values in columns.values())
-    material, *place = (values.ravel() for values in np.meshgrid(codes, *columns.values(), indexing="ij"))
-    where = dict(zip(columns, place, strict=True))
+    material, *coordinates = (values.ravel() for values in np.meshgrid(codes, *columns.values(), indexing="ij"))
+    where = dict(zip(columns, coordinates, strict=True))
     # The last azimuth may be the first one again.
     where["azimuth"] = np.where(where["azimuth"] >= 360.0, where["azimuth"] - 360.0, where["azimuth"])
     hours = np.broadcast_to(times, (material.size, times.size))
@@ -173,9 +173,9 @@ def _shaded_times(clock: AxisRule) -> Floats:
     """Hours between which the change of temperatures in the shade is linear: the steps of the response to it."""
     if clock.interpolation == PERIODIC:
         return response.forcing_hours()
-    first, last = clock.nodes[[0, -1]]
+    start, stop = clock.nodes[[0, -1]]
     steps = np.concatenate([response.forcing_hours() + day * response.DAY_H for day in (0, 1)])
-    return np.unique([first, *steps[(steps > first) & (steps < last)], last])
+    return np.unique([start, *steps[(steps > start) & (steps < stop)], stop])
 
 
 def _add_response(surface: TemperatureTable, textures: dict[str, Texture], numbers: dict[str, Any]) -> None:
@@ -196,11 +196,11 @@ def _add_response(surface: TemperatureTable, textures: dict[str, Texture], numbe
     sun = [np.asarray(root.variables[name].data, float) for name in _SUN]
     rain = np.asarray(root.variables[film_response.RAIN].data, float) if wet else sun[0] * 0
     textures["sun"] = texture("RGBA32F", np.stack([*sun, rain], -1)[None], ", ".join(_SUN) + ", rain; by forcing_time")
-    own = [np.asarray(root.variables[name].data, float) for name in _PER_MATERIAL]
-    water = np.asarray(root.variables[film_response.CAPACITY].data, float) if wet else own[0] * 0
+    per_material = [np.asarray(root.variables[name].data, float) for name in _PER_MATERIAL]
+    water = np.asarray(root.variables[film_response.CAPACITY].data, float) if wet else per_material[0] * 0
     textures["response_material"] = texture(
         "RGBA32F",
-        np.stack([*own, water], -1)[:, None],
+        np.stack([*per_material, water], -1)[:, None],
         ", ".join(_PER_MATERIAL) + f", {film_response.CAPACITY}; by material",
     )
     for axis in (response.ALTITUDE, response.SLOPE, response.HOUR, response.LAG, response.OFFSET, shade.FORCING_TIME):

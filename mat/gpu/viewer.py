@@ -45,11 +45,11 @@ class Plan:
     files : list of Path
         Databases.
     texture : Path
-        Of the plan.
+        Texture of the plan view.
     surface_km, altitude_km : float
         Altitudes of surface and observer.
     metres_per_texel : float
-        Of level 0.
+        Size of a texel of level 0 [m].
     image : Path or None
         Photograph of the plan.
     """
@@ -73,7 +73,7 @@ def plan_of_folder(
     texture : str, optional
         Name of the texture; the first one by default.
     altitude : float, optional
-        Of the observer [km]; by default 1 km above the surface.
+        Altitude of the observer [km]; by default 1 km above the surface.
     metres_per_texel : float
 
     Raises
@@ -136,17 +136,19 @@ def write_viewer(plan: Plan, folder: Path) -> Path:
         rows, columns = file.size(level)
         scale = plan.metres_per_texel * file.width / columns
         _refuse_missing(file, sets, plan.texture)
-    for one in sets:
-        exported[one.name] = exported_air(one, None, altitude=plan.altitude_km, range_km=FARTHEST_KM, texels=TEXELS)
-        exported.setdefault(table_name(one.band.path), export_band(one.band))
-        surface = table_name(one.surface.path)
+    for air_set in sets:
+        exported[air_set.name] = exported_air(
+            air_set, None, altitude=plan.altitude_km, range_km=FARTHEST_KM, texels=TEXELS
+        )
+        exported.setdefault(table_name(air_set.band.path), export_band(air_set.band))
+        surface = table_name(air_set.surface.path)
         if surface not in exported:
             exported[surface] = export_surface(
-                one.surface, level=True, altitudes_km=[plan.surface_km], shaded_sky=shaded_sky
+                air_set.surface, level=True, altitudes_km=[plan.surface_km], shaded_sky=shaded_sky
             )
     nearest = plan.altitude_km - plan.surface_km
     aside = 1e-3 * scale * float(np.hypot(rows, columns))  # corners are farther from the observer than the centre
-    farthest = min(FARTHEST_KM, *(float(AirCoordinates.of(one.air).range_km[1]) - aside for one in sets))
+    farthest = min(FARTHEST_KM, *(float(AirCoordinates.of(air_set.air).range_km[1]) - aside for air_set in sets))
     settings = {
         "texture": name,
         "columns": columns,
@@ -210,24 +212,24 @@ def table_name(path: Path) -> str:
 
 def _level(content: GpuFile, level: int) -> GpuFile:
     """One mip level of a texture, as its first."""
-    kept = {"level0": content.textures[f"level{level}"], "mixtures": content.textures["mixtures"]}
+    textures = {"level0": content.textures[f"level{level}"], "mixtures": content.textures["mixtures"]}
     if f"shade{level}" in content.textures:
-        kept["shade0"] = content.textures[f"shade{level}"]
-    return GpuFile(content.kind, content.source, kept, content.numbers | {"levels": 1}, content.stated_error)
+        textures["shade0"] = content.textures[f"shade{level}"]
+    return GpuFile(content.kind, content.source, textures, content.numbers | {"levels": 1}, content.stated_error)
 
 
 def _refuse_missing(file: TmmFile, sets: list[AirSet], path: Path) -> None:
-    for one in sets:
-        band, surface = one.band.materials, one.surface.materials
+    for air_set in sets:
+        band, surface = air_set.band.materials, air_set.surface.materials
         for code, material in file.materials.items():
-            for table, known in ((one.band, band), (one.surface, surface)):
-                if code not in known.values():
+            for table, material_codes in ((air_set.band, band), (air_set.surface, surface)):
+                if code not in material_codes.values():
                     raise InputError(
                         f"lacks '{material}' of the texture {path.name}; build it with that material", file=table.path
                     )
         if list(band.values()) != list(surface.values()):
             raise InputError(
-                f"has other materials than {one.surface.path.name}; build both from one job", file=one.band.path
+                f"has other materials than {air_set.surface.path.name}; build both from one job", file=air_set.band.path
             )
 
 
@@ -235,22 +237,22 @@ def bands_of(sets: list[AirSet]) -> list[dict[str, Any]]:
     """States and bands with the atmospheres of their sources."""
     bands: dict[str, dict[str, Any]] = {}
     airs: dict[str, dict[str, str]] = {}
-    states = {one.surface.path.name for one in sets}
-    for one in sets:
-        name = one.name.split(".")[0]
-        low, high = np.asarray(one.air.attributes["wavelength_um"], float)
+    states = {air_set.surface.path.name for air_set in sets}
+    for air_set in sets:
+        name = air_set.name.split(".")[0]
+        low, high = np.asarray(air_set.air.attributes["wavelength_um"], float)
         title = f"{low:g} to {high:g} µm"
         if len(states) > 1:
-            title = f"{one.surface.path.name.split('.')[0]}, {title}"
+            title = f"{air_set.surface.path.name.split('.')[0]}, {title}"
         entry = {
             "name": name,
             "title": title,
-            "band": table_name(one.band.path),
-            "surface": table_name(one.surface.path),
-            "relative": relative(one.air),
+            "band": table_name(air_set.band.path),
+            "surface": table_name(air_set.surface.path),
+            "relative": relative(air_set.air),
         }
         bands.setdefault(name, entry)
-        airs.setdefault(name, {})[str(one.air.attributes.get("source", "sun"))] = one.name
+        airs.setdefault(name, {})[str(air_set.air.attributes.get("source", "sun"))] = air_set.name
     # The Sun first: it stands where no source is chosen.
     return [
         entry | {"air": dict(sorted(airs[name].items(), key=lambda item: item[0] != "sun"))}

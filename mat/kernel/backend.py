@@ -74,11 +74,11 @@ class Compiler:
     def run(self, *arguments: str | Path, folder: Path) -> None:
         environment = os.environ | {"ZIG_LOCAL_CACHE_DIR": str(folder), "ZIG_GLOBAL_CACHE_DIR": str(folder)}
         command = [*self.command, *map(str, arguments)]
-        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
-        if done.returncode:
-            raise CompilerError(f"{shlex.join(command)}\n{done.stdout}{done.stderr}")
-        if done.stderr:
-            print(done.stderr, file=sys.stderr)
+        process = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+        if process.returncode:
+            raise CompilerError(f"{shlex.join(command)}\n{process.stdout}{process.stderr}")
+        if process.stderr:
+            print(process.stderr, file=sys.stderr)
 
 
 class CompilerError(Exception):
@@ -105,10 +105,10 @@ def compile_library(compiler: Compiler, output: Path, names: list[str] | None = 
             jobs += [(name, f"{name}.{lanes}.o", lanes, extra) for lanes, extra in variants.items()]
 
         def compile_one(job: tuple[str, str, str, list[str]]) -> str:
-            name, made, lanes, extra = job
+            name, compiled, lanes, extra = job
             flags = [*FLAGS.split(), *WARNINGS.split(), digest, f"-DLANES={lanes}", *extra]
-            compiler.run(*flags, "-c", SOURCES / name, "-o", made, folder=folder)
-            return made
+            compiler.run(*flags, "-c", SOURCES / name, "-o", compiled, folder=folder)
+            return compiled
 
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             objects = list(pool.map(compile_one, jobs))

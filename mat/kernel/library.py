@@ -63,9 +63,9 @@ def lanes() -> int:
     -----
     Results have the same bytes with either.
     """
-    most = int(library().skyshine_lanes())
-    allowed = [str(number) for number in (4, 8) if number <= most]
-    text = os.environ.get(VARIABLE) or str(most)
+    widest = int(library().skyshine_lanes())
+    allowed = [str(number) for number in (4, 8) if number <= widest]
+    text = os.environ.get(VARIABLE) or str(widest)
     if text not in allowed:
         raise InputError(f"{VARIABLE}={text}: allowed on this processor: {', '.join(allowed)}; unset it")
     return int(text)
@@ -77,9 +77,9 @@ def function(name: str, argtypes: Sequence[Any] | None, restype: Any) -> Callabl
     Parameters
     ----------
     name : str
-        As the C sources have it in `SKYSHINE_NAME`, without `_4` and `_8`.
+        Name in the C sources' `SKYSHINE_NAME`, without `_4` and `_8`.
     argtypes, restype : ctypes types
-        Of the arguments, None where calls state them, and of the result, None where it has none.
+        Types of the arguments (None where calls state them) and of the result (None for no result).
 
     Raises
     ------

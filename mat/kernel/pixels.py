@@ -33,8 +33,8 @@ QUANTITIES = (
 PIXELS = (
     "material", "share", "temperature", "surface_altitude", "surface_azimuth", "surface_slope", "time", "range",
     "line_range", "altitude", "elevation", "source_elevation", "source_azimuth", "source_heading", "normal",
-    "to_source", "to_observer", "sight_elevation", "sight_heading", "lit", "sky_view", "wall_temperature", "shade",
-    "shaded_sky", "shaded_temperature", "ground_material", "ground_temperature",
+    "to_source", "to_observer", "sight_elevation", "sight_heading", "lit_share", "sky_view", "wall_temperature",
+    "shade", "shaded_sky", "shaded_temperature", "ground_material", "ground_temperature",
 )  # fmt: skip
 TERMS = (
     "temperature", "blackbody_radiance", "beta_star", "transmittance", "thermal", "path", "skyshine", "diffuse",
@@ -144,16 +144,16 @@ class Database:
     ) -> None:
         """Hand over an axis of an array."""
         self._arrays.append(np.ascontiguousarray(nodes, float))
-        kept = self._arrays[-1]
+        nodes_array = self._arrays[-1]
         types = c_void_p, c_int32, c_int32, c_void_p, c_size_t, c_int32, c_double, c_double, c_int32
-        place = self.memory.ctypes.data, number, axis, kept.ctypes.data, kept.size
-        _single("set_axis", None, *types)(*place, rule, period, dark_below, clamps)
+        position = self.memory.ctypes.data, number, axis, nodes_array.ctypes.data, nodes_array.size
+        _single("set_axis", None, *types)(*position, rule, period, dark_below, clamps)
 
     def set_numbers(self, numbers: Mapping[str, float]) -> None:
         """Hand over numbers by their names in `NUMBERS`."""
         for name, value in numbers.items():
-            place = NUMBERS.index(name)
-            _single("set_number", None, c_void_p, c_int32, c_double)(self.memory.ctypes.data, place, value)
+            index = NUMBERS.index(name)
+            _single("set_number", None, c_void_p, c_int32, c_double)(self.memory.ctypes.data, index, value)
 
 
 class Tables:
@@ -167,7 +167,7 @@ class Tables:
 
     def __init__(self, surface: Database | None, band: Database | None, air: Database | None) -> None:
         self.databases = surface, band, air
-        addresses = [None if one is None else one.memory.ctypes.data for one in self.databases]
+        addresses = [None if database is None else database.memory.ctypes.data for database in self.databases]
         size = _single("tables_size", c_size_t, *[c_void_p] * 3)(*addresses)
         self._memory = aligned(size)
         make = _single("tables_make", c_int32, *[c_void_p] * 4, POINTER(Failure))
@@ -188,20 +188,20 @@ class Tables:
     def _computed(self, name: str, *arguments: Any) -> None:
         self._called(_vectors(name), *arguments, c_void_p(_SCRATCH.of(self._scratch)))
 
-    def pixels(self, count: int, materials: int, lines: int, given: Mapping[str, npt.ArrayLike]) -> dict[str, Floats]:
+    def pixels(self, count: int, materials: int, lines: int, inputs: Mapping[str, npt.ArrayLike]) -> dict[str, Floats]:
         """Terms of equation (1), (count,) each by the names of `TERMS`; arguments by those of `PIXELS`."""
-        kept = {name: np.ascontiguousarray(v, np.int32 if name in _CODES else float) for name, v in given.items()}
+        arrays = {name: np.ascontiguousarray(v, np.int32 if name in _CODES else float) for name, v in inputs.items()}
         results = {name: np.empty(count) for name in TERMS}
-        pixels, terms = _addresses(PIXELS, kept), _addresses(TERMS, results)
+        pixels, terms = _addresses(PIXELS, arrays), _addresses(TERMS, results)
         self._computed("pixel_terms", c_size_t(count), c_size_t(materials), c_size_t(lines), pixels, terms)
         return results
 
-    def quantity(self, quantity: str, places: list[Floats], *, by_wavelength: bool) -> Floats:
+    def quantity(self, quantity: str, coordinates: list[Floats], *, by_wavelength: bool) -> Floats:
         """A quantity of `QUANTITIES` at places: range, altitude, elevation and up to two more, (n,) each."""
-        kept = {str(number): np.ascontiguousarray(values, float) for number, values in enumerate(places)}
-        count, parted = kept["0"].size, by_wavelength or quantity == "optical_depth"
-        values = np.empty((count, self.wavelengths) if parted else count)
-        addresses, number = _addresses(tuple("01234"), kept), QUANTITIES.index(quantity)
+        arrays = {str(number): np.ascontiguousarray(values, float) for number, values in enumerate(coordinates)}
+        count, spectral = arrays["0"].size, by_wavelength or quantity == "optical_depth"
+        values = np.empty((count, self.wavelengths) if spectral else count)
+        addresses, number = _addresses(tuple("01234"), arrays), QUANTITIES.index(quantity)
         self._computed(
             "quantity",
             c_int32(number),
@@ -213,17 +213,19 @@ class Tables:
         return values
 
     def ambient(
-        self, places: list[Floats], slope: Floats, azimuth: Floats, ground: Floats | None, *, by_wavelength: bool
+        self, coordinates: list[Floats], slope: Floats, azimuth: Floats, ground: Floats | None, *, by_wavelength: bool
     ) -> Floats:
         """Light of the sky (n,) or (n, B) on faces at places: range, altitude, elevation, source elevation; azimuth
         from the source, temperature of the ground [K] or that which the file states.
         """
-        kept = {str(number): np.ascontiguousarray(values, float) for number, values in enumerate(places)}
+        arrays = {str(number): np.ascontiguousarray(values, float) for number, values in enumerate(coordinates)}
         faces = [None if v is None else np.ascontiguousarray(v, float) for v in (slope, azimuth, ground)]
-        count = kept["0"].size
+        count = arrays["0"].size
         values = np.empty((count, self.wavelengths) if by_wavelength else count)
         addresses = [None if array is None else c_void_p(array.ctypes.data) for array in (*faces, values)]
-        self._computed("ambient", c_int32(by_wavelength), c_size_t(count), _addresses(tuple("01234"), kept), *addresses)
+        self._computed(
+            "ambient", c_int32(by_wavelength), c_size_t(count), _addresses(tuple("01234"), arrays), *addresses
+        )
         return values
 
     def heated(self, faces: list[npt.NDArray[Any]], absorbed: Floats, hours: Floats) -> Floats:
@@ -231,9 +233,9 @@ class Tables:
         at hours (n, T).
         """
         values, heat, times = np.empty(hours.shape), np.ascontiguousarray(absorbed, float), np.ascontiguousarray(hours)
-        kept = _faces(faces)
+        face_arrays = _faces(faces)
         self._computed(
-            "heated", c_size_t(len(values)), _addresses(tuple("0123"), kept), c_void_p(heat.ctypes.data),
+            "heated", c_size_t(len(values)), _addresses(tuple("0123"), face_arrays), c_void_p(heat.ctypes.data),
             c_size_t(heat.shape[1]), c_void_p(times.ctypes.data), c_size_t(hours.shape[1]),
             c_void_p(values.ctypes.data),
         )  # fmt: skip
@@ -243,10 +245,10 @@ class Tables:
         """Changes of temperature (n, STEPS) by heat (n, STEPS), of faces with temperatures (n, STEPS) in the open, NaN
         where they are not known, and highest ones (n,).
         """
-        given = [np.ascontiguousarray(values, float) for values in (absorbed, temperature, highest)]
-        kept, values = _faces(faces), np.empty((len(highest), STEPS))
-        addresses = [c_void_p(array.ctypes.data) for array in (*given, values)]
-        self._computed("changes", c_size_t(len(values)), _addresses(tuple("0123"), kept), *addresses)
+        inputs = [np.ascontiguousarray(values, float) for values in (absorbed, temperature, highest)]
+        face_arrays, values = _faces(faces), np.empty((len(highest), STEPS))
+        addresses = [c_void_p(array.ctypes.data) for array in (*inputs, values)]
+        self._computed("changes", c_size_t(len(values)), _addresses(tuple("0123"), face_arrays), *addresses)
         return values
 
     def absorbed(
@@ -260,9 +262,9 @@ class Tables:
         """Change of the heat (n, STEPS) that faces absorb, of surroundings of each or of all: `shaded` (n or 1, STEPS),
         `sky_view` (n or 1,).
         """
-        kept, count = _faces(faces), len(faces[0])
+        face_arrays, count = _faces(faces), len(faces[0])
         rows = max(len(shaded), sky_view.size)
-        around = {
+        surroundings = {
             "shaded": np.ascontiguousarray(np.broadcast_to(shaded, (rows, STEPS)), float),
             "sky_view": np.ascontiguousarray(np.broadcast_to(sky_view.ravel(), rows), float),
             "facing": np.full(rows, np.nan if facing is None else facing, float),
@@ -270,7 +272,8 @@ class Tables:
         }
         values = np.empty((count, STEPS))
         self._computed(
-            "absorbed", c_size_t(count), _addresses(tuple("0123"), kept), _addresses(tuple(around), around),
+            "absorbed", c_size_t(count), _addresses(tuple("0123"), face_arrays),
+            _addresses(tuple(surroundings), surroundings),
             c_int32(rows > 1), c_void_p(values.ctypes.data),
         )  # fmt: skip
         return values

@@ -273,7 +273,7 @@ def _faces(tables: SceneTables, face: Face, code: int, altitude: float, hours: F
         slope=np.full(count, face.slope),
         time=hours,
         temperature=kelvin[:, None],
-        lit=lit,
+        lit_share=lit,
     )
 
 

@@ -280,7 +280,7 @@ class PictureMaker:
             slope=seen.slope[rows],
             time=np.full(count, hour),
             temperature=kelvin,
-            lit=lit,
+            lit_share=lit,
             sky_view=None if wall is None else view,
             wall_temperature=wall,
         )

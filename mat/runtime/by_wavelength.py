@@ -14,9 +14,9 @@ def emitted_share(spectra: BandSpectra, transmittance: Floats) -> Floats:
     Parameters
     ----------
     spectra : BandSpectra
-        Of (..., M) materials at their temperatures.
+        Spectra of (..., M) materials at their temperatures.
     transmittance : (..., B) array
-        By wavelength.
+        Transmittance of the path by wavelength.
     """
     share: Floats = np.sum((1.0 - spectra.reflectance) * spectra.emission * transmittance[..., None, :], axis=-1)
     return share

@@ -18,7 +18,7 @@ from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 
 _OPTIONAL = (
-    "temperature", "ground_temperature", "lit", "sky_view", "wall_temperature", "shade", "shaded_sky",
+    "temperature", "ground_temperature", "lit_share", "sky_view", "wall_temperature", "shade", "shaded_sky",
     "shaded_temperature",
 )  # fmt: skip
 _BY_MATERIAL = ("material", "share", "temperature", "shaded_temperature")
@@ -36,7 +36,7 @@ class View:
         Lines (n,) on which the atmospheric tables are read: those of the pixels, or of the centre of their frame, which
         is one line, (1,), or n times the same.
     range : (n,) array
-        From the observer to the point of the pixel [km].
+        Distance from the observer to the point of the pixel [km].
     normal, to_source, to_observer : (n, 3) array
         Directions from the points, of any length.
     source_heading : (n,) array, optional
@@ -58,7 +58,7 @@ class View:
         ----------
         lines : LinesOfSight
         heading : (n,) array
-            Of the lines, from north eastward [degree].
+            Azimuth of the lines of sight, clockwise from north [degree].
         normal : (n, 3) array
             East, north and up.
         nearest : float
@@ -78,9 +78,9 @@ class Faces:
     Attributes
     ----------
     codes : (n, M) int array
-        Of the materials, as `skyshine.tmm.TmmFile.mixture` gives them; 0 where unused.
+        Codes of the materials, as `skyshine.tmm.TmmFile.mixture` gives them; 0 where unused.
     shares : (n, M) array
-        Of the materials; they sum to 1.
+        Area fractions of the materials; they sum to 1.
     altitude : array
         [km]
     azimuth, slope : array
@@ -95,19 +95,19 @@ class Faces:
         temperature that it states.
     ground_temperature : array, optional
         [K], in place of that of the material.
-    lit : array, optional
+    lit_share : array, optional
         Share of the direct light of Sun or Moon that reaches the face; by default all.
     sky_view : array, optional
         Open share of the sky above the face; by default the whole.
     wall_temperature : array, optional
-        Of the wall that hides the rest [K]; by default that of the air.
+        Temperature of the wall that hides the rest of the sky [K]; by default that of the air.
     shade : array, optional
         Share of the face that lies in the shade all day, as `skyshine.tmm.TmmFile.shade` gives it; by default none. No
         direct light falls there, and no more of the sky is open than `shaded_sky`.
     shaded_sky : array, optional
         Open share of the sky above the part in the shade; by default .5, as in a scene of `mat render`.
     shaded_temperature : (n, M) array, optional
-        Of the materials in the shade [K], in place of those by the response of the table; any where `shade` is 0.
+        Temperatures of the materials in the shade [K], instead of the table's response; ignored where `shade` is 0.
     """
 
     codes: Integers
@@ -119,7 +119,7 @@ class Faces:
     temperature: Floats | None = None
     ground_material: npt.NDArray[Any] | None = None
     ground_temperature: Floats | None = None
-    lit: Floats | None = None
+    lit_share: Floats | None = None
     sky_view: Floats | None = None
     wall_temperature: Floats | None = None
     shade: Floats | None = None
@@ -166,7 +166,7 @@ def pixel_radiance(
     surface : TemperatureTable
     band : BandTable
     air : AtmosphereTable
-        Of the same band and state: that of the Sun or of the Moon.
+        Table of the same band and state, for the Sun or the Moon.
     faces : Faces
     view : View
 
@@ -178,7 +178,7 @@ def pixel_radiance(
     """
     _refuse_unknown(faces)
     count, materials = faces.codes.shape
-    given: dict[str, npt.NDArray[Any]] = {
+    inputs: dict[str, npt.NDArray[Any]] = {
         "material": faces.codes,
         "share": faces.shares,
         "surface_altitude": faces.altitude,
@@ -192,14 +192,14 @@ def pixel_radiance(
     optional = {name: getattr(faces, name) for name in _OPTIONAL}
     if faces.ground_material is not None:
         optional["ground_material"] = np.broadcast_to(surface.material_codes(faces.ground_material), count)
-    given |= {name: values for name, values in optional.items() if values is not None}
-    given["time"] = faces.time
+    inputs |= {name: values for name, values in optional.items() if values is not None}
+    inputs["time"] = faces.time
     wide = dict.fromkeys(_BY_MATERIAL, (count, materials)) | dict.fromkeys(_DIRECTIONS, (count, 3))
     # The library sees no lengths: arrays of another shape end here.
-    given = {name: np.broadcast_to(values, wide.get(name, (count,))) for name, values in given.items()}
+    inputs = {name: np.broadcast_to(values, wide.get(name, (count,))) for name, values in inputs.items()}
     with messages():
         lines, of_lines = _lines(view, count)
-        terms = kernel_tables(surface, band, air).pixels(count, materials, lines, {**given, **of_lines})
+        terms = kernel_tables(surface, band, air).pixels(count, materials, lines, {**inputs, **of_lines})
     return PixelRadiance(**{field.name: terms[field.name] for field in fields(PixelRadiance)})
 
 
@@ -216,9 +216,9 @@ def _lines(view: View, count: int) -> tuple[int, dict[str, Floats]]:
 
 def _refuse_unknown(faces: Faces) -> None:
     """Refuse temperatures that are not numbers, for which the library would take those of the tables."""
-    used = faces.shares > 0
-    shaded = used if faces.shade is None else used & (faces.shade > 0)[:, None]
-    for kelvin, read in ((faces.temperature, used), (faces.shaded_temperature, shaded)):
+    present = faces.shares > 0
+    shaded = present if faces.shade is None else present & (faces.shade > 0)[:, None]
+    for kelvin, read in ((faces.temperature, present), (faces.shaded_temperature, shaded)):
         if kelvin is not None and not np.all(np.isfinite(kelvin) | ~read):
             raise InputError("temperature: found a value that is not finite; allowed: finite numbers")
     for values in (faces.wall_temperature, faces.ground_temperature):

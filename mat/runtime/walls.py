@@ -24,13 +24,13 @@ def beside_walls(
     Parameters
     ----------
     ambient, level : (n,) or (n, B) array
-        Of the faces in the open, and of level faces there.
+        Ambient radiance of the faces in the open, and of level faces there.
     wall, ground : (n,) or (n, B) array
         What black bodies with the temperatures of wall and ground emit.
     sky_view, upward : (n,) array
         Open share of the sky above each face; cosine of its slope.
     emissivity : float or (n,) array
-        Of the wall.
+        Emissivity of the wall.
     """
     hidden = (1 - sky_view) * 0.5 * (1 + upward)
     shine = np.broadcast_to(np.asarray(emissivity, float), hidden.shape)
@@ -42,7 +42,7 @@ def beside_walls(
 
 
 def wall_as_it_shines(
-    band: BandTable, emitted: Floats, reflectance: Floats | float, around: Floats | float, sunlit: Floats | float
+    band: BandTable, emitted: Floats, reflectance: Floats | float, incident: Floats | float, sunlit: Floats | float
 ) -> Floats:
     """Temperature (n,) [K] of a wall of emissivity `WALL_EMISSIVITY` without sunlight that shines as other walls do.
 
@@ -50,14 +50,14 @@ def wall_as_it_shines(
     ----------
     band : BandTable
     emitted : (n,) array
-        Of the walls, in the band [W m^-2 sr^-1].
+        Radiance that the walls emit, in the band [W m^-2 sr^-1].
     reflectance : float or (n,) array
-        Of the walls in the band.
-    around : float or (n,) array
+        Reflectance of the walls in the band.
+    incident : float or (n,) array
         Mean of the ambient light of level faces and of what the ground emits as a black body [W m^-2 sr^-1].
     sunlit : float or (n,) array
         Direct light that the walls reflect: reflectance, share of the light on a surface across it, and
         `direct_radiance` multiplied [W m^-2 sr^-1].
     """
-    plain = emitted + sunlit + (reflectance - (1 - WALL_EMISSIVITY)) * around
+    plain = emitted + sunlit + (reflectance - (1 - WALL_EMISSIVITY)) * incident
     return equivalent_temperature(band, plain / WALL_EMISSIVITY)

@@ -26,8 +26,8 @@ PLAIN = [  # folders that hold both limits; those that are missing here are stil
     *(
         f"mat/{name}"
         for name in (
-            *("api", "bench", "builder", "commands", "exchange", "job", "maintain", "measure", "plan", "products"),
-            *("quantities", "radiometry", "scene", "spectroscopy", "tables"),
+            *("api", "bench", "builder", "commands", "exchange", "gpu", "job", "kernel", "maintain", "measure", "plan"),
+            *("products", "quantities", "radiometry", "runtime", "scene", "spectroscopy", "tables"),
         )
     ),
 ]

@@ -71,7 +71,7 @@ def pixel_radiance(
     through = through_by_wavelength(depth, np.asarray(view.lines.range, float), np.asarray(view.range, float))
     emitted, sky, beam = emitted_share(spectra, through), reflected(spectra, ambient), reflected(spectra, direct)
     sunlit = np.where(incidence > 0, transmittance, 0.0)
-    sunlit = sunlit if faces.lit is None else sunlit * faces.lit
+    sunlit = sunlit if faces.lit_share is None else sunlit * faces.lit_share
     shape = specular_lobe(shininess, to_source[:, None], to_observer[:, None], normal[:, None])
 
     def over_materials(values: Floats) -> Floats:
@@ -131,7 +131,7 @@ def _with_shade(surface: TemperatureTable, faces: Faces, shade: Floats) -> Faces
         codes=np.concatenate([faces.codes, faces.codes], axis=1),
         shares=np.concatenate([faces.shares * (1 - shade[:, None]), faces.shares * shade[:, None]], axis=1),
         temperature=np.concatenate([kelvin, np.where(dark, cool, kelvin)], axis=1),
-        lit=1 - shade if faces.lit is None else (1 - shade) * faces.lit,
+        lit_share=1 - shade if faces.lit_share is None else (1 - shade) * faces.lit_share,
         sky_view=view,
         wall_temperature=wall,
         shade=None,

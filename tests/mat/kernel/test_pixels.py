@@ -57,7 +57,7 @@ DRAWN = np.random.default_rng(8)
 SKY, WALL, RANGES = DRAWN.uniform(0, 1, COUNT), DRAWN.uniform(270, 320, COUNT), DRAWN.uniform(0.3, 2.0, COUNT)
 CASES = {
     "own lines": lambda f, v: (f, v),
-    "partly lit": lambda f, v: (replace(f, lit=SKY), v),
+    "partly lit": lambda f, v: (replace(f, lit_share=SKY), v),
     "stated temperatures": lambda f, v: (replace(f, temperature=WALL[:, None] + np.arange(MATERIALS)), v),
     "beside walls": lambda f, v: (replace(f, sky_view=SKY, wall_temperature=WALL), v),
     "walls as warm as the air": lambda f, v: (replace(f, sky_view=SKY), v),
@@ -67,7 +67,7 @@ CASES = {
     "ground of a material": lambda f, v: (replace(f, ground_material=f.codes[:, 1]), v),
     "a frame": lambda f, v: (f, replace(v, lines=FRAME, source_heading=np.array([150.0]))),
     "a frame beside walls": lambda f, v: (
-        replace(f, sky_view=SKY, wall_temperature=WALL, lit=SKY),
+        replace(f, sky_view=SKY, wall_temperature=WALL, lit_share=SKY),
         replace(v, lines=FRAME, source_heading=np.array([150.0])),
     ),
     "in the shade": lambda f, v: (replace(f, shade=SKY, shaded_sky=np.full(COUNT, 0.3)), v),
@@ -292,7 +292,7 @@ def test_faces_outside_the_tables_are_refused(tables, changed, words):
         pixel_radiance(*tables, replace(of_materials(tables, faces), **changed), view)
 
 
-@pytest.mark.parametrize("name", ["altitude", "lit", "shares", "temperature"])
+@pytest.mark.parametrize("name", ["altitude", "lit_share", "shares", "temperature"])
 def test_lists_of_another_length_are_refused(tables, name):
     faces, view = pixels()
     short = np.ones((7, MATERIALS) if name in ("shares", "temperature") else 7)

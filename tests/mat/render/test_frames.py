@@ -318,7 +318,7 @@ def test_a_shaded_pixel_is_the_pixel_of_the_library_under_the_same_shade(roofed,
         altitude=0.13,
         surface_altitude=0.1,
         kelvin=np.array([[float(kelvin)]]),
-        lit=np.array([0.0]),
+        lit_share=np.array([0.0]),
         sky_view=np.array([view]),
         wall_temperature=shines_as_grass(small_build, float(air)),
     )

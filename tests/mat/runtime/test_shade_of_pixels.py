@@ -58,7 +58,7 @@ def in_the_shade(tables, faces, sky_view):
             time=faces.time[row],
         )
     kelvin[:, 2] = kelvin[:, 0]
-    return replace(faces, temperature=kelvin, lit=np.zeros(COUNT), sky_view=sky_view, wall_temperature=wall)
+    return replace(faces, temperature=kelvin, lit_share=np.zeros(COUNT), sky_view=sky_view, wall_temperature=wall)
 
 
 @pytest.mark.parametrize("own", [None, 0.8, 0.2])

@@ -59,7 +59,7 @@ def test_a_wall_as_it_shines_sends_what_the_sunlit_wall_emits_and_reflects(table
 
 def test_shade_takes_the_direct_light_and_nothing_else(tables, faces, view):
     sunlit = pixel_radiance(*tables, faces, view)
-    half = pixel_radiance(*tables, replace(faces, lit=np.array([1.0, 0.5, 0.0, 0.0])), view)
+    half = pixel_radiance(*tables, replace(faces, lit_share=np.array([1.0, 0.5, 0.0, 0.0])), view)
     assert half.diffuse == pytest.approx(sunlit.diffuse * [1.0, 0.5, 0.0, 0.0])
     assert half.specular == pytest.approx(sunlit.specular * [1.0, 0.5, 0.0, 0.0])
     for term in ("thermal", "path", "skyshine"):

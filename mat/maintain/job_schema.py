@@ -1,4 +1,5 @@
-"""Writes the JSON Schemas of the YAML files, from the models that read them, so that editors complete them.
+"""Writes the JSON Schemas of the YAML files, from the models that read them, so that editors complete them, and
+a page of the keys of each in the folder ``keys`` beside them.
 
 Run ``python -m mat.maintain.job_schema FOLDER`` after changing a model; FOLDER is ``schemas`` of the checkout.
 """
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import pydantic
 
+from mat.maintain.manual import keys
 from skyshine.mat.job.model import Job
 from skyshine.mat.render.frame_file import FrameModel
 from skyshine.mat.render.scene_file import SceneModel
@@ -37,5 +39,8 @@ def schema_text(name: str) -> str:
 
 
 if __name__ == "__main__":
+    folder = Path(sys.argv[1])
+    (folder / "keys").mkdir(exist_ok=True)
     for file_name in MODELS:
-        (Path(sys.argv[1]) / file_name).write_text(schema_text(file_name), encoding="utf-8")
+        (folder / file_name).write_text(schema_text(file_name), encoding="utf-8")
+        (folder / "keys" / keys.file_name(file_name)).write_text(keys.page(file_name), encoding="utf-8")

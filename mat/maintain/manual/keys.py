@@ -1,4 +1,7 @@
-"""Pages of all keys of a YAML file, from the JSON Schema that its model writes."""
+"""Pages of all keys of a YAML file, from the JSON Schema that its model writes: ``schemas/keys`` of the checkout.
+
+``python -m mat.maintain.job_schema schemas`` writes them beside the schemas.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from mat.maintain.job_schema import schema_text
+from skyshine import schemas
 
 Schema = dict[str, Any]
 
@@ -55,7 +58,7 @@ def page(name: str) -> str:
     name : str
         File name of the schema, such as ``mat-job.schema.json``.
     """
-    root = json.loads(schema_text(name))
+    root = json.loads(schemas.path(name).read_text(encoding="utf-8"))
     definitions = root.get("$defs", {})
     lines = [
         f"# {TITLES[name]}",
@@ -63,22 +66,33 @@ def page(name: str) -> str:
         f"Generated from `schemas/{name}`, by which files are checked. {root['description']}",
     ]
     sections = list(_sections(root, definitions))
-    paths = {id(model): path for path, model in sections}
+    places = dict(zip((id(model) for _, model in sections), anchors([path for path, _ in sections]), strict=True))
     for path, model in sections:
         if path:
-            lines += ["", f"({anchor(name, path)})=", "", f"## `{path}`", "", _one_line(model.get("description", ""))]
+            lines += ["", f"## `{path}`", "", _one_line(model.get("description", ""))]
         lines += ["", "| key | value | default | what |", "|---|---|---|---|"]
         required = model.get("required", [])
         for key, rule in model["properties"].items():
-            value = _cell(_value(rule, definitions, paths, name) + _unit(key))
+            value = _cell(_value(rule, definitions, places) + _unit(key))
             lines.append(f"| `{key}` | {value} | {_default(key, rule, required)} | {_cell(rule['description'])} |")
     return "\n".join(lines) + "\n"
 
 
-def anchor(name: str, path: str) -> str:
-    """Target of links to the section of a place such as ``states[].weather``."""
-    words = re.sub(r"[^a-z0-9]+", "-", path.lower().replace("[]", "-each")).strip("-")
-    return f"{name.removesuffix('.schema.json')}-{words}"
+def file_name(name: str) -> str:
+    """Name of the page of a schema, such as ``mat-job.md``."""
+    return name.replace(".schema.json", ".md")
+
+
+def anchors(paths: list[str]) -> list[str]:
+    """Targets of links to headings such as ``states[].weather``, by the rule of GitHub, which the site follows.
+
+    Examples
+    --------
+    >>> anchors(["bands", "bands[]", "states[].weather"])
+    ['bands', 'bands-1', 'statesweather']
+    """
+    slugs = [re.sub(r"[^\w -]", "", path.lower()).replace(" ", "-") for path in paths]
+    return [f"{slug}-{count}" if (count := slugs[:k].count(slug)) else slug for k, slug in enumerate(slugs)]
 
 
 def _sections(root: Schema, definitions: Schema) -> Iterator[tuple[str, Schema]]:
@@ -125,30 +139,30 @@ def _plain(model: Schema) -> Schema | None:
     return None
 
 
-def _value(rule: Schema, definitions: Schema, paths: dict[int, str], name: str) -> str:
-    """What a value may be, in words."""
+def _value(rule: Schema, definitions: Schema, places: dict[int, str]) -> str:
+    """What a value may be, in words; links lead to the places of models on the page."""
     if "$ref" in rule:
         model = _resolved(rule, definitions)
         plain = _plain(model)
         if plain is not None:
-            return f"{_value(plain, definitions, paths, name)}; or `value` with `source`"
-        return f"[keys](#{anchor(name, paths[id(model)])})" if id(model) in paths else "keys"
+            return f"{_value(plain, definitions, places)}; or `value` with `source`"
+        return f"[keys](#{places[id(model)]})" if id(model) in places else "keys"
     several = [part for part in [*rule.get("anyOf", []), *rule.get("oneOf", [])] if part.get("type") != "null"]
     if several:
-        return " or ".join(dict.fromkeys(_value(part, definitions, paths, name) for part in several))
+        return " or ".join(dict.fromkeys(_value(part, definitions, places) for part in several))
     if "const" in rule or "enum" in rule:
         return ", ".join(f"`{value}`" for value in rule.get("enum", [rule.get("const")]))
     kind = rule.get("type", "value")
     if kind == "array":
         if "prefixItems" in rule:
-            items = [_value(part, definitions, paths, name) for part in rule["prefixItems"]]
+            items = [_value(part, definitions, places) for part in rule["prefixItems"]]
             return f"[{', '.join(items)}]" if len(set(items)) > 1 else f"{len(items)} times {items[0]}"
         minimum, maximum = rule.get("minItems", 0), rule.get("maxItems")
         count = f"{maximum}, each " if minimum == maximum and maximum else ""
-        return f"list of {count}{_value(rule.get('items', {}), definitions, paths, name)}"
+        return f"list of {count}{_value(rule.get('items', {}), definitions, places)}"
     if kind == "object":
         inner = rule.get("additionalProperties")
-        return f"by name: {_value(inner, definitions, paths, name)}" if isinstance(inner, dict) else "keys by name"
+        return f"by name: {_value(inner, definitions, places)}" if isinstance(inner, dict) else "keys by name"
     words = {"number": "number", "integer": "whole number", "string": "text", "boolean": "`true`, `false`"}
     return str(words.get(kind, kind)) + _limits(rule)
 

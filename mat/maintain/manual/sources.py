@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
-from mat.maintain.manual import command_pages, keys, python_pages, reader_page
+from mat.maintain.manual import command_pages, python_pages, reader_page
 
 OWN = "examples/manual"  # pages of the site alone, shown at its top
 INDEX = "index.md"
@@ -26,9 +26,8 @@ def checkout_pages(checkout: Path) -> list[str]:
 
 
 def generated_pages() -> dict[str, str]:
-    """Texts of the pages that are made from schemas, commands and docstrings, by their paths in the site."""
-    pages = {f"reference/keys/{name.removesuffix('.schema.json')}.md": keys.page(name) for name in keys.TITLES}
-    pages[reader_page.PAGE] = reader_page.page()
+    """Texts of the pages that are made from readers, commands and docstrings, by their paths in the site."""
+    pages = {reader_page.PAGE: reader_page.page()}
     pages |= {f"reference/commands/{name}.md": command_pages.page(name) for name in command_pages.GROUPS}
     return pages | {f"reference/python/{name}.md": python_pages.page(name) for name in python_pages.PACKAGES}
 

@@ -1,11 +1,14 @@
 """The reference of job keys names each key of its schema with its description."""
 
 import json
+from pathlib import Path
 
 import pytest
 
 from mat.maintain.manual import keys
 from skyshine import schemas
+
+CHECKOUT = Path(__file__).parents[4]
 
 
 def described(rule):
@@ -23,6 +26,12 @@ def described(rule):
 
 def test_each_packaged_schema_of_yaml_has_a_page():
     assert {path.name for path in schemas.path("x").parent.glob("*.schema.json")} == set(keys.TITLES)
+
+
+@pytest.mark.parametrize("name", keys.TITLES)
+def test_the_checkout_has_the_page_of_today(name):
+    page = CHECKOUT / "schemas" / "keys" / keys.file_name(name)
+    assert page.read_text(encoding="utf-8") == keys.page(name), "run python -m mat.maintain.job_schema schemas"
 
 
 @pytest.mark.parametrize("name", keys.TITLES)
@@ -46,7 +55,7 @@ def test_no_row_of_a_page_lacks_its_description(name):
 @pytest.mark.parametrize("name", keys.TITLES)
 def test_links_of_a_page_lead_to_its_sections(name):
     text = keys.page(name)
-    targets = {part.partition(")=")[0] for part in text.split("\n(")[1:]}
+    targets = set(keys.anchors([line.removeprefix("## ") for line in text.splitlines() if line.startswith("## ")]))
     links = {part.partition(")")[0] for part in text.split("](#")[1:]}
     assert links == targets
 

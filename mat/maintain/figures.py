@@ -1,0 +1,135 @@
+"""Figures that pages quote, in one file, so that two pages cannot disagree.
+
+Run ``python -m mat.maintain.figures FOLDER`` after a fresh build of the starter job in FOLDER. It writes
+``examples/manual/figures.json`` from ``build.json`` of that folder and from the results of the validations, and every
+figure of every page again: a page quotes one as ``0.80<!-- figure texture.asked_6.mean_iou -->``, and the README has a
+table of the starter's files between marks. Without FOLDER the starter's figures stay. A test holds pages to the file.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+CHECKOUT = Path(__file__).parents[2]
+FIGURES = CHECKOUT / "examples" / "manual" / "figures.json"
+VALIDATION = CHECKOUT / "tests" / "validation"
+QUOTE = re.compile(r"(-?[\d.,]*\d)(<!-- figure ([\w.]+) -->)")
+BEGIN, END = "<!-- figures.json: begin -->", "<!-- figures.json: end -->"
+# Files of the starter job in the README: what they contain, and of the errors which.
+FILES = {
+    "s01.htt.h5": (
+        "surface temperature by material, altitude, azimuth, slope, time; response to shade",
+        "K",
+    ),
+    "s01b01.atmq.h5": ("transmittance, path radiance, light of sky and Sun on any face; 3 to 5 µm", "K"),
+    "s01b02.atmq.h5": ("the same, 8 to 12 µm", "K"),
+    "s01b02.lunar_atmq.h5": ("the same with the Moon, 8 to 12 µm", "K"),
+    "b02.band.h5": ("black-body radiance, reflectance, emissivity, specular lobe of each material", ""),
+    "yellowstone_road.tmm.h5": ("material, mixture, confidence and cast shade of each texel", ""),
+}
+TEXTURES = {  # name in the file of results: name of the figure
+    "default with model, asked by a model, 6": "asked_6",
+    "default with model, asked by a model, 1": "asked_1",
+    "default, random, 6": "random_6",
+    "scikit-learn QDA, random, 6": "qda_6",
+    "scikit-learn forest, random, 6": "forest_6",
+}
+Figures = dict[str, dict[str, str]]
+
+
+def of_validations() -> Figures:
+    """Figures of the files that validations wrote, by name."""
+    figures: Figures = {}
+    for run in json.loads((VALIDATION / "report_results.json").read_text(encoding="utf-8")):
+        name = f"pixel.{run['example']}_{run['band']}_{run['source']}"
+        for row, short in (("all", "runtime"), ("pixel", "exact")):
+            for measure in ("rms", "maximum"):
+                value = run["errors"][row][measure]
+                source = "tests/validation/report_results.py"
+                figures[f"{name}.{short}_{measure}"] = {"value": f"{value:.2g}", "unit": "K", "source": source}
+    textures = json.loads((VALIDATION / "texture_results.json").read_text(encoding="utf-8"))
+    for key, short in TEXTURES.items():
+        for measure in ("mean_iou", "accuracy"):
+            source = "tests/validation/test_texture_suggest.py"
+            value = f"{textures[key][measure]:.2f}"
+            figures[f"texture.{short}.{measure}"] = {"value": value, "unit": "1", "source": source}
+    return figures
+
+
+def of_build(folder: Path) -> Figures:
+    """Stated error, seconds and size of each file of a build of the starter job.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the databases with their ``build.json``.
+    """
+    record = json.loads((folder / "build.json").read_text(encoding="utf-8"))
+    figures: Figures = {}
+    for name in FILES:
+        entry: dict[str, Any] = record["files"][name]
+        if entry["kept"]:
+            raise SystemExit(f"{folder}: {name} was kept from an earlier build; build it with --fresh")
+        values = {"processor_s": (f"{entry['processor_seconds']:.1f}", "s")}
+        values["megabytes"] = (f"{(folder / name).stat().st_size / 1e6:.1f}", "MB")
+        if FILES[name][1]:
+            values["p99"] = (f"{entry['error_kelvin']['p99']:.2g}", "K")
+        for measure, (value, unit) in values.items():
+            source = "mat build of examples/starter"
+            figures[f"starter.{name.removesuffix('.h5')}.{measure}"] = {"value": value, "unit": unit, "source": source}
+    return figures
+
+
+def table(figures: Figures) -> str:
+    """Text of the README between its marks: a row for each file of the starter job."""
+    lines = ["| file | content | stated error, 99 % | seconds of a processor |", "|---|---|---|---|"]
+    for name, (what, _) in FILES.items():
+        own = {
+            key.rpartition(".")[2]: entry for key, entry in figures.items() if f".{name.removesuffix('.h5')}." in key
+        }
+        error = f"{own['p99']['value']} K" if "p99" in own else ""
+        seconds = "with the row above" if "lunar" in name else own["processor_s"]["value"]  # one task for both sources
+        lines.append(f"| `{name}` | {what} | {error} | {seconds} |")
+    return "\n".join(lines)
+
+
+def with_figures(text: str, figures: Figures) -> str:
+    """A page with its quoted figures, and its table if it has the marks of one, as the file has them.
+
+    Raises
+    ------
+    KeyError
+        The page quotes a figure that the file lacks.
+    """
+    if BEGIN in text:
+        before, rest = text.split(BEGIN)
+        text = f"{before}{BEGIN}\n\n{table(figures)}\n\n{END}{rest.split(END)[1]}"
+    return QUOTE.sub(lambda match: figures[match[3]]["value"] + match[2], text)
+
+
+def pages() -> Iterator[Path]:
+    """Markdown pages of the checkout."""
+    for folder in ("mat", "tmm", "materials", "atmospheres", "schemas", "examples"):
+        yield from sorted((CHECKOUT / folder).rglob("*.md"))
+    yield from sorted(CHECKOUT.glob("*.md"))
+
+
+def main(folder: Path | None) -> None:
+    """Write the file of figures and the pages that quote it."""
+    kept = json.loads(FIGURES.read_text(encoding="utf-8")) if FIGURES.is_file() else {}
+    starter = of_build(folder) if folder else {name: kept[name] for name in kept if name.startswith("starter.")}
+    figures = dict(sorted((starter | of_validations()).items()))
+    FIGURES.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    for page in pages():
+        text = page.read_text(encoding="utf-8")
+        if (changed := with_figures(text, figures)) != text:
+            page.write_text(changed, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else None)

@@ -263,7 +263,7 @@ def read_yaml(file: StrPath) -> Document:
         raise InputError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8", file=file) from None
     except ValueError:
         raise InputError("is no path: it contains a null character", file=repr(str(file))) from None
-    return _document(text, file)
+    return document_of(text, file)
 
 
 def read_document(source: StrPath | Mapping[str, Any], folder: Path | None = None) -> Document:
@@ -308,7 +308,7 @@ def mapping_document(data: Mapping[str, Any], folder: StrPath) -> Document:
         ) from None
     if len(text) > BYTE_LIMIT:
         raise InputError(f"found {len(text)} characters; allowed: at most {BYTE_LIMIT}", file=file)
-    document = _document(text, file)
+    document = document_of(text, file)
     return replace(document, places=dict.fromkeys(document.places, (None, None)))
 
 
@@ -340,7 +340,7 @@ def plain_value(text: str, file: StrPath, line: int) -> Any:
         It is not a plain YAML value.
     """
     try:
-        return _document(text, Path(file)).data if text else None
+        return document_of(text, Path(file)).data if text else None
     except InputError as error:
         raise InputError(error.message, file=file, line=line) from None
 
@@ -353,7 +353,14 @@ def _composed(text: str) -> yaml.Node | None:
         return yaml.compose(text, Loader=_CoreLoader)
 
 
-def _document(text: str, file: Path) -> Document:
+def document_of(text: str, file: Path) -> Document:
+    """The document that a text in YAML or JSON writes.
+
+    Raises
+    ------
+    InputError
+        As `read_yaml`.
+    """
     try:
         node = _composed(text)
     except (yaml.YAMLError, RecursionError) as error:

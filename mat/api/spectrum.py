@@ -195,8 +195,8 @@ def spectrum(
     state : int
         Number of the state of the job, counted from 1.
     atmosphere : str or path, optional
-        Standard profile, or the file of a sounding (CSV, University of Wyoming, IGRA v2, netCDF); by default
-        midlatitude_summer.
+        Standard profile, or the file of a sounding (CSV, University of Wyoming, IGRA v2, netCDF, MODTRAN's tape5 or
+        JSON); by default midlatitude_summer.
     above : str, optional
         Standard profile that continues a sounding to space; by default us_standard.
     co2_ppm : float, optional

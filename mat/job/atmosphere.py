@@ -145,8 +145,8 @@ class State(StrictModel):
     sounding: StateSounding | None = Field(
         None,
         description=(
-            "File of measured or modelled air: CSV, University of Wyoming (text or CSV), IGRA v2 or netCDF on pressure"
-            " levels; with file, time and column if it contains several."
+            "File of measured or modelled air: CSV, University of Wyoming (text or CSV), IGRA v2, netCDF on pressure"
+            " levels, or an input of MODTRAN; with file, time and column if it contains several."
         ),
     )
     air: Literal["weather", "profile"] = Field(

@@ -31,7 +31,8 @@ class SoundingChoice(StrictModel):
         min_length=1,
         description=(
             "CSV of altitude, pressure, temperature, humidity and other gases; a list of the University of Wyoming"
-            " (text or CSV); IGRA v2; or netCDF on pressure levels, such as ERA5."
+            " (text or CSV); IGRA v2; netCDF on pressure levels, such as ERA5; or an input of MODTRAN (tape5,"
+            " .ltn, JSON)."
         ),
     )
     time: TimeOfDay | None = Field(

@@ -9,6 +9,9 @@ from pathlib import Path
 from skyshine.mat.atmosphere.soundings.choice import Choice, index_of
 from skyshine.mat.atmosphere.soundings.igra import IgraSounding, igra_soundings
 from skyshine.mat.atmosphere.soundings.levels import Levels, levels_of
+from skyshine.mat.atmosphere.soundings.modtran import ModtranAir
+from skyshine.mat.atmosphere.soundings.modtran_cards import is_cards, read_cards
+from skyshine.mat.atmosphere.soundings.modtran_json import read_modtran_json
 from skyshine.mat.atmosphere.soundings.netcdf import is_netcdf, read_column, times_in
 from skyshine.mat.atmosphere.soundings.readings import Readings
 from skyshine.mat.atmosphere.soundings.table import read_table
@@ -23,7 +26,8 @@ def read_levels(file: Path, choice: Choice | None = None) -> Levels:
     Parameters
     ----------
     file : Path
-        CSV, a list of the University of Wyoming (text or CSV), IGRA v2, or netCDF on pressure levels.
+        CSV, a list of the University of Wyoming (text or CSV), IGRA v2, netCDF on pressure levels, or an input of
+        MODTRAN (cards or JSON).
     choice : Choice, optional
         Choice of a sounding; by default the only one of the file.
 
@@ -66,7 +70,7 @@ def times_of(file: Path) -> list[datetime | None]:
     return [sounding.time for sounding in _in_file(file, file.stat().st_mtime_ns, file.stat().st_size)]
 
 
-_Sounding = Readings | IgraSounding | WyomingList
+_Sounding = Readings | IgraSounding | WyomingList | ModtranAir
 
 
 def _readings(sounding: _Sounding) -> Readings:
@@ -80,4 +84,8 @@ def _in_file(file: Path, changed_ns: int, size: int) -> list[_Sounding]:
 
 
 def _soundings(text: str, file: Path) -> list[_Sounding]:
+    if is_cards(text):
+        return [read_cards(text, file)]
+    if text.lstrip().startswith("{"):
+        return [read_modtran_json(text, file)]
     return [*igra_soundings(text, file)] or [*wyoming_lists(text, file)] or [read_table(text, file)]

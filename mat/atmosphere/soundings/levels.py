@@ -13,6 +13,7 @@ from scipy import constants
 
 from skyshine.mat.atmosphere.soundings.readings import Readings
 from skyshine.mat.atmosphere.soundings.units import HUMIDITY, UNITS
+from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts, scaled_gases
 from skyshine.mat.atmosphere.state.humidity import MASS_RATIO, mole_fraction
 from skyshine.mat.atmosphere.state.hydrostatics import DRY_AIR_MOLAR_MASS, EARTH_RADIUS, gravity
 from skyshine.mat.surface.vapour import saturation_pressure
@@ -25,7 +26,7 @@ HIGHEST_PRESSURE = 1100e2  # Pa; the record at sea level is 1085 hPa
 _LIMITS = {
     "altitude": (*ALTITUDES, "m"),
     "geopotential_height": (*ALTITUDES, "m"),
-    "pressure": (0.01, HIGHEST_PRESSURE, "Pa"),
+    "pressure": (0.001, HIGHEST_PRESSURE, "Pa"),
     "temperature": (*TEMPERATURES, "K"),
     "dew_point": (100.0, TEMPERATURES[1], "K"),
 }
@@ -77,6 +78,7 @@ def levels_of(readings: Readings) -> Levels:
     for name in readings.values:
         _check_limits(readings, name)
     rows, notes = _rising_rows(readings)
+    notes = [*readings.notes, *notes]
     values = {name: values[rows] for name, values in readings.values.items()}
     water = _water(values)
     if not np.any(np.isfinite(water)):
@@ -91,6 +93,9 @@ def levels_of(readings: Readings) -> Levels:
     _check_balance(readings, rows, values | {"altitude": altitude})
     gases = {"H2O": np.minimum(_bridged(altitude, water / saturated) * saturated, saturated)}
     gases |= {name: _bridged(altitude, values[name]) for name in values if name not in UNITS}
+    if readings.amounts != GasAmounts():
+        clear = np.zeros(altitude.shape, dtype=bool)
+        gases = scaled_gases(gases, readings.amounts, altitude, values["pressure"], values["temperature"], clear)
     if np.isnan(gases["H2O"][-1]):
         top = altitude[np.isfinite(gases["H2O"])][-1]
         notes.append(f"has no humidity above {top / 1e3:.0f} km; that of the profile stands there")

@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
@@ -33,6 +34,10 @@ class Readings:
         Values in the units of the file, for messages.
     places : dict of (row, quantity) to (line, column)
         Empty where the file has no lines.
+    amounts : GasAmounts
+        Amounts of gases that the file states beside its levels, which are scaled to them.
+    notes : tuple of str
+        What the file says that is not read, and what replaces what it lacks.
     """
 
     file: Path
@@ -41,6 +46,8 @@ class Readings:
     time: datetime | None = None
     written: Mapping[str, Floats] = field(default_factory=dict)
     places: Mapping[tuple[int, str], tuple[int, int]] = field(default_factory=dict)
+    amounts: GasAmounts = field(default_factory=GasAmounts)
+    notes: tuple[str, ...] = ()
 
     def number(self, row: int, name: str) -> float:
         """A value as the file has it."""

@@ -10,6 +10,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("SKYSHINE_THREADS", "1")
 
+import numpy as np
 import pytest
 from filelock import FileLock
 
@@ -19,6 +20,8 @@ from skyshine.mat.job.load import load_job
 from skyshine.mat.measure import faces
 from skyshine.mat.plan.plan import Kind, make_plan
 from skyshine.mat.products import atmosphere, channel_tables
+from skyshine.mat.quantities import aureole
+from skyshine.mat.scene import clear_sky
 from skyshine.materials.library import load_library
 
 TINY_JOB = """\
@@ -129,6 +132,18 @@ def cache_of_the_tests(folder_of_the_run):
     os.environ["SKYSHINE_CACHE"] = str(folder_of_the_run / "cache")
     yield
     os.environ.pop("SKYSHINE_CACHE") if before is None else os.environ.__setitem__("SKYSHINE_CACHE", before)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def few_suns():
+    """Clear skies of the tests are computed at few elevations of the Sun: each takes seconds of a processor, and most
+    tests of surfaces need one of their own.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(clear_sky, "SUN_ELEVATIONS", np.array([-8, -4, -1, 1, 3, 6, 10, 15, 25, 40, 60, 90], float))
+        patch.setattr(clear_sky, "AUREOLE_ELEVATIONS", np.array([0.5, 10.0, 30.0, 90.0]))
+        patch.setattr(aureole, "_POINTS", 4)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -68,10 +68,11 @@ def contrast(
     ...     "name": "road and lawn",
     ...     "site": {"latitude_deg": 45, "longitude_deg": 9, "date": "2026-06-21", "utc_offset_h": 1},
     ...     "states": [{"profile": "midlatitude_summer", "weather": {"air_temperature_c": [15, 29]}}],
-    ...     "bands": [{"wavelength_um": [10, 11]}],
+    ...     "bands": [{"wavelength_um": [10, 10.2]}],
     ...     "sources": ["sun"],
     ...     "materials": ["asphalt_road", "grass_green"],
     ...     "atmosphere_grid": {
+    ...         "tolerance": "5 K",
     ...         "range_km": [0.1, 1, 2],
     ...         "altitude_km": [0.1, 2],
     ...         "elevation_deg": [-90, -45, 0],

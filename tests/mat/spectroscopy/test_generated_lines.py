@@ -53,7 +53,8 @@ def test_substituted_ozone_has_its_rotational_constants():
 
 
 def test_ozone_bands_have_the_published_strengths():
-    by_name = {(band.upper, band.lower): band for one in ozone.bands()[:6] for band in ozone.band_lines(one)}
+    bands = [each for each in ozone.bands() if {"001", "011", "010"} & set(each.upper)]
+    by_name = {(band.upper, band.lower): band for one in bands for band in ozone.band_lines(one)}
     for name in ("001", "100", "010"):
         total = by_name[name, "000"].strength.sum() / ozone.MAIN.abundance
         assert total == pytest.approx(ozone.STRENGTHS[name], rel=0.01)

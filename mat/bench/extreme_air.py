@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.band.response_points import points_of_band
@@ -35,6 +34,7 @@ from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.formulas import BETA_CAP_KM, BETA_FACTOR
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
+from skyshine.mat.radiometry.constants import STEFAN_BOLTZMANN
 from skyshine.mat.scene.bands import absorption_table
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -122,7 +122,7 @@ def sky_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
         state, heights, np.unique(elevation), float(generator.choice([0.0, 0.2, 1.0])), sun_distance=0.98
     )
     values = np.concatenate([part.ravel() for part in (fluxes.longwave_down, fluxes.direct_normal, fluxes.diffuse)])
-    black = Stefan_Boltzmann * max(float(state.temperature.max()), float(state.surface_temperature)) ** 4
+    black = STEFAN_BOLTZMANN * max(float(state.temperature.max()), float(state.surface_temperature)) ** 4
     limit = _SOLAR / 0.98**2
     return {
         "not finite": (float(np.count_nonzero(~np.isfinite(np.concatenate([positions, values])))), 0.0),

@@ -21,7 +21,7 @@ from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
-from scipy.special import erf
+import scipy
 
 from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
@@ -232,7 +232,7 @@ class Channels:
 
         def below(edge: Floats) -> Floats:
             bounded = np.clip(edge[None, :] - wavelength[:, None], -_REACH * fwhm[:, None], _REACH * fwhm[:, None])
-            share: Floats = 0.5 * erf(bounded / (np.sqrt(2.0) * sigma))
+            share: Floats = 0.5 * scipy.special.erf(bounded / (np.sqrt(2.0) * sigma))
             return share
 
         share = below(long) - below(short)

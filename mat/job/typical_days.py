@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 import pydantic
-from scipy import constants
 
 from skyshine.mat.job.fields import clock_text
 from skyshine.mat.job.file_rain import hourly_rain
 from skyshine.mat.job.surface import HOURLY_QUANTITIES, LONGEST_GAP_H, RADIATION, HourlyWeather, RainKey
 from skyshine.mat.job.typical_years import YearFile
-from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.radiometry.constants import STEFAN_BOLTZMANN, ZERO_CELSIUS
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -215,7 +214,7 @@ def _cloud_of_longwave(year: YearFile, rows: list[int]) -> Floats:
     longwave, celsius = year.values("longwave_down_w_m2", rows), year.values("air_temperature_c", rows)
     dew = year.values("dew_point_c", rows) + ZERO_CELSIUS
     clear = 0.787 + 0.764 * np.log(dew / 273.0)
-    ratio = longwave / (constants.Stefan_Boltzmann * (celsius + ZERO_CELSIUS) ** 4 * clear)
+    ratio = longwave / (STEFAN_BOLTZMANN * (celsius + ZERO_CELSIUS) ** 4 * clear)
     tenths = np.linspace(0.0, 10.0, 101)
     fraction: Floats = 0.1 * np.interp(ratio, 1 + 0.0224 * tenths - 0.0035 * tenths**2 + 0.00028 * tenths**3, tenths)
     return fraction

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import logsumexp
+import scipy
 
 from skyshine.schemas.arrays import Floats, Reals
 
@@ -59,5 +59,5 @@ def mean_transmittance(depth: Reals, weights: Floats, total: float = 1.0) -> tup
     with np.errstate(divide="ignore"):
         thick = np.log(relative) - smallest
     for path, *kind in np.argwhere(relative < _UNDERFLOW):
-        thick[path, *kind] = logsumexp(-depth[path], b=weights[tuple(kind)]) - np.log(total)
+        thick[path, *kind] = scipy.special.logsumexp(-depth[path], b=weights[tuple(kind)]) - np.log(total)
     return np.where(absorptance < 0.5, np.log1p(-np.minimum(absorptance, 0.5)), thick), absorptance

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import qr
-from scipy.optimize import nnls
+import scipy
 
 from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
@@ -55,11 +54,11 @@ class ScatteringPoints:
         fit, test = parts[::2], parts[1::2]
         if not (np.any(fit > 0) and len(test)):
             return self
-        order = qr(fit, mode="r", pivoting=True)[1]
+        order = scipy.linalg.qr(fit, mode="r", pivoting=True)[1]
         scale = float(np.abs(fit).max())  # moonlight is too faint for the thresholds of least squares
         for count in range(self.index.size):
             chosen = np.sort(order[:count])
-            factor = nnls(fit[:, chosen] / scale, fit.sum(axis=1) / scale)[0] if count else np.zeros(0)
+            factor = scipy.optimize.nnls(fit[:, chosen] / scale, fit.sum(axis=1) / scale)[0] if count else np.zeros(0)
             error = test[:, chosen] @ factor - test.sum(axis=1)
             if np.sqrt(np.mean(error**2)) <= allowed and np.abs(error).max() <= _WORST * allowed:
                 return ScatteringPoints(self.air.part(chosen), self.index[chosen], self.weight[chosen] * factor)

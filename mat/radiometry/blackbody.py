@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import logsumexp
+import scipy
 
 from skyshine.mat.radiometry.constants import C1_WAVELENGTH, C1_WAVENUMBER, C2_WAVELENGTH, C2_WAVENUMBER
 from skyshine.schemas.arrays import Floats
@@ -271,7 +271,7 @@ def _inverse_temperature(node: Floats, log_scale: Floats, log_width: float, targ
         x = rate * u[:, None]
         occupied = -np.expm1(-x)
         terms = log_scale - x - np.log(occupied)
-        value = logsumexp(terms, axis=1)
+        value = scipy.special.logsumexp(terms, axis=1)
         slope = -np.sum(np.exp(terms - value[:, None]) * rate / occupied, axis=1)
         step = (target - value) / slope
         u = u + step

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from skyshine.mat.radiometry.constants import C2_WAVELENGTH
 from skyshine.schemas.arrays import Floats
@@ -47,7 +47,7 @@ def odds_factor(reflectance: Floats, weight: Floats, absorptance: float) -> floa
     low, high = np.log(LEAST_FACTOR), np.log(MOST_FACTOR)
     if not excess(low) >= 0.0 >= excess(high):
         raise InputError(f"no scaling of the sample gives an absorptance of {absorptance:g}; choose another sample")
-    return float(np.exp(brentq(excess, low, high, xtol=1e-10)))
+    return float(np.exp(scipy.optimize.brentq(excess, low, high, xtol=1e-10)))
 
 
 def blackbody_weight(wavelength: Floats, temperature: float) -> Floats:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import betainc, betaln
+import scipy
 
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -120,7 +120,7 @@ def lobe_integral(exponent: float | Floats, source_angle: npt.ArrayLike) -> Floa
     # integral of cos^(n+1) t sin t, and of cos^n t sin^2 t, from 0 to the limit.
     cosine_part = -np.expm1((exponent + 2.0) * np.log(np.cos(limit))) / (exponent + 2.0)
     order = 0.5 * (exponent + 1.0)
-    sine_part = 0.5 * np.exp(betaln(1.5, order)) * betainc(1.5, order, np.sin(limit) ** 2)
+    sine_part = 0.5 * np.exp(scipy.special.betaln(1.5, order)) * scipy.special.betainc(1.5, order, np.sin(limit) ** 2)
     integral: Floats = 4.0 * np.mean(level * cosine_part + across * sine_part, axis=-1) * 2.0 * np.pi
     return integral
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from skyshine.mat.render.surface_mesh import MAX_TRIANGLES, MeshPart
 from skyshine.schemas.arrays import Floats, Integers
@@ -210,7 +210,7 @@ def _local(node: dict[str, Any]) -> Floats:
 def _matrices(translation: Floats, rotation: Floats, scale: Floats) -> Floats:
     """Matrices (n, 4, 4) of translations (n, 3), quaternions (n, 4) x, y, z, w, and scales (n, 3)."""
     matrices = np.zeros((len(translation), 4, 4))
-    matrices[:, :3, :3] = Rotation.from_quat(rotation).as_matrix() * scale[:, None, :]
+    matrices[:, :3, :3] = scipy.spatial.transform.Rotation.from_quat(rotation).as_matrix() * scale[:, None, :]
     matrices[:, :3, 3], matrices[:, 3, 3] = translation, 1.0
     return matrices
 

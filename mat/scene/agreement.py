@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import constants
 
 from skyshine.mat.atmosphere.state.humidity import WATER_MOLAR_MASS
 from skyshine.mat.atmosphere.state.levels import linear
@@ -12,6 +11,7 @@ from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.site import Site
 from skyshine.mat.job.warnings import merged
+from skyshine.mat.radiometry.constants import GAS_CONSTANT
 from skyshine.mat.scene.atmosphere import air_key, atmospheric_state, profile_of, without_air_time
 from skyshine.mat.scene.weather import ground_air, sun_path
 from skyshine.mat.surface.weather import LAPSE_RATE
@@ -67,7 +67,7 @@ def twilight_warnings(job: Job) -> list[str]:
 def _water_doubt(air: AtmosphericState, source: str) -> list[str]:
     """A line where the water above the ground is not of the vapour at the ground."""
     present = air.mole_fraction["H2O"]
-    density = present * air.pressure * WATER_MOLAR_MASS / (constants.R * air.temperature)  # kg m^-3
+    density = present * air.pressure * WATER_MOLAR_MASS / (GAS_CONSTANT * air.temperature)  # kg m^-3
     column = float(np.trapezoid(density, air.altitude))
     height = column / float(density[0])
     if _LEAST_HEIGHT <= height <= _MOST_HEIGHT:

@@ -6,7 +6,6 @@ from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 
 import numpy as np
-from scipy.constants import Stefan_Boltzmann
 
 from skyshine import atmospheres
 from skyshine.mat.atmosphere.band.cache import content_key
@@ -14,6 +13,7 @@ from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.spectra.fluxes import BroadbandFluxes, broadband_fluxes, packaged_points
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.quantities.aureole import sunlit_sky
+from skyshine.mat.radiometry.constants import STEFAN_BOLTZMANN
 from skyshine.mat.surface.forcing import Sky
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.digest import digest_of
@@ -74,7 +74,7 @@ def band_model_sky(
     levels = np.union1d(levels, air.altitude[(air.altitude > ground) & (air.altitude < levels[-1])])
     light = _kept_light(air, levels, ground_albedo, water_continuum)
     fluxes = _at_distance(light.fluxes, sun_distance)
-    black = Stefan_Boltzmann * np.interp(levels, air.altitude, air.temperature) ** 4
+    black = STEFAN_BOLTZMANN * np.interp(levels, air.altitude, air.temperature) ** 4
     return Sky(
         altitude=levels,
         pressure=air.pressure_at(levels),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.sources.ephemeris import position
@@ -75,18 +75,34 @@ def solar_spectrum(longest: float = SUNLIGHT_UM[1]) -> tuple[Floats, Floats]:
 
 
 def source_hours(job: Job, step: float = 1 / 12) -> dict[str, list[tuple[str, str]]]:
-    """Local clock times between which each source of the job is above the horizon, to the step in hours."""
-    hours = np.arange(0.0, 24.0, step)
-    tracks = source_tracks(job.site, hours)
+    """Local clock times between which each source of the job is above the horizon, to the step in hours.
+
+    Elevations are linear between the half hours that are farther than 2 degrees from the horizon on the same side.
+    """
+    hours, half_hours = np.arange(0.0, 24.0, step), np.arange(0.0, 24.0 + TRACK_NODE_H, TRACK_NODE_H)
     spans: dict[str, list[tuple[str, str]]] = {}
     for source in job.sources:
-        up = tracks[f"{source}_elevation"] > 0
+        known = _elevation(job.site, source, half_hours)
+        elevation = np.interp(hours, half_hours, known)
+        before = np.minimum((hours / TRACK_NODE_H).astype(int), half_hours.size - 2)
+        close = (np.minimum(known[before], known[before + 1]) < 2.0) & (
+            np.maximum(known[before], known[before + 1]) > -2.0
+        )
+        elevation[close] = _elevation(job.site, source, hours[close])
+        up = elevation > 0
         edges = np.flatnonzero(np.diff(np.concatenate([[False], up, [False]]).astype(int)))
         spans[source] = [
             (clock_text(hours[a]), clock_text(hours[b - 1] + step))
             for a, b in zip(edges[::2], edges[1::2], strict=True)
         ]
     return spans
+
+
+def _elevation(site: Site, source: str, hours: Floats) -> Floats:
+    """Degrees (T,) above the horizon at local clock hours (T,)."""
+    times = local_times_utc(site, hours)
+    elevation: Floats = position(source, times, site.latitude_deg, site.longitude_deg, 1e3 * site.altitude_km).elevation
+    return elevation
 
 
 def irradiance_of_sources(job: Job, band: BandPoints) -> Floats:
@@ -120,10 +136,12 @@ def source_tracks(site: Site, hours: Floats) -> dict[str, Floats]:
         up, turn = np.radians(where.elevation), np.radians(where.azimuth)
         level = np.cos(up)
         vector = np.stack([level * np.sin(turn), level * np.cos(turn), np.sin(up)], axis=-1) * where.distance[:, None]
-        east, north, above = CubicSpline(nodes, vector)(hours).T
+        east, north, above = scipy.interpolate.CubicSpline(nodes, vector)(hours).T
         tracks[f"{source}_elevation"] = np.degrees(np.arctan2(above, np.hypot(east, north)))
         tracks[f"{source}_azimuth"] = np.degrees(np.unwrap(np.arctan2(east, north)))
         tracks[f"{source}_distance"] = np.sqrt(east**2 + north**2 + above**2) / unit
         if source == "moon":
-            tracks["moon_phase_angle"] = np.clip(CubicSpline(nodes, where.phase_angle)(hours), 0.0, 180.0)
+            tracks["moon_phase_angle"] = np.clip(
+                scipy.interpolate.CubicSpline(nodes, where.phase_angle)(hours), 0.0, 180.0
+            )
     return tracks

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq
+import scipy
 
 from skyshine.mat.spectroscopy import linebyline, nodes
 from skyshine.schemas.arrays import Floats, Integers
@@ -137,7 +137,7 @@ class LookupSource:
             shaped = np.mean([weight @ np.exp(-(1 + (share - 1) * part) * depth) for share in shares])
             return float(abs(shaped - weight @ np.exp(-depth)) - SHAPE_EFFECT)
 
-        return 1.0 if excess(1.0) <= 0 else float(brentq(excess, 0.0, 1.0, xtol=1e-6))
+        return 1.0 if excess(1.0) <= 0 else float(scipy.optimize.brentq(excess, 0.0, 1.0, xtol=1e-6))
 
 
 def band_parameters(lowtran: str | os.PathLike[str], name: str) -> dict[int, float]:

@@ -10,9 +10,8 @@ from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.constants import Stefan_Boltzmann
 
-from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.radiometry.constants import STEFAN_BOLTZMANN, ZERO_CELSIUS
 from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.convection import (
     AIR_HEAT_CAPACITY,
@@ -109,7 +108,7 @@ class Balance:
         self.delivered_slope = material.surface.delivered * material.surface.delivered_per_kelvin * self.received
         if self.delivers:
             self.absorbed = self.absorbed - self._delivered_at_zero
-        self.emission = self.skin.thermal_emissivity * Stefan_Boltzmann
+        self.emission = self.skin.thermal_emissivity * STEFAN_BOLTZMANN
         self.air_temperature = forcing.air_temperature
         surface = material.surface
         self.airless = not np.any(forcing.pressure)

@@ -20,7 +20,7 @@ from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import expn
+import scipy
 
 from skyshine.mat.surface.balance import Balance
 from skyshine.mat.surface.column_forcing import Forcing
@@ -66,7 +66,7 @@ def gap_towards(leaf_area: float, cosine: npt.ArrayLike) -> Floats:
 
 def gap_to_sky(leaf_area: float) -> float:
     """Share of gaps for radiation that comes evenly from the hemisphere: 2 E_3(G leaf area)."""
-    return float(2.0 * expn(3, PROJECTION * leaf_area))
+    return float(2.0 * scipy.special.expn(3, PROJECTION * leaf_area))
 
 
 def sunlit(leaf_area: float) -> float:

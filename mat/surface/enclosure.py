@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.constants import Stefan_Boltzmann
 
+from skyshine.mat.radiometry.constants import STEFAN_BOLTZMANN
 from skyshine.mat.surface.altitudes import between_altitudes
 from skyshine.mat.surface.horizon import ASPECTS, LEVEL, Horizon, ViewFactors
 from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath
@@ -178,7 +178,7 @@ class Enclosure:
             Per area of theirs [W m^-2].
         """
         emissivity = self._by_plane(self.ground.emissivity, self.walls.emissivity)
-        emitted = emissivity[:, None] * Stefan_Boltzmann * self.temperature(altitude, air) ** 4
+        emitted = emissivity[:, None] * STEFAN_BOLTZMANN * self.temperature(altitude, air) ** 4
         light = emitted + ((1 - emissivity) * self.between.sky)[:, None] * sky[:, None]
         return self._exchanged(1 - emissivity, light)
 

@@ -12,8 +12,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 import numpy.typing as npt
-from scipy.constants import Stefan_Boltzmann
 
+from skyshine.mat.radiometry.constants import STEFAN_BOLTZMANN
 from skyshine.mat.surface.altitudes import between_altitudes
 from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.enclosure import AZIMUTHS, SLOPES, Emitter, Enclosure
@@ -155,7 +155,7 @@ class Sky:
         """
         emissivity = self.at("emissivity", altitude)[:, None]
         emissivity = (1 - 0.84 * cloud_fraction) * emissivity + 0.84 * cloud_fraction
-        return emissivity * Stefan_Boltzmann * air_temperature**4
+        return emissivity * STEFAN_BOLTZMANN * air_temperature**4
 
 
 def plane_irradiance(
@@ -420,7 +420,7 @@ class Scene:
         cosine = np.tile(np.cos(np.radians(self.slope)), len(self.altitude))[:, None]
         view = 0.5 * (1 + cosine)
         if self._views is None:
-            ground = (1 - view) * Stefan_Boltzmann * air**4
+            ground = (1 - view) * STEFAN_BOLTZMANN * air**4
         else:
             view = np.tile(self._views.sky, len(self.altitude))[:, None]
             ground = step_means(self._views.received(self._longwave_around), steps).reshape(-1, steps)
@@ -429,7 +429,7 @@ class Scene:
         sky = view * longwave
         if self.surroundings is not None:
             around = self.surroundings
-            wall = around.wall_longwave(longwave, Stefan_Boltzmann * air**4)
+            wall = around.wall_longwave(longwave, STEFAN_BOLTZMANN * air**4)
             sky, ground = around.sky_view * view * longwave, ground + (1 - around.sky_view) * view * wall
         season = self.weather.ground_at(self.altitude)
         if season:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.constants import Stefan_Boltzmann
 
+from skyshine.mat.radiometry.constants import STEFAN_BOLTZMANN
 from skyshine.mat.surface.record import Record, equal_steps
 from skyshine.mat.surface.weather_readings import (
     NEEDED_COLUMNS,
@@ -55,8 +55,8 @@ class MeasuredRecord:
         if not self.radiometric:
             return self.skin, np.zeros_like(self.skin)
         sky = self.record.values["lw_down"]
-        fourth = (self.skin - (1.0 - emissivity) * sky) / (emissivity * Stefan_Boltzmann)
-        bend = (sky - self.skin) / (emissivity**2 * Stefan_Boltzmann)
+        fourth = (self.skin - (1.0 - emissivity) * sky) / (emissivity * STEFAN_BOLTZMANN)
+        bend = (sky - self.skin) / (emissivity**2 * STEFAN_BOLTZMANN)
         reflects = fourth < _COLDEST**4
         kelvin = np.where(reflects, _COLDEST, np.abs(fourth) ** 0.25)
         return kelvin, np.where(reflects, 0.0, 0.25 * bend / kelvin**3)

@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.constants import Stefan_Boltzmann
 
-from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.radiometry.constants import STEFAN_BOLTZMANN, ZERO_CELSIUS
 from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.convection import AIR_HEIGHT, STANDARD_PRESSURE, WIND_HEIGHT
 from skyshine.mat.surface.surroundings import Surroundings
@@ -177,7 +176,7 @@ def sky_longwave(air_temperature: Floats, vapour_pressure: Floats, cloud_fractio
     water = 0.465 * vapour_pressure / air_temperature  # precipitable water [g cm^-2]: 46.5 e / T with e in hPa
     emissivity = 1 - (1 + water) * np.exp(-np.sqrt(1.2 + 3.0 * water))
     emissivity = (1 - 0.84 * cloud_fraction) * emissivity + 0.84 * cloud_fraction
-    longwave: Floats = emissivity * Stefan_Boltzmann * air_temperature**4
+    longwave: Floats = emissivity * STEFAN_BOLTZMANN * air_temperature**4
     return longwave
 
 
@@ -217,7 +216,7 @@ def record_forcing(
     cosine = np.cos(np.radians(slope))
     view = 0.5 * (1 + cosine)
     temperature = values["air_temperature"]
-    sky, ground = view * values["lw_down"], (1 - view) * Stefan_Boltzmann * temperature**4
+    sky, ground = view * values["lw_down"], (1 - view) * STEFAN_BOLTZMANN * temperature**4
     if surroundings is not None:
         sky, ground = surroundings.longwave(view, values["lw_down"], temperature)
     direct, diffuse, reflected = (np.atleast_2d(part) for part in shortwave)

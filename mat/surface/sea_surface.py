@@ -13,15 +13,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.constants import g
 
+from skyshine.mat.radiometry.constants import STANDARD_GRAVITY
 from skyshine.mat.surface.convection import VON_KARMAN
 from skyshine.mat.surface.similarity import heat_profile, inverse_obukhov_length, momentum_profile
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
 
 SALT = 0.98
-DRY_ADIABAT = g / 1004.67  # K m^-1
+DRY_ADIABAT = STANDARD_GRAVITY / 1004.67  # K m^-1
 _VAPOUR_RATIO = 0.622
 # Edson et al. 2013: Charnock's parameter is 0.0017 U10 - 0.005 up to 19 m/s; smooth flow has 0.11 nu / u*.
 _CHARNOCK, _CHARNOCK_OFFSET, _STRONGEST_WIND, _SMOOTH = 0.0017, -0.005, 19.0, 0.11
@@ -123,7 +123,7 @@ def sea_surface(
     friction = max(0.035 * wind_speed, 0.01)
     for _ in range(_ITERATIONS):
         charnock = max(_CHARNOCK * min(speed_10, _STRONGEST_WIND) + _CHARNOCK_OFFSET, 0.0)
-        roughness = charnock * friction**2 / g + _SMOOTH * viscosity / friction
+        roughness = charnock * friction**2 / STANDARD_GRAVITY + _SMOOTH * viscosity / friction
         reynolds = roughness * friction / viscosity
         heat_roughness = min(_HEAT_ROUGHNESS, _HEAT_FACTOR * reynolds**_HEAT_POWER)
         total = float(np.hypot(wind_speed, gust))
@@ -136,7 +136,12 @@ def sea_surface(
         highest = max(wind_height, air_height)
         new_inverse = float(np.clip(new_inverse, _MOST_UNSTABLE / highest, _MOST_STABLE / highest))
         inverse += _DAMPING * (new_inverse - inverse)
-        buoyancy = -g / air_temperature * friction * (temperature_scale + 0.61 * air_temperature * humidity_scale)
+        buoyancy = (
+            -STANDARD_GRAVITY
+            / air_temperature
+            * friction
+            * (temperature_scale + 0.61 * air_temperature * humidity_scale)
+        )
         gust = max(_GUSTINESS * float(np.cbrt(max(buoyancy, 0.0) * layer_depth)), _LEAST_GUST)
         steadiness = wind_speed / total
         speed_10 = friction / VON_KARMAN * _momentum_logarithm(_REFERENCE, roughness, inverse) * steadiness

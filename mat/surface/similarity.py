@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from scipy.constants import g
 
+from skyshine.mat.radiometry.constants import STANDARD_GRAVITY
 from skyshine.mat.surface.convection import VON_KARMAN
 from skyshine.schemas.arrays import Floats
 
@@ -81,7 +81,7 @@ def inverse_obukhov_length(
     """
     kelvin = np.asarray(temperature, float)
     virtual = np.asarray(temperature_scale, float) + 0.61 * kelvin * np.asarray(humidity_scale, float)
-    inverse: Floats = VON_KARMAN * g * virtual / (kelvin * np.asarray(friction_velocity, float) ** 2)
+    inverse: Floats = VON_KARMAN * STANDARD_GRAVITY * virtual / (kelvin * np.asarray(friction_velocity, float) ** 2)
     return inverse
 
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
-from scipy.constants import g
 
+from skyshine.mat.radiometry.constants import STANDARD_GRAVITY
 from skyshine.mat.surface.convection import VON_KARMAN, Wind, heat_logarithm, lively, momentum_logarithm
 from skyshine.schemas.arrays import Floats, Reals
 
@@ -77,7 +77,7 @@ class Stability:
         speed = lively(wind.speed) * momentum / momentum_logarithm(wind.height, roughness_length)
         heat = heat_logarithm(height, roughness_length)
         warmth = heat / heat_logarithm(wind.air_height, roughness_length)
-        richardson: Floats = g * height * warmth / (np.asarray(air_temperature, float) * speed**2)
+        richardson: Floats = STANDARD_GRAVITY * height * warmth / (np.asarray(air_temperature, float) * speed**2)
         share: Floats = 1.0 + np.arcsin(np.clip(np.asarray(cos_slope, float), -1.0, 0.0)) / (np.pi / 2)
         free: Floats = _SLOPE * _FREE * VON_KARMAN**2 / (momentum * heat) * np.exp(_FREE_POWER * heat)
         return cls(richardson, free, share)

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.constants import Stefan_Boltzmann
 
+from skyshine.mat.radiometry.constants import STEFAN_BOLTZMANN
 from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.vapour import saturation_pressure
@@ -90,7 +90,7 @@ def random_forcing(generator: np.random.Generator) -> Callable[[int], Forcing]:
             shortwave_direct=(noon * sun)[None],
             shortwave_diffuse=(0.1 * noon * sun)[None],
             shortwave_reflected=np.zeros((1, steps)),
-            longwave_sky=((0 if vacuum else sky) * Stefan_Boltzmann * air**4)[None],
+            longwave_sky=((0 if vacuum else sky) * STEFAN_BOLTZMANN * air**4)[None],
             longwave_ground=np.zeros((1, steps)),
             air_temperature=air[None],
             vapour_pressure=vapour[None],
@@ -122,7 +122,7 @@ def random_snow(generator: np.random.Generator) -> tuple[SurfaceMaterial, Forcin
         shortwave_direct=zero,
         shortwave_diffuse=sun[None],
         shortwave_reflected=zero,
-        longwave_sky=((0.7 + 0.28 * cloud) * Stefan_Boltzmann * air**4)[None],
+        longwave_sky=((0.7 + 0.28 * cloud) * STEFAN_BOLTZMANN * air**4)[None],
         longwave_ground=zero,
         air_temperature=air[None],
         vapour_pressure=generator.uniform(0.4, 1.0) * saturation_pressure(air)[None],

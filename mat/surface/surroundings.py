@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.constants import Stefan_Boltzmann
 
+from skyshine.mat.radiometry.constants import STEFAN_BOLTZMANN
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
@@ -96,7 +96,7 @@ class Surroundings:
         air_temperature : ndarray
             [K]
         """
-        air = Stefan_Boltzmann * air_temperature**4
+        air = STEFAN_BOLTZMANN * air_temperature**4
         return longwave_left(view, sky, air, self.wall_longwave(sky, air), self.sky_view)
 
     def wall_longwave(self, sky: Floats, air: Floats) -> Floats:
@@ -144,7 +144,7 @@ class Exposure:
 
     def longwave(self, view: Floats, sky: Floats, air_temperature: Floats) -> tuple[Floats, Floats]:
         """As `Surroundings.longwave`."""
-        air = Stefan_Boltzmann * air_temperature**4
+        air = STEFAN_BOLTZMANN * air_temperature**4
         wall = wall_longwave(sky, air, self.facing, self.facing_emissivity)
         return longwave_left(view, sky, air, wall, self.sky_view)
 
@@ -170,7 +170,7 @@ def longwave_left(
 
 def wall_longwave(sky: Floats, air: Floats, facing: float | Floats | None, emissivity: float) -> Floats:
     """Longwave of a wall of the temperature `facing` [K], or of the air's, as `Surroundings.wall_longwave` says."""
-    emitted = air if facing is None else Stefan_Boltzmann * facing**4
+    emitted = air if facing is None else STEFAN_BOLTZMANN * facing**4
     wall: Floats = emissivity * emitted + (1 - emissivity) * 0.5 * (sky + air)
     return wall
 

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.constants import Stefan_Boltzmann
 
-from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.radiometry.constants import STEFAN_BOLTZMANN, ZERO_CELSIUS
 from skyshine.mat.surface.balance import skin_of
 from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.convection import AIR_GAS_CONSTANT, AIR_HEAT_CAPACITY, TREE_ROUGHNESS, natural_coefficients
@@ -127,7 +126,7 @@ def loss(ca: Any, material: SymbolicMaterial, surface: Any, parameter: Any) -> A
         skin = [material.solar_absorptance, material.thermal_emissivity, properties.wetness]
         skin += [properties.surface_resistance, 0.0]
     absorptance, emissivity, wetness, resists, film = skin
-    net = emissivity * (Stefan_Boltzmann * surface**4 - long) - absorptance * short
+    net = emissivity * (STEFAN_BOLTZMANN * surface**4 - long) - absorptance * short
     net += properties.delivered * (1.0 + properties.delivered_per_kelvin * (surface - 298.15)) * short
     volumetric = pressure / (AIR_GAS_CONSTANT * air) * AIR_HEAT_CAPACITY
     difference = surface - air

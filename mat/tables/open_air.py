@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.constants import Stefan_Boltzmann
 
+from skyshine.mat.radiometry.constants import STEFAN_BOLTZMANN
 from skyshine.mat.surface.forcing import plane_irradiance
 from skyshine.mat.surface.surroundings import Exposure
 from skyshine.mat.tables.axes import PERIODIC, AxisRule
@@ -102,7 +102,7 @@ class OpenAir:
         """
         air = self.air_temperature(altitude)
         kelvin = air if exposure.facing is None else exposure.facing
-        longwave = exposure.facing_emissivity * Stefan_Boltzmann * (kelvin**4 - air**4)
+        longwave = exposure.facing_emissivity * STEFAN_BOLTZMANN * (kelvin**4 - air**4)
         hidden = (1 - exposure.sky_view) * _sky_view(slope)
         heat: Floats = hidden * (emissivity[:, None] * longwave + absorptance[:, None] * exposure.wall_light)
         return heat

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import chdtrc
+import scipy
 
 from skyshine.tmm.classify.typicality import Boxes, Typicality, fit_boxes
 from skyshine.tmm.inputs.seeds import SeedTexels
@@ -52,7 +52,7 @@ class SeedBoxes:
                 mine = (self.region == region) & (self.material == material)
                 model = fit_boxes(self.features[~mine], self.material[~mine], self.region[~mine])
                 distance = model.squared_distance(self.features[mine]).min(axis=0)
-                typicality.append(chdtrc(self.boxes.dimensions, np.median(distance)))
+                typicality.append(scipy.special.chdtrc(self.boxes.dimensions, np.median(distance)))
         return np.array(typicality)
 
     def threshold(self) -> float:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import nnls
+import scipy
 
 from skyshine.mat.atmosphere.band.points import BandPoints, LineByLineError, band_points, micron_response
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
@@ -169,7 +169,9 @@ def _fitted(values: Floats, cells: Floats, response: Floats) -> Floats:
     if total <= 0:
         return np.zeros(values.shape[1])
     rows = np.vstack([values, np.full((1, values.shape[1]), _SUM_WEIGHT)])
-    share, _ = nnls(rows, np.append(cells @ response / total, _SUM_WEIGHT), maxiter=100 * values.shape[1])
+    share, _ = scipy.optimize.nnls(
+        rows, np.append(cells @ response / total, _SUM_WEIGHT), maxiter=100 * values.shape[1]
+    )
     return np.asarray(share * (total / share.sum()))
 
 

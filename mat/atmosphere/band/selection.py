@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import solve_triangular
+import scipy
 
 from skyshine.schemas.arrays import Floats, Integers
 
@@ -124,7 +124,7 @@ def _with_one_more(
     factor = _factor(gram[np.ix_(chosen, chosen)])
     rows = np.column_stack([gram[chosen], moment[chosen]])
     if chosen:
-        rows = solve_triangular(factor, rows, lower=True, check_finite=False)
+        rows = scipy.linalg.solve_triangular(factor, rows, lower=True, check_finite=False)
     rows, goal = rows[:, :-1], rows[:, -1]
     diagonal = np.diagonal(gram)
     pivot = np.maximum(diagonal - np.sum(rows**2, axis=0), 1e-10 * diagonal + 1e-300)
@@ -159,7 +159,7 @@ def _fits(factor: Floats, rows: Floats, root: Floats, goal: Floats, last: Floats
     weights[:, -1] = last / root
     if goal.size:
         others = goal[:, None] - rows * weights[:, -1]
-        weights[:, :-1] = solve_triangular(factor, others, lower=True, trans="T", check_finite=False).T
+        weights[:, :-1] = scipy.linalg.solve_triangular(factor, others, lower=True, trans="T", check_finite=False).T
     triangle = np.zeros((goal.size + 1, goal.size + 1))
     triangle[:-1, :-1] = factor.T
     for trial in np.flatnonzero(weights.min(axis=1) < 0):

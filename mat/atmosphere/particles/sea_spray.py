@@ -15,11 +15,11 @@ Eng. 22, 57: growth by humidity.
 from __future__ import annotations
 
 import numpy as np
-from scipy.constants import g
-from scipy.integrate import trapezoid
+import scipy
 
 from skyshine.mat.atmosphere.particles.aerosol_layer import AerosolLayer
 from skyshine.mat.atmosphere.particles.cloud import RADII, CloudLayer
+from skyshine.mat.radiometry.constants import STANDARD_GRAVITY
 from skyshine.mat.surface.convection import VON_KARMAN
 from skyshine.schemas.arrays import Floats
 
@@ -63,13 +63,17 @@ def sea_spray(wind_speed: float, friction_velocity: float, relative_humidity: fl
     power = np.minimum(fall_speed(radius) / (VON_KARMAN * friction_velocity), _STEEPEST)
     height = np.array([0.0, _LOWEST, 2.0, 5.0, _REFERENCE, 20.0, 50.0, 150.0, 300.0, _TOP])
     ratio = np.maximum(height, _LOWEST)[:, None] / _REFERENCE
-    extinction = trapezoid(_EXTINCTION * np.pi * radius**2 * number * ratio**-power, _RADII, axis=1)
-    effective = 1e6 * trapezoid(radius**3 * number, _RADII) / trapezoid(radius**2 * number, _RADII)
+    extinction = scipy.integrate.trapezoid(_EXTINCTION * np.pi * radius**2 * number * ratio**-power, _RADII, axis=1)
+    effective = (
+        1e6
+        * scipy.integrate.trapezoid(radius**3 * number, _RADII)
+        / scipy.integrate.trapezoid(radius**2 * number, _RADII)
+    )
     drops = CloudLayer("water", 0.0, _TOP, float(np.clip(effective, *RADII["water"])), 0.0).model
     return AerosolLayer.measured(drops, height, extinction, None)
 
 
 def fall_speed(radius: Floats) -> Floats:
     """Speed [m/s] at which drops of radii [m] of up to some 30 um fall: Stokes' law."""
-    speed: Floats = 2 * _WATER_DENSITY * g * radius**2 / (9 * _VISCOSITY)
+    speed: Floats = 2 * _WATER_DENSITY * STANDARD_GRAVITY * radius**2 / (9 * _VISCOSITY)
     return speed

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from scipy import constants
 
 from skyshine.mat.atmosphere.soundings.readings import Readings
 from skyshine.mat.atmosphere.soundings.units import HUMIDITY, UNITS
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts, scaled_gases
 from skyshine.mat.atmosphere.state.humidity import MASS_RATIO, mole_fraction
 from skyshine.mat.atmosphere.state.hydrostatics import DRY_AIR_MOLAR_MASS, EARTH_RADIUS, gravity
+from skyshine.mat.radiometry.constants import GAS_CONSTANT, STANDARD_GRAVITY
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -163,7 +163,7 @@ def _altitudes(file: Path, values: Mapping[str, Floats], water: Floats) -> tuple
             "has no altitude at any level; allowed: altitude or geopotential height, once at least", file=file
         )
     virtual = values["temperature"] / (1 - (1 - MASS_RATIO) * water)
-    scale = constants.R / (DRY_AIR_MOLAR_MASS * constants.g)
+    scale = GAS_CONSTANT / (DRY_AIR_MOLAR_MASS * STANDARD_GRAVITY)
     height = np.append(0.0, np.cumsum(scale * _middle(virtual) * -np.diff(np.log(values["pressure"]))))  # gpm
     given = altitude[known] * EARTH_RADIUS / (EARTH_RADIUS + altitude[known])
     shift = np.interp(height, height[known], given - height[known])
@@ -212,7 +212,10 @@ def _check_order(readings: Readings, rows: npt.NDArray[np.intp], values: Mapping
 def _check_balance(readings: Readings, rows: npt.NDArray[np.intp], values: Mapping[str, Floats]) -> None:
     altitude, pressure = values["altitude"], values["pressure"]
     balance = np.cumsum(
-        DRY_AIR_MOLAR_MASS * gravity(altitude[:-1]) * np.diff(altitude) / (constants.R * _middle(values["temperature"]))
+        DRY_AIR_MOLAR_MASS
+        * gravity(altitude[:-1])
+        * np.diff(altitude)
+        / (GAS_CONSTANT * _middle(values["temperature"]))
     )
     imbalance = np.abs(np.log(pressure[1:] / pressure[0]) + balance)
     for at in np.flatnonzero(imbalance > np.maximum(HYDROSTATIC_MARGIN, HYDROSTATIC_MARGIN * balance))[:1]:

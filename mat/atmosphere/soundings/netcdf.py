@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy import constants
 
 from skyshine.mat.atmosphere.soundings.choice import FARTHEST_HOURS, Choice, hours, index_of, weights
 from skyshine.mat.atmosphere.soundings.readings import Readings
 from skyshine.mat.atmosphere.soundings.units import UNITS, to_si
 from skyshine.mat.atmosphere.state.hydrostatics import DRY_AIR_MOLAR_MASS
+from skyshine.mat.radiometry.constants import STANDARD_GRAVITY
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.column_names import unit_of
 from skyshine.schemas.errors import InputError
@@ -45,7 +45,7 @@ _AXES = {
     "longitude": ("longitude", "lon"),
 }
 _UNITS = {
-    "geopotential": {"m**2 s**-2": 1 / constants.g, "m2 s-2": 1 / constants.g, "m2/s2": 1 / constants.g},
+    "geopotential": {"m**2 s**-2": 1 / STANDARD_GRAVITY, "m2 s-2": 1 / STANDARD_GRAVITY, "m2/s2": 1 / STANDARD_GRAVITY},
     "ozone": {"kg kg**-1": 1.0, "kg kg-1": 1.0, "kg/kg": 1.0, "1": 1.0},
 }
 _SPELLINGS = {"kg kg**-1": "kg/kg", "kg kg-1": "kg/kg", "millibars": "mbar", "millibar": "mbar", "kelvin": "K", "": ""}

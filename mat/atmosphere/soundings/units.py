@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from scipy import constants
-
-from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.radiometry.constants import FOOT, MMHG, STANDARD_ATMOSPHERE, ZERO_CELSIUS
 
 _KELVIN = {
     "K": (1.0, 0.0),
@@ -15,10 +13,10 @@ _KELVIN = {
     "F": (5 / 9, 459.67 * 5 / 9),
 }
 _PASCAL: dict[str, float] = {"Pa": 1.0, "hPa": 1e2, "mbar": 1e2, "mb": 1e2, "kPa": 1e3, "bar": 1e5}
-_PASCAL |= {"atm": constants.atm, "mmHg": constants.mmHg, "Torr": constants.torr, "inHg": 25.4 * constants.mmHg}
+_PASCAL |= {"atm": STANDARD_ATMOSPHERE, "mmHg": MMHG, "Torr": MMHG, "inHg": 25.4 * MMHG}
 PARTS = {"ppmv": 1e-6, "ppm": 1e-6, "ppbv": 1e-9, "ppb": 1e-9, "pptv": 1e-12, "ppt": 1e-12, "1": 1.0}
 _MASS_PARTS = {"kg/kg": 1.0, "g/kg": 1e-3, "1": 1.0}
-_LENGTH = {"m": 1.0, "km": 1e3, "ft": constants.foot, "kft": 1e3 * constants.foot}
+_LENGTH = {"m": 1.0, "km": 1e3, "ft": FOOT, "kft": 1e3 * FOOT}
 # By quantity: its units as factor, or (factor, offset), to SI.
 UNITS: dict[str, dict[str, float] | dict[str, tuple[float, float]]] = {
     "altitude": _LENGTH,

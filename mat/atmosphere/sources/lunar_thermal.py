@@ -14,10 +14,10 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from scipy.constants import Stefan_Boltzmann
-from scipy.special import erfc
+import scipy
 
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
+from skyshine.mat.radiometry.constants import STEFAN_BOLTZMANN
 from skyshine.schemas.arrays import Floats
 
 SOLAR_CONSTANT = 1361.0  # W m^-2 at 1 au (Kopp and Lean 2011)
@@ -35,7 +35,7 @@ CLASSES = 200  # of absorbed power
 def subsolar_temperature(sun_distance: float) -> float:
     """Temperature of the surface under the Sun in equilibrium with it, K; the Sun's distance in au."""
     absorbed = (1 - SOLAR_ALBEDO) * SOLAR_CONSTANT / sun_distance**2
-    return float((absorbed / (BROADBAND_EMISSIVITY * Stefan_Boltzmann)) ** 0.25)
+    return float((absorbed / (BROADBAND_EMISSIVITY * STEFAN_BOLTZMANN)) ** 0.25)
 
 
 def disk_emission(wavenumber: Floats, phase_angle: float, sun_distance: float, rms_slope: float = RMS_SLOPE) -> Floats:
@@ -101,7 +101,7 @@ def _unshadowed(cosine: Floats, axis_slope: float) -> Floats:
     """Share (N,) of the facets turned to a direction that nothing hides from it (Smith 1967); 0 below the horizon."""
     above = np.clip(cosine, 1e-9, 1 - 1e-12)
     steepness = above / np.sqrt(1 - above**2) / (np.sqrt(2) * axis_slope)
-    hidden = 0.5 * (np.exp(-(steepness**2)) / (steepness * np.sqrt(np.pi)) - erfc(steepness))
+    hidden = 0.5 * (np.exp(-(steepness**2)) / (steepness * np.sqrt(np.pi)) - scipy.special.erfc(steepness))
     return np.where(cosine > 0, 1 / (1 + hidden), 0.0)
 
 

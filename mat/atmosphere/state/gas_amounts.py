@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
-from scipy import constants
-from scipy.optimize import brentq
+import scipy
 
 from skyshine.mat.atmosphere.state.humidity import WATER_MOLAR_MASS
+from skyshine.mat.radiometry.constants import AVOGADRO, BOLTZMANN
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import InputError, nearest
@@ -74,7 +74,7 @@ def scaled_gases(
     """
     factors = gas_factors(gases, amounts.scale, amounts.ppm)
     scaled = {gas: fraction * factors.get(gas, 1.0) for gas, fraction in gases.items()}
-    density = pressure / (constants.k * temperature)
+    density = pressure / (BOLTZMANN * temperature)
     if amounts.ozone_column is not None:
         scaled["O3"] = scaled["O3"] * ozone_factor(altitude, density * scaled["O3"], amounts.ozone_column)
     saturated = saturation_pressure(temperature) / pressure
@@ -220,7 +220,7 @@ def water_factor(
 
     def column_at(factor: float) -> float:
         vapour = density * np.minimum(fraction * factor, saturated)
-        return float(layer_columns(altitude, vapour).sum() * WATER_MOLAR_MASS / constants.N_A)
+        return float(layer_columns(altitude, vapour).sum() * WATER_MOLAR_MASS / AVOGADRO)
 
     if not (np.isfinite(column) and column >= 0):
         raise InputError(f"water column {column} mm is not allowed; give a finite number of at least 0")
@@ -232,4 +232,6 @@ def water_factor(
             f"water column {column:g} mm is more than saturated air of this profile holds, {saturated_column:.4g} mm;"
             " give less"
         )
-    return float(brentq(lambda factor: column_at(factor) - column, 0.0, _LARGEST_FACTOR, xtol=1e-12, rtol=1e-12))
+    return float(
+        scipy.optimize.brentq(lambda factor: column_at(factor) - column, 0.0, _LARGEST_FACTOR, xtol=1e-12, rtol=1e-12)
+    )

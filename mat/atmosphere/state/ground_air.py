@@ -17,19 +17,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import constants
-from scipy.integrate import trapezoid
+import scipy
 
 from skyshine.mat.atmosphere.soundings.levels import HIGHEST_PRESSURE, TEMPERATURES
 from skyshine.mat.atmosphere.state.hydrostatics import DRY_AIR_MOLAR_MASS, gravity
 from skyshine.mat.atmosphere.state.levels import exponential, linear
 from skyshine.mat.atmosphere.state.profiles import Profile
+from skyshine.mat.radiometry.constants import GAS_CONSTANT, STANDARD_GRAVITY
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.mat.surface.weather import LAPSE_RATE
 from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.errors import InputError
 
-DRY_ADIABAT = constants.g / 1004.67  # K m^-1; heat capacity of dry air at constant pressure: Stull 1988, appendix C
+# K m^-1; heat capacity of dry air at constant pressure: Stull 1988, appendix C
+DRY_ADIABAT = STANDARD_GRAVITY / 1004.67
 AIR_MASS_DEPTH = 10e3  # m
 # Height at which a surface inversion ends; the cubic has an eighth of its strength at half of it. Nights make some
 # 100 to 500 m (Stull 1988, chapter 12).
@@ -154,7 +155,7 @@ def _pressure(profile: Profile, altitude: Floats, temperature: Floats, air: Grou
     """Pressure in hydrostatic balance as far as the profile's own is, with that of the weather at its altitude."""
     before = linear(altitude, profile.altitude, np.log(profile.pressure))
     expansion = 1 / linear(altitude, profile.altitude, profile.temperature) - 1 / temperature
-    weight = DRY_AIR_MOLAR_MASS / constants.R * gravity(altitude) * expansion
+    weight = DRY_AIR_MOLAR_MASS / GAS_CONSTANT * gravity(altitude) * expansion
     raised = np.append(0.0, np.cumsum(0.5 * (weight[1:] + weight[:-1]) * np.diff(altitude)))
     factor = 1.0 if air.pressure is None else air.pressure / _station_pressure(profile, air.altitude)
     pressure: Floats = factor * np.exp(before + raised)
@@ -178,8 +179,8 @@ def _water(profile: Profile, altitude: Floats, mixed: Booleans, air: GroundAir) 
     if air.vapour_pressure is None or air.mean_vapour_pressure is None:
         if np.any(mixed):
             weight = -np.gradient(np.exp(linear(altitude, profile.altitude, np.log(profile.pressure))), altitude)
-            column = trapezoid((weight * ratio)[mixed], altitude[mixed])
-            ratio = np.where(mixed, column / trapezoid(weight[mixed], altitude[mixed]), ratio)
+            column = scipy.integrate.trapezoid((weight * ratio)[mixed], altitude[mixed])
+            ratio = np.where(mixed, column / scipy.integrate.trapezoid(weight[mixed], altitude[mixed]), ratio)
     else:
         station = _station_pressure(profile, air.altitude) if air.pressure is None else air.pressure
         if max(air.vapour_pressure, air.mean_vapour_pressure) >= 0.5 * station:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from scipy import constants
 
+from skyshine.mat.radiometry.constants import GAS_CONSTANT
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
 
@@ -45,7 +45,7 @@ def mole_fraction(kind: str, value: npt.ArrayLike, pressure: Floats, temperature
     elif kind == "dew_point":
         partial = saturation_pressure(value)
     elif kind == "absolute_humidity":
-        partial = value / WATER_MOLAR_MASS * constants.R * temperature
+        partial = value / WATER_MOLAR_MASS * GAS_CONSTANT * temperature
     else:
         partial = value * saturation_pressure(temperature)
     fraction = partial / pressure

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TypeVar
 
 import numpy as np
-from scipy import constants
 
+from skyshine.mat.radiometry.constants import STANDARD_GRAVITY
 from skyshine.schemas.arrays import Floats
 
 _Altitude = TypeVar("_Altitude", np.float64, Floats)
@@ -17,5 +17,5 @@ DRY_AIR_MOLAR_MASS = 28.9647e-3  # kg mol^-1 (US Standard Atmosphere 1976)
 
 def gravity(altitude: _Altitude) -> _Altitude:
     """m s^-2 at 45 degrees (US Standard Atmosphere 1976: 9.80665 falling with the square of distance)."""
-    acceleration: _Altitude = constants.g * (EARTH_RADIUS / (EARTH_RADIUS + altitude)) ** 2
+    acceleration: _Altitude = STANDARD_GRAVITY * (EARTH_RADIUS / (EARTH_RADIUS + altitude)) ** 2
     return acceleration

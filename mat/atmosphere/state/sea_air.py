@@ -11,12 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import constants
 
 from skyshine.mat.atmosphere.state.humidity import mole_fraction
 from skyshine.mat.atmosphere.state.levels import exponential, linear
 from skyshine.mat.atmosphere.state.profiles import Profile
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, STANDARD_DENSITY, refractivity
+from skyshine.mat.radiometry.constants import BOLTZMANN
 from skyshine.mat.surface.sea_surface import SeaSurface, sea_surface, specific_humidity
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
@@ -151,7 +151,7 @@ def bending_near_water(altitude: Floats, pressure: Floats, temperature: Floats) 
     log_index = np.log1p(
         float(refractivity(_WAVENUMBER))
         * np.exp(np.interp(height + altitude[0], altitude, np.log(pressure)))
-        / (constants.k * np.interp(height + altitude[0], altitude, temperature) * STANDARD_DENSITY)
+        / (BOLTZMANN * np.interp(height + altitude[0], altitude, temperature) * STANDARD_DENSITY)
     )
     modified = log_index + height / EARTH_RADIUS  # a ray follows the Earth where it does not change
 

@@ -6,12 +6,12 @@ import os
 from pathlib import Path
 
 import numpy as np
-from scipy import constants
 
 from skyshine.mat.atmosphere.soundings.files import levels_in_text
 from skyshine.mat.atmosphere.soundings.levels import Levels
 from skyshine.mat.atmosphere.state.hydrostatics import DRY_AIR_MOLAR_MASS, gravity
 from skyshine.mat.atmosphere.state.profiles import Profile
+from skyshine.mat.radiometry.constants import GAS_CONSTANT
 from skyshine.mat.surface.vapour import saturation_pressure
 
 # The air at the lowest level is continued down this far at its own temperature; above the highest level its difference
@@ -50,7 +50,7 @@ def continued(sounding: Levels, above: Profile) -> Profile:
     """The sounding with one level below it and the levels of a standard profile above; where its humidity or gases end
     before its levels do, those of the profile.
     """
-    scale = DRY_AIR_MOLAR_MASS * gravity(sounding.altitude[0]) / (constants.R * sounding.temperature[0])
+    scale = DRY_AIR_MOLAR_MASS * gravity(sounding.altitude[0]) / (GAS_CONSTANT * sounding.temperature[0])
     top = sounding.altitude[-1]
     higher = above.altitude > top
     at_top = np.exp(np.interp(top, above.altitude, np.log(above.pressure)))

@@ -12,7 +12,6 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy import constants
 
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol, aerosol_layers, default_visibility
 from skyshine.mat.atmosphere.particles.aerosol_layer import AerosolLayer
@@ -34,6 +33,7 @@ from skyshine.mat.atmosphere.state.humidity import WATER_MOLAR_MASS
 from skyshine.mat.atmosphere.state.levels import exponential, level_altitudes, linear, with_particles
 from skyshine.mat.atmosphere.state.profiles import Profile, load_profile
 from skyshine.mat.atmosphere.state.sea_air import HEIGHTS, SeaAir, with_sea_air
+from skyshine.mat.radiometry.constants import AVOGADRO, BOLTZMANN
 from skyshine.mat.surface.convection import WIND_HEIGHT
 from skyshine.mat.surface.sea_surface import SeaSurface
 from skyshine.mat.surface.vapour import saturation_pressure
@@ -200,7 +200,7 @@ class AtmosphericState:
             gases = scaled_gases(fractions, gas_amounts, altitude, pressure, temperature, in_water_cloud)
             vapour_pressure = gases["H2O"][0] * pressure[0]
             humidity = float(100 * vapour_pressure / saturation_pressure(temperature[0]))
-            number_density = pressure / (constants.k * temperature)
+            number_density = pressure / (BOLTZMANN * temperature)
             return cls(
                 name=profile.name,
                 altitude=altitude,
@@ -246,7 +246,7 @@ class AtmosphericState:
     @cached_property
     def number_density(self) -> Floats:
         """Molecules of air, (N,) m^-3, by the ideal gas law."""
-        density: Floats = self.pressure / (constants.k * self.temperature)
+        density: Floats = self.pressure / (BOLTZMANN * self.temperature)
         return density
 
     @cached_property
@@ -273,7 +273,7 @@ class AtmosphericState:
     def precipitable_water(self, altitude: npt.ArrayLike) -> Floats:
         """Water vapour above altitudes [m], kg m^-2."""
         density = self.number_density * self.mole_fraction["H2O"]
-        column: Floats = self._column(density, altitude) * WATER_MOLAR_MASS / constants.N_A
+        column: Floats = self._column(density, altitude) * WATER_MOLAR_MASS / AVOGADRO
         return column
 
     def ozone_column(self, altitude: npt.ArrayLike) -> Floats:

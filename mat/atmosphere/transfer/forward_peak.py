@@ -31,7 +31,7 @@ Goudsmit and Saunderson 1940, Phys. Rev. 57, 24 (all orders, in moments).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
@@ -43,7 +43,6 @@ from skyshine.schemas.arrays import Floats, Integers, Singles
 
 # As many moments as the angles of the phase functions resolve.
 _ORDERS = PHASE_ANGLES.size
-_WEIGHTS = moment_weights(PHASE_ANGLES, _ORDERS)
 # Angles from the source, degree: those of the phase functions where the peak is steep. Whole within the first limit,
 # none beyond the second: at 3.85 um the peak of cloud droplets is as wide.
 _WHOLE, _NONE = 20.0, 40.0
@@ -56,6 +55,12 @@ _THIN = (5e-3, 1e-2)
 _STEP = 1.02
 # Fraction of the scattering below which it is no forward peak.
 _SMALLEST = 1e-4
+
+
+@cache
+def _moment_weights() -> Floats:
+    """Weights (moments, angles) of a phase function at `PHASE_ANGLES` in its Legendre moments."""
+    return moment_weights(PHASE_ANGLES, _ORDERS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +144,7 @@ class ForwardPeak:
         """Change of the peak's phase function, of a mean of 1 over the sphere, (C, N, angles, depths)."""
         fraction = np.maximum(self.limit, _SMALLEST)
         phase, core = _without_core(self.optics.phase)
-        wide = np.clip(np.tensordot(_WEIGHTS, phase, axes=1), 0.0, None) / fraction
+        wide = np.clip(np.tensordot(_moment_weights(), phase, axes=1), 0.0, None) / fraction
         core = np.minimum(core / fraction, 1.0)
         wide[: len(self.solved)] = 1.0
         wide[: len(self.solved)] -= core
@@ -149,7 +154,7 @@ class ForwardPeak:
         at_angles = np.interp(np.radians(_DEGREES), PHASE_ANGLES, np.arange(PHASE_ANGLES.size)).round().astype(int)
         known = np.tensordot(legendre[:, : len(self.solved)], self.solved - self.limit, axes=1)
         once = (phase[at_angles] - known) / fraction  # (angles, N, C)
-        triangle = (_DEGREES == 0) / _WEIGHTS[0, 0]
+        triangle = (_DEGREES == 0) / _moment_weights()[0, 0]
         weight = self._particles()
         change = np.empty((fraction.shape[1], fraction.shape[0], _DEGREES.size, _DEPTHS.size))
         for c, table in enumerate(change):
@@ -200,7 +205,7 @@ def _without_core(phase: Floats) -> tuple[Floats, Floats]:
     A smooth peak is a parabola in the logarithm; what exceeds it at 0 is light of a narrower one.
     """
     smooth = phase[1] * np.clip(phase[1] / np.maximum(phase[2], 1e-30), 1.0, 1e3) ** (1 / 3)
-    core = np.maximum(phase[0] - smooth, 0.0) * _WEIGHTS[0, 0]
+    core = np.maximum(phase[0] - smooth, 0.0) * _moment_weights()[0, 0]
     return np.concatenate([np.minimum(phase[0], smooth)[None], phase[1:]]), core
 
 

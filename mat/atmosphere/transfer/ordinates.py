@@ -16,7 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import lpmv
+import scipy
 
 from skyshine.schemas.arrays import Booleans, Floats, Integers, Reals
 
@@ -177,5 +177,6 @@ def _legendre(cosine: Floats, azimuthal: int, moments: int) -> Floats:
     result = np.zeros((azimuthal, moments, cosine.size))
     for m in range(azimuthal):
         for order in range(m, moments):
-            result[m, order] = math.sqrt(math.factorial(order - m) / math.factorial(order + m)) * lpmv(m, order, cosine)
+            scale = math.sqrt(math.factorial(order - m) / math.factorial(order + m))
+            result[m, order] = scale * scipy.special.lpmv(m, order, cosine)
     return result

@@ -9,7 +9,7 @@ seconds: `tests/bench/atmosphere.py`, and `tests/validation/test_transfer_disort
 from __future__ import annotations
 
 import numpy as np
-from scipy.integrate import trapezoid
+import scipy
 
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.diffuse_field import NODES
@@ -51,4 +51,4 @@ def cut_depth(state: AtmosphericState, nodes: int) -> float:
         scattering = (optics.extinction * optics.single_scattering_albedo)[:, 0]
         moment = component.model.phase_moments(_REFERENCE, humidity)[2 * nodes, :, 0]
         per_metre += component.extinction_550 * scattering * np.clip(moment, 0.0, None)
-    return float(trapezoid(per_metre, state.altitude))
+    return float(scipy.integrate.trapezoid(per_metre, state.altitude))

@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import qr
+import scipy
 
 from skyshine.schemas.arrays import Floats, Integers
 
@@ -46,7 +46,7 @@ def pivots(values: Floats) -> Integers:
     """Columns (n,) of values (m, n) in the order in which QR with pivoting takes them: the largest first, each next by
     what is left of it.
     """
-    order: Integers = qr(values, mode="r", pivoting=True)[1]
+    order: Integers = scipy.linalg.qr(values, mode="r", pivoting=True)[1]
     return order
 
 

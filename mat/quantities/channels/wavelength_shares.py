@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import nnls
+import scipy
 
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.line_of_sight import lines_of_sight
@@ -129,7 +129,7 @@ def _shares(of_wavelengths: Floats, of_channels: Floats, channel_shares: Floats)
     size = max(float(np.sqrt(np.mean(of_channels.sum(axis=1) ** 2) * len(of_channels))), _LEAST_LIGHT)
     equations = np.vstack([of_channels / size, _HOLD * np.eye(channel_shares.shape[0])])
     columns = [
-        nnls(equations, np.concatenate([target / size, _HOLD * prior]))[0]
+        scipy.optimize.nnls(equations, np.concatenate([target / size, _HOLD * prior]))[0]
         for target, prior in zip(of_wavelengths.T, channel_shares.T, strict=True)
     ]
     shares = np.stack(columns, axis=1)

@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from scipy import constants
 
 from skyshine.mat.atmosphere.soundings.readings import Readings
 from skyshine.mat.atmosphere.state.gas_amounts import DOBSON_UNIT, GasAmounts
@@ -22,7 +21,7 @@ from skyshine.mat.atmosphere.state.humidity import WATER_MOLAR_MASS
 from skyshine.mat.atmosphere.state.hydrostatics import DRY_AIR_MOLAR_MASS
 from skyshine.mat.atmosphere.state.levels import exponential, linear
 from skyshine.mat.atmosphere.state.profiles import Profile, load_profile
-from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.radiometry.constants import AVOGADRO, BOLTZMANN, GAS_CONSTANT, MMHG, STANDARD_ATMOSPHERE, ZERO_CELSIUS
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
@@ -55,7 +54,7 @@ MOLAR_MASSES = {
 GASES = tuple(MOLAR_MASSES)[:12]
 HEAVY_GASES = ("CFC-11", "CFC-12", "", "", "HCFC-22", "", "", "", "", "", "", "CCl4", "")
 # Factor and offset to SI by letter.
-_PRESSURE = {"A": 1e2, "B": constants.atm, "C": constants.torr}
+_PRESSURE = {"A": 1e2, "B": STANDARD_ATMOSPHERE, "C": MMHG}
 _TEMPERATURE = {"A": (1.0, 0.0), "B": (1.0, ZERO_CELSIUS), "C": (5 / 9, 459.67 * 5 / 9)}
 _WATER = {"E": ("vapour_pressure", 1e2, 0.0), "F": ("dew_point", 1.0, 0.0), "G": ("dew_point", 1.0, ZERO_CELSIUS)}
 _WATER |= {"A": ("h2o", 1e-6, 0.0), "C": ("mixing_ratio", 1e-3, 0.0), "D": ("absolute_humidity", 1e-3, 0.0)}
@@ -217,7 +216,7 @@ def _of_profile(profile: Profile, name: str, altitude: Floats) -> Floats:
 def _of_gas(gas: str, value: float, unit: str, pressure: float, temperature: float) -> tuple[str, float]:
     """Name and SI value of an amount of gas; a mole fraction but for measures of humidity."""
     if unit == "B":
-        fraction = 1e6 * value * constants.k * temperature / pressure
+        fraction = 1e6 * value * BOLTZMANN * temperature / pressure
         return ("h2o" if gas == "H2O" else gas), fraction
     if gas == "H2O":
         name, factor, offset = _WATER[unit]
@@ -226,7 +225,7 @@ def _of_gas(gas: str, value: float, unit: str, pressure: float, temperature: flo
     factor = {
         "A": 1e-6,
         "C": DRY_AIR_MOLAR_MASS * moles_per_gram,
-        "D": moles_per_gram * constants.R * temperature / pressure,
+        "D": moles_per_gram * GAS_CONSTANT * temperature / pressure,
         "E": 1e2 / pressure,
     }[unit]
     return gas, value * factor
@@ -251,10 +250,10 @@ def column_amounts(water: tuple[float, str], ozone: tuple[float, str]) -> GasAmo
         elif unit == "a":
             columns[gas] = value * _ATM_CM
         else:
-            columns[gas] = value * 1e4 / MOLAR_MASSES[gas] * constants.N_A
+            columns[gas] = value * 1e4 / MOLAR_MASSES[gas] * AVOGADRO
     return GasAmounts(
         scale=scale,
-        water_column=columns["H2O"] / constants.N_A * WATER_MOLAR_MASS if "H2O" in columns else None,
+        water_column=columns["H2O"] / AVOGADRO * WATER_MOLAR_MASS if "H2O" in columns else None,
         ozone_column=columns["O3"] / DOBSON_UNIT if "O3" in columns else None,
     )
 

@@ -76,6 +76,13 @@ def test_the_wheel_has_the_compiled_library_and_no_c(wheel):
     ]
 
 
+def test_the_metadata_says_where_the_runtimes_are(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = [name for name in archive.namelist() if name.endswith(".dist-info/METADATA")]
+        description = " ".join(archive.read(name).decode().split("\n\n", 1)[1].split())
+    assert "`examples/runtimes` of the checkout and of the source distribution" in description
+
+
 def test_the_metadata_names_the_terms_of_mt_ckd_and_the_wheel_holds_its_notice(wheel):
     with zipfile.ZipFile(wheel) as archive:
         (name,) = [name for name in archive.namelist() if name.endswith(".dist-info/METADATA")]

@@ -39,9 +39,9 @@ class Gain:
     Attributes
     ----------
     key : str
-        Of the job.
+        Key of the job.
     sources : tuple of str
-        Of error, that it makes smaller.
+        Sources of error that the key reduces.
     before, after : float
         Rms error of the pixel, and of the pixel without these sources: K, or W m^-2 sr^-1 below 2.5 um.
     """
@@ -64,13 +64,13 @@ def gains(budget: Budget) -> list[Gain]:
     where errors add up, and the most that the key can give: a smaller tolerance leaves some of it.
     """
     pixel = budget.errors["pixel"]
-    found = []
+    candidates = []
     for key, names in (*KEYS.items(), (NO_KEY, OF_THE_METHOD)):
         present = tuple(name for name in names if name in budget.errors)
         if present:
-            rest = pixel - sum(_counted(budget, name) for name in present)
-            found.append(Gain(key, present, _rms(budget, pixel), _rms(budget, rest)))
-    return sorted(found, key=lambda gain: gain.after)
+            remainder = pixel - sum(_counted(budget, name) for name in present)
+            candidates.append(Gain(key, present, _rms(budget, pixel), _rms(budget, remainder)))
+    return sorted(candidates, key=lambda gain: gain.after)
 
 
 def _counted(budget: Budget, name: str) -> Floats:
@@ -110,18 +110,18 @@ def headline(budgets: Sequence[Budget]) -> str:
     error = largest.errors[total]
     size = reported(kelvin(largest, error) if in_kelvin(largest) else error)
     unit = "K" if in_kelvin(largest) else "W m⁻² sr⁻¹"
-    place = f"state {largest.state}, {largest.response.lower:.3g}-{largest.response.upper:.3g} µm, {largest.source}"
+    location = f"state {largest.state}, {largest.response.lower:.3g}-{largest.response.upper:.3g} µm, {largest.source}"
     if len(budgets) > 1:
-        place += ", the worst of the sets of tables"
+        location += ", the worst of the sets of tables"
     text = f"The error of a pixel is {size['rms']:.2g} {unit} rms"
     if np.isfinite(size["p99"]):
         text += f" and within {size['p99']:.2g} {unit} in 99 % of the pixels"
     pixel = _rms(largest, largest.errors["pixel"])
     if total == "all":
         text += f", as a runtime has it that reads the tables once a frame, and {pixel:.2g} {unit} rms where it reads"
-        text += f" them at each pixel ({place})"
+        text += f" them at each pixel ({location})"
     else:
-        text += f" ({place})"
+        text += f" ({location})"
     best = gains(largest)[0]
     if best.share < 0.05:
         return f"{text}; no single key takes more than {max(best.share, 0):.0%} of that away."

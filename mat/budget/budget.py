@@ -77,12 +77,12 @@ class Budget:
     materials : tuple of str
     views : Views
     circumstances : Circumstances
-        Of the views' faces.
+        Surroundings of the views' faces.
     response : SpectralResponse
     radiance : (n, M) array
         The truth, W m^-2 sr^-1.
     errors : dict of str to (n, M) array
-        Of each source (`SOURCES`), W m^-2 sr^-1; that of misclassification (n, M, M), by the material
+        Error of each source (`SOURCES`), W m^-2 sr^-1; that of misclassification (n, M, M), by the material
         assigned.
     counted : dict of str to (n,) bool array
         Views on which an error is counted; all where it has none.
@@ -164,8 +164,8 @@ def error_budget(
     if drawn is None:
         advance(STEPS)
         return None
-    truth, views, around = drawn.truth, drawn.views, drawn.around
-    measured = Measurement(prepared, tables, truth, views, around, grid)
+    truth, views, circumstances = drawn.truth, drawn.views, drawn.circumstances
+    measured = Measurement(prepared, tables, truth, views, circumstances, grid)
     advance(1)
     notes = []
     if prepared.has_air_of_an_hour:
@@ -200,7 +200,7 @@ def error_budget(
         source,
         tables.materials,
         views,
-        around,
+        circumstances,
         prepared.response,
         measured.radiance,
         {name: errors[name] for name in SOURCES if name in errors and counted.get(name, np.ones(1, bool)).any()},

@@ -111,12 +111,12 @@ class Tables:
                     altitude=altitude[row],
                     azimuth=azimuth[row],
                     slope=slope[row],
-                    shade=around.shade,
-                    sky_view=around.sky_view,
-                    facing=around.facing,
-                    facing_emissivity=around.facing_emissivity,
+                    shade=surrounding.shade,
+                    sky_view=surrounding.sky_view,
+                    facing=surrounding.facing,
+                    facing_emissivity=surrounding.facing_emissivity,
                 )
-                for row, around in enumerate(surroundings)
+                for row, surrounding in enumerate(surroundings)
             ]
         )
 
@@ -283,9 +283,9 @@ def _assigned_shares(files: list[Path], names: list[str]) -> Floats | None:
     for file in files:
         with open_tmm(file) as texture:
             labels, confusion = list(texture.materials.values()), texture.array("quality/confusion")[:, 1:]
-        known = [number for number, name in enumerate(labels) if name in index]
-        rows = [index[labels[number]] for number in known]
-        total[np.ix_(rows, rows)] += confusion[np.ix_(known, known)]
+        numbers = [number for number, name in enumerate(labels) if name in index]
+        rows = [index[labels[number]] for number in numbers]
+        total[np.ix_(rows, rows)] += confusion[np.ix_(numbers, numbers)]
     if not total.any():
         return None
     tested = total.sum(axis=1) > 0
@@ -296,8 +296,8 @@ def _assigned_shares(files: list[Path], names: list[str]) -> Floats | None:
 
 def vertices(views: Views, grid: PathGrid, tables: Tables) -> tuple[Views, Views]:
     """The two vertices between which a pixel's radiance is interpolated."""
-    first, second = (_face_point(views, grid, tables, share) for share in (-views.share, 1 - views.share))
-    return first, second
+    start, second = (_face_point(views, grid, tables, share) for share in (-views.share, 1 - views.share))
+    return start, second
 
 
 def _face_point(views: Views, grid: PathGrid, tables: Tables, share: Floats) -> Views:

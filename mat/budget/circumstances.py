@@ -40,12 +40,12 @@ class Circumstances:
     @property
     def shadows_alone(self) -> tuple[Surroundings, ...]:
         """The same shadows without walls."""
-        return tuple(Surroundings(around.shade) for around in self.surroundings)
+        return tuple(Surroundings(face.shade) for face in self.surroundings)
 
     @property
     def shaded(self) -> Booleans:
         """Faces with a shadow at any time of the day."""
-        return np.array([bool(around.shade) for around in self.surroundings], bool)
+        return np.array([bool(face.shade) for face in self.surroundings], bool)
 
     @property
     def walled(self) -> Booleans:
@@ -55,17 +55,17 @@ class Circumstances:
     @property
     def sky_view(self) -> Floats:
         """Open share of the sky above each face."""
-        return np.array([around.sky_view for around in self.surroundings])
+        return np.array([face.sky_view for face in self.surroundings])
 
     @property
     def wall_temperature(self) -> Floats:
         """K; of faces beside no wall any, here 300."""
-        return np.array([300.0 if around.facing is None else around.facing for around in self.surroundings])
+        return np.array([300.0 if face.facing is None else face.facing for face in self.surroundings])
 
     @property
     def wall_emissivity(self) -> Floats:
         """For thermal infrared."""
-        return np.array([around.facing_emissivity for around in self.surroundings])
+        return np.array([face.facing_emissivity for face in self.surroundings])
 
     @classmethod
     def none(cls, count: int) -> Circumstances:
@@ -79,7 +79,7 @@ def random_circumstances(time: Floats, air_temperature: float, generator: np.ran
     Parameters
     ----------
     time : (n,) array
-        Of the views, local clock [h].
+        Local clock of the views [h].
     air_temperature : float
         Mean of the day [K].
     generator : numpy.random.Generator
@@ -95,22 +95,22 @@ def random_circumstances(time: Floats, air_temperature: float, generator: np.ran
     before = ~in_shade & (kind < SHADED_NOW + SHADED_BEFORE)
     surroundings = []
     for row in range(count):
-        around = Surroundings()
+        face = Surroundings()
         if in_shade[row]:
-            around = Surroundings((_interval(time[row] - length[row], time[row] + ahead[row]),))
+            face = Surroundings((_interval(time[row] - length[row], time[row] + ahead[row]),))
         elif before[row]:
             end = time[row] - gap[row]
-            around = Surroundings((_interval(end - length[row], end),))
+            face = Surroundings((_interval(end - length[row], end),))
         if walled[row]:
-            around = replace(
-                around,
+            face = replace(
+                face,
                 sky_view=float(sky_view[row]),
                 facing=float(facing[row]),
                 facing_emissivity=float(emissivity[row]),
             )
-        surroundings.append(around)
+        surroundings.append(face)
     return Circumstances(tuple(surroundings), in_shade, np.where(walled & wall_lit, cosine, 0.0))
 
 
-def _interval(first: float, last: float) -> Interval:
-    return float(first % 24.0), float(last % 24.0)
+def _interval(start: float, stop: float) -> Interval:
+    return float(start % 24.0), float(stop % 24.0)

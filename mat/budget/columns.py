@@ -26,7 +26,7 @@ def temperatures_at(
     time_h: Floats,
     *,
     steps: int,
-    given: Mapping[str, float | tuple[float, ...]] | None = None,
+    material_temperatures: Mapping[str, float | tuple[float, ...]] | None = None,
     surroundings: Sequence[Surroundings] | None = None,
 ) -> Floats:
     """Temperature of every material at every place.
@@ -35,14 +35,14 @@ def temperatures_at(
     ----------
     materials : sequence of M SurfaceMaterial
     inputs : SunPath, NearSurfaceAir, Sky
-        Of `scene.surface.scene_inputs`.
+        Inputs from `scene.surface.scene_inputs`.
     altitude_km, azimuth_deg, slope_deg, time_h : (n,) arrays
     steps : int
         Solver times of a day, a divisor of 576.
-    given : mapping, optional
-        As `surface.table.temperature_table`.
+    material_temperatures : mapping, optional
+        Temperatures of materials that are not computed, as for `surface.table.temperature_table`.
     surroundings : sequence of n Surroundings, optional
-        Of each place; by default none.
+        Surroundings of each place; by default none.
 
     Returns
     -------
@@ -51,16 +51,16 @@ def temperatures_at(
     """
     columns = [np.asarray(a, float) for a in (altitude_km, azimuth_deg, slope_deg, time_h)]
     altitude, azimuth, slope, time = columns
-    around = [None] * time.size if surroundings is None else list(surroundings)
+    per_row = [None] * time.size if surroundings is None else list(surroundings)
     scenes = [
-        Scene(*inputs, altitude[row : row + 1] * 1e3, slope[row : row + 1], azimuth[row : row + 1], around[row])
+        Scene(*inputs, altitude[row : row + 1] * 1e3, slope[row : row + 1], azimuth[row : row + 1], per_row[row])
         for row in range(time.size)
     ]
     days = joined_days(scenes) if scenes else []
     result = np.empty((time.size, len(materials)))
     for number, material in enumerate(materials):
-        if given and material.name in given:
-            result[:, number] = at_hours(given[material.name], time)
+        if material_temperatures and material.name in material_temperatures:
+            result[:, number] = at_hours(material_temperatures[material.name], time)
             continue
         for rows, solution in solve_days(material, days, steps=steps) if scenes else ():
             result[rows, number] = _at_time(solution.temperature, time[rows])

@@ -24,7 +24,7 @@ def frame_errors(
     grid: PathGrid,
     offset: Floats,
     here: Floats,
-    shown: Callable[[AtmosphereReadings], Floats],
+    radiance: Callable[[AtmosphereReadings], Floats],
     temperature: Floats | None = None,
 ) -> dict[str, Floats]:
     """Errors (F, n, M) of the stored tables off the centre of frames, by `FIELDS_OF_VIEW`, for each of `READINGS`.
@@ -32,13 +32,13 @@ def frame_errors(
     Parameters
     ----------
     offset : (2, n) array
-        Of the pixels from the centre, in fields of view.
+        Offset of the pixels from the centre, in fields of view.
     here : (n, M) array
         Radiance with the quantities computed at the pixels.
-    shown : callable
+    radiance : callable
         Radiance (n, M) with other `AtmosphereReadings`.
     temperature : (n, M) array, optional
-        Of the surfaces [K], where the transmittance of what they emit is read too.
+        Temperature of the surfaces [K], if the transmittance of what they emit is read too.
     """
     errors: dict[str, list[Floats]] = {name: [] for name in READINGS}
     pixel = tables.readings(views, temperature)
@@ -49,5 +49,5 @@ def frame_errors(
         along = tables.readings(replace(centre, range=views.range), temperature)
         ways = read.at_range(centre.range, views.range), along, pixel
         for name, readings in zip(READINGS, ways, strict=True):
-            errors[name].append(shown(readings) - here)
+            errors[name].append(radiance(readings) - here)
     return {name: np.array(values) for name, values in errors.items()}

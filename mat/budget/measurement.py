@@ -47,9 +47,9 @@ class Measurement:
     truth : FacetTruth
     views : Views
     around : Circumstances
-        Of the faces.
+        Circumstances of the faces.
     grid : PathGrid
-        Of the tables.
+        Path grid of the tables.
 
     Attributes
     ----------
@@ -63,22 +63,22 @@ class Measurement:
         tables: Tables,
         truth: FacetTruth,
         views: Views,
-        around: Circumstances,
+        circumstances: Circumstances,
         grid: PathGrid,
     ) -> None:
         job = prepared.loaded.trimmed
         self.prepared = prepared
-        self.tables, self.truth, self.views, self.around, self.grid = tables, truth, views, around, grid
-        self.few, self.steps, self.finish = (
-            prepared.lit(prepared.few, truth.source),
+        self.tables, self.truth, self.views, self.circumstances, self.grid = tables, truth, views, circumstances, grid
+        self.reduced, self.steps, self.finish = (
+            prepared.lit(prepared.reduced, truth.source),
             job.accuracy.solver_steps,
             tables.finish,
         )
-        self.few_light = source_irradiance(job, truth.source, self.few.band.wavenumber, self.few.band.width)
-        seen = truth.of(views, around, self.finish)
-        self.open_air, self.shadowed, self.kelvin = seen.open_air, seen.shadowed, seen.kelvin
-        self.lines, self.bounce, self.radiance = seen.lines, seen.bounce, seen.radiance
-        self.full, self.light = integrated_readings(truth, seen), integrated_light(tables, truth, seen)
+        self.reduced_light = source_irradiance(job, truth.source, self.reduced.band.wavenumber, self.reduced.band.width)
+        facets = truth.of(views, circumstances, self.finish)
+        self.open_air, self.shadowed, self.kelvin = facets.open_air, facets.shadowed, facets.kelvin
+        self.lines, self.bounce, self.radiance = facets.lines, facets.bounce, facets.radiance
+        self.full, self.light = integrated_readings(truth, facets), integrated_light(tables, truth, facets)
         self.emission = tables.emission(self.kelvin)
         self.base = self._shown(self.full)
 
@@ -98,23 +98,23 @@ class Measurement:
     @cached_property
     def _level(self) -> AtmosphereReadings:
         """Quantities of level faces in the open, computed at the few points."""
-        direct = AtmosphereReadings.of(self.few.at_points(self.views.lines, self.few_light))
+        direct = AtmosphereReadings.of(self.reduced.at_points(self.views.lines, self.reduced_light))
         return replace(direct, emitted=self.full.emitted)
 
     @cached_property
     def _among_walls(self) -> AtmosphereReadings:
         """Quantities of the faces, computed at the few points."""
-        walls = self.truth.light_of_walls(self.views, self.around)[:, None] * self._level.direct
-        return replace(self._level, ambient=self._ambient(self.around) + walls)
+        walls = self.truth.light_of_walls(self.views, self.circumstances)[:, None] * self._level.direct
+        return replace(self._level, ambient=self._ambient(self.circumstances) + walls)
 
     @cached_property
     def _in_the_open(self) -> Floats:
         """Ambient radiance (n, 1) of the faces without their walls."""
-        return self._ambient(None) if self.around.walled.any() else self._among_walls.ambient
+        return self._ambient(None) if self.circumstances.walled.any() else self._among_walls.ambient
 
-    def _ambient(self, around: Circumstances | None) -> Floats:
-        faces = self.truth.faces(self.views, around)
-        return self.few.ambient_on_faces(self.views.lines, self.few_light, faces)[:, None]
+    def _ambient(self, circumstances: Circumstances | None) -> Floats:
+        faces = self.truth.faces(self.views, circumstances)
+        return self.reduced.ambient_on_faces(self.views.lines, self.reduced_light, faces)[:, None]
 
     @cached_property
     def _direct(self) -> Floats:
@@ -142,8 +142,10 @@ class Measurement:
         in_the_open = tables.temperature(views)
         if not tables.shades:
             return in_the_open, in_the_open, in_the_open
-        under = tables.temperature(views, absorbed_change=tables.absorbed_change(views, self.around.shadows_alone))
-        return in_the_open, under, temperature_among(tables, views, self.around)
+        shadowed = tables.temperature(
+            views, absorbed_change=tables.absorbed_change(views, self.circumstances.shadows_alone)
+        )
+        return in_the_open, shadowed, temperature_among(tables, views, self.circumstances)
 
     def of_light(self) -> dict[str, Floats]:
         """The few spectral points, the reflectance that goes with emission, and the wavelengths at which emitted and
@@ -151,7 +153,7 @@ class Measurement:
         """
         by_wavelength = self.tables.emitted_transmittance(self.views, self.kelvin)
         emitted = self._shown(replace(self._among_walls, emitted=by_wavelength)) - self._direct
-        light = self.tables.reflected_light(self.views, self.around)
+        light = self.tables.reflected_light(self.views, self.circumstances)
         return {
             "compiled_band": self._direct - self.base,
             "reflectance": self.base - self.radiance,
@@ -161,15 +163,15 @@ class Measurement:
 
     def of_temperatures(self) -> dict[str, Floats]:
         """The solver's steps, their table, and the response to shadows and walls."""
-        in_the_open, under, beside = self._temperatures_read
+        in_the_open, shadowed, beside = self._temperatures_read
         changes = {
             "solver_steps": self._solved_in_steps - self.open_air,
             "temperature_table": in_the_open - self._solved_in_steps,
-            "shade": under - in_the_open - (self.shadowed - self.open_air),
-            "surroundings": beside - under - (self.kelvin - self.shadowed),
+            "shade": shadowed - in_the_open - (self.shadowed - self.open_air),
+            "surroundings": beside - shadowed - (self.kelvin - self.shadowed),
         }
         errors = {name: self.warmer(change) - self.base for name, change in changes.items()}
-        ambient = self.tables.among_walls(self.views, self.around, self._in_the_open, self._level.ambient)
+        ambient = self.tables.among_walls(self.views, self.circumstances, self._in_the_open, self._level.ambient)
         errors["surroundings"] += self._shown(replace(self._among_walls, ambient=ambient)) - self._direct
         return errors
 
@@ -220,11 +222,11 @@ class Measurement:
     def pixel(self) -> Floats:
         """Error of a runtime that reads all tables at the pixel."""
         kelvin = self._temperatures_read[-1]
-        return pixel_radiance(self.tables, self.truth, self.views, self.around, kelvin) - self.radiance
+        return pixel_radiance(self.tables, self.truth, self.views, self.circumstances, kelvin) - self.radiance
 
     def of_normalisation(self) -> Floats:
         """The mean N_s, as a runtime reads it, for that of the very angle."""
-        bounce = self.truth.bounce(self.views, self.views.normal, self.finish, self.around)
+        bounce = self.truth.bounce(self.views, self.views.normal, self.finish, self.circumstances)
         return self._shown(self.full, bounce=bounce) - self.base
 
     def of_materials(self) -> dict[str, Floats]:
@@ -263,15 +265,15 @@ class Measurement:
         """
         if self.prepared.has_air_of_an_hour:
             return {}
-        views, faces = self.views, self.truth.faces(self.views, self.around)
-        of_job = replace(self.few, air=replace(self.few.air, scatters=False))
+        views, faces = self.views, self.truth.faces(self.views, self.circumstances)
+        of_job = replace(self.reduced, air=replace(self.reduced.air, scatters=False))
         error = np.empty(self.kelvin.shape)
         for hour in np.unique(views.time):
             rows = views.time == hour
-            part, some = views.take(rows), faces.take(rows)
+            part, selected = views.take(rows), faces.take(rows)
             airs = of_job, self.prepared.at_hour(float(hour))
-            shown = [self._shown_through(air, part, some, np.flatnonzero(rows)) for air in airs]
-            error[rows] = shown[0] - shown[1]
+            radiances = [self._shown_through(air, part, selected, np.flatnonzero(rows)) for air in airs]
+            error[rows] = radiances[0] - radiances[1]
         return {"weather_of_the_air": error}
 
     def of_continua(self) -> dict[str, Floats]:
@@ -280,17 +282,19 @@ class Measurement:
         """
         if not self.prepared.others:
             return {}
-        faces, atmospheres = self.truth.faces(self.views, self.around), (self.few, *self.prepared.others)
+        faces, atmospheres = self.truth.faces(self.views, self.circumstances), (self.reduced, *self.prepared.others)
         thermal = [replace(air, air=replace(air.air, scatters=False)) for air in atmospheres]
-        first, *others = (self._shown_through(air, self.views, faces, np.arange(len(self.views))) for air in thermal)
-        changes = np.array(others) - first
+        reference, *others = (
+            self._shown_through(air, self.views, faces, np.arange(len(self.views))) for air in thermal
+        )
+        changes = np.array(others) - reference
         largest: Floats = np.take_along_axis(changes, np.abs(changes).argmax(axis=0)[None], axis=0)[0]
         return {"water_continuum": largest}
 
     def _shown_through(self, air: BandAtmosphere, part: Views, faces: Facets, rows: Integers) -> Floats:
         """Radiance of some of the views through other air, with the true temperatures."""
-        readings = AtmosphereReadings.of(air.at_points(part.lines, self.few_light))
-        ambient = air.ambient_on_faces(part.lines, self.few_light, faces)[:, None]
+        readings = AtmosphereReadings.of(air.at_points(part.lines, self.reduced_light))
+        ambient = air.ambient_on_faces(part.lines, self.reduced_light, faces)[:, None]
         assert self.full.emitted is not None  # integrated
         ratio = readings.transmittance / np.maximum(self._level.transmittance[rows], np.finfo(float).tiny)
         readings = replace(readings, ambient=ambient, emitted=self.full.emitted[rows] * ratio)
@@ -314,7 +318,7 @@ class Measurement:
         together = np.empty_like(here)
         for number, width in enumerate(FIELDS_OF_VIEW):
             centre = frame_centres(views, self.grid, offset * width)
-            at_centre = AtmosphereReadings.of(self.few.at_points(centre.lines, self.few_light))
+            at_centre = AtmosphereReadings.of(self.reduced.at_points(centre.lines, self.reduced_light))
             at_centre = self._tilted(at_centre, centre)
             through = at_centre.at_range(centre.range, views.range).transmittance
             extrapolated = (
@@ -343,12 +347,12 @@ class Measurement:
         for end, weight in zip(ends, (1 - views.share, views.share), strict=True):
             kelvin = self.truth.temperature(end.normal, end.surface_altitude, views.time, steps=self.steps)
             emission = self.tables.emission(kelvin + self.kelvin - self._solved_in_steps)
-            readings = AtmosphereReadings.of(self.few.at_points(end.lines, self.few_light))
+            readings = AtmosphereReadings.of(self.reduced.at_points(end.lines, self.reduced_light))
             readings = self._tilted(
                 replace(readings, emitted=pixel.with_transmittance(readings.transmittance).emitted), end
             )
             exact = exact_normalisation(self.finish.shininess, views, end.normal)
-            bounce = self.truth.bounce(views, end.normal, replace(self.finish, normalisation=exact), self.around)
+            bounce = self.truth.bounce(views, end.normal, replace(self.finish, normalisation=exact), self.circumstances)
             radiance = radiance + weight[:, None] * self._shown(readings, emission, bounce)
         return radiance
 
@@ -358,11 +362,11 @@ class Measurement:
         in_the_open, _, beside = self._temperatures_read
         read = tables.readings(centre, beside)
         level = tables.level_ambient(centre)
-        read = replace(read, ambient=tables.among_walls(views, self.around, read.ambient, level))
-        shown = np.zeros(assigned.shape)
+        read = replace(read, ambient=tables.among_walls(views, self.circumstances, read.ambient, level))
+        total = np.zeros(assigned.shape)
         for end, weight in zip(ends, (1 - views.share, views.share), strict=True):
             emission = tables.emission(tables.temperature(end) + beside - in_the_open)
-            bounce = self.truth.bounce(views, end.normal, self.finish, self.around)
+            bounce = self.truth.bounce(views, end.normal, self.finish, self.circumstances)
             values = self._shown(read.at_range(centre.range, end.range), emission, bounce)
-            shown = shown + weight[:, None] * np.take_along_axis(values, assigned, axis=1)
-        return shown
+            total = total + weight[:, None] * np.take_along_axis(values, assigned, axis=1)
+        return total

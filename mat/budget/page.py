@@ -29,7 +29,7 @@ def render(report: dict[str, Any], budgets: Sequence[Budget]) -> str:
     Parameters
     ----------
     report : dict
-        From `summary.describe_all`.
+        Report from `summary.describe_all`.
     budgets : sequence of Budget
         The same, for the plots.
 

@@ -26,15 +26,15 @@ from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.arrays import Floats
 
 
-def temperature_among(tables: Tables, views: Views, around: Circumstances) -> Floats:
+def temperature_among(tables: Tables, views: Views, circumstances: Circumstances) -> Floats:
     """Temperatures (n, M) [K] as a runtime reads them, under shadows and beside walls where the tables know them."""
     if not tables.shades:
         return tables.temperature(views)
-    return tables.temperature(views, absorbed_change=tables.absorbed_change(views, around.surroundings))
+    return tables.temperature(views, absorbed_change=tables.absorbed_change(views, circumstances.surroundings))
 
 
 def pixel_radiance(
-    tables: Tables, truth: FacetTruth, views: Views, around: Circumstances, temperature: Floats
+    tables: Tables, truth: FacetTruth, views: Views, circumstances: Circumstances, temperature: Floats
 ) -> Floats:
     """Radiance (n, M) of the runtime that reads all tables at the pixel, of one material each, W m^-2 sr^-1.
 
@@ -42,12 +42,12 @@ def pixel_radiance(
     ----------
     tables : Tables
     truth : FacetTruth
-        For the source.
+        Exact radiances for the source.
     views : Views
-    around : Circumstances
-        Of the faces.
+    circumstances : Circumstances
+        Circumstances of the faces.
     temperature : (n, M) array
-        From `temperature_among`, K.
+        Temperatures from `temperature_among`, K.
     """
     count, materials = temperature.shape
     row = np.repeat(np.arange(count), materials)
@@ -62,26 +62,26 @@ def pixel_radiance(
         views.time[row],
         temperature.reshape(-1, 1),
         ground_temperature=tables.air.ground_temperature(tables.surface, time=views.time)[row],
-        lit_share=truth.lit_share(around)[row],
-        sky_view=around.sky_view[row],
-        wall_temperature=tables.wall_temperature(views, around)[row],
+        lit_share=truth.lit_share(circumstances)[row],
+        sky_view=circumstances.sky_view[row],
+        wall_temperature=tables.wall_temperature(views, circumstances)[row],
     )
     vectors = views.normal[row], views.to_source[row], views.to_observer[row]
     view = View(views.lines.take(row), views.range[row], *vectors, views.source_azimuth[row])
-    seen = runtime_pixel(tables.surface, tables.band.clamped(), tables.air.clamped(), faces, view)
-    return seen.radiance.reshape(count, materials)
+    pixels = runtime_pixel(tables.surface, tables.band.clamped(), tables.air.clamped(), faces, view)
+    return pixels.radiance.reshape(count, materials)
 
 
-def integrated_readings(truth: FacetTruth, seen: FacetRadiance) -> AtmosphereReadings:
+def integrated_readings(truth: FacetTruth, facets: FacetRadiance) -> AtmosphereReadings:
     """Quantities of the air as exact tables would hold them."""
     band = truth.air.band
-    through = emitted_transmittance(band, truth.reflectance, seen.lines, seen.kelvin)
-    return replace(AtmosphereReadings.integrated(seen.lines, band), emitted=through)
+    through = emitted_transmittance(band, truth.reflectance, facets.lines, facets.kelvin)
+    return replace(AtmosphereReadings.integrated(facets.lines, band), emitted=through)
 
 
-def integrated_light(tables: Tables, truth: FacetTruth, seen: FacetRadiance) -> ReflectedLight:
+def integrated_light(tables: Tables, truth: FacetTruth, facets: FacetRadiance) -> ReflectedLight:
     """Reflected light as exact tables would give it."""
-    return ReflectedLight.integrated(seen.lines, truth.air.band, truth.reflectance, tables.finish.reflectance)
+    return ReflectedLight.integrated(facets.lines, truth.air.band, truth.reflectance, tables.finish.reflectance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,12 +92,12 @@ class Scenes:
     ----------
     truth : FacetTruth
     views : Views
-    around : Circumstances
+    circumstances : Circumstances
     """
 
     truth: FacetTruth
     views: Views
-    around: Circumstances
+    circumstances: Circumstances
 
     @classmethod
     def drawn(
@@ -120,9 +120,9 @@ class Scenes:
         prepared : Prepared
         library : MaterialLibrary
         materials : sequence of str
-            Of the faces.
+            Materials of the faces.
         grid, surface_axes : PathGrid, dict of str to array
-            As `random_views`.
+            Axes of the tables, as for `random_views`.
         shades : bool
             Whether faces stand in shadows and beside walls.
         source : {'sun', 'moon'}
@@ -138,13 +138,13 @@ class Scenes:
         views = random_views(prepared.loaded.trimmed, source, grid, surface_axes, shells, scenes, seed)
         if not len(views):
             return None
-        truth, around = FacetTruth(prepared, library, materials, source), Circumstances.none(len(views))
+        truth, circumstances = FacetTruth(prepared, library, materials, source), Circumstances.none(len(views))
         if shades:  # otherwise the job says that no scene will ask for shade
             draw = random_stream(seed, Stream.CIRCUMSTANCES)
-            around = random_circumstances(views.time, truth.mean_air_temperature, draw)
+            circumstances = random_circumstances(views.time, truth.mean_air_temperature, draw)
             if source != "sun":
-                around = replace(around, wall_beam=np.zeros(len(views)))
-        return cls(truth, views, around)
+                circumstances = replace(circumstances, wall_beam=np.zeros(len(views)))
+        return cls(truth, views, circumstances)
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,15 +172,18 @@ class PixelTruth:
         ----------
         scenes : Scenes
         tables : Tables
-            Of any accuracy: their materials, and the quantities that they have.
+            Tables of any accuracy, for their materials and the quantities that they have.
         """
-        seen = scenes.truth.of(scenes.views, scenes.around, tables.finish)
-        readings = integrated_readings(scenes.truth, seen)
-        light = integrated_light(tables, scenes.truth, seen)
-        shown = runtime_radiance(readings, tables.emission(seen.kelvin), seen.bounce, tables.finish, light)
-        return cls(scenes, seen.radiance, shown - seen.radiance)
+        facets = scenes.truth.of(scenes.views, scenes.circumstances, tables.finish)
+        readings = integrated_readings(scenes.truth, facets)
+        light = integrated_light(tables, scenes.truth, facets)
+        runtime = runtime_radiance(readings, tables.emission(facets.kelvin), facets.bounce, tables.finish, light)
+        return cls(scenes, facets.radiance, runtime - facets.radiance)
 
     def error(self, tables: Tables) -> Floats:
         """Error (n, M) of a runtime that reads all tables at the pixel, W m^-2 sr^-1."""
-        kelvin = temperature_among(tables, self.scenes.views, self.scenes.around)
-        return pixel_radiance(tables, self.scenes.truth, self.scenes.views, self.scenes.around, kelvin) - self.radiance
+        kelvin = temperature_among(tables, self.scenes.views, self.scenes.circumstances)
+        return (
+            pixel_radiance(tables, self.scenes.truth, self.scenes.views, self.scenes.circumstances, kelvin)
+            - self.radiance
+        )

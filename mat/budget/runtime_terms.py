@@ -88,9 +88,9 @@ class ReflectedLight:
         return cls(of(lines.sky_irradiance), of(lines.direct_irradiance))
 
 
-def ratio(part: Floats, whole: Floats) -> Floats:
+def ratio(part: Floats, total: Floats) -> Floats:
     """part / whole; 1 where there is no light."""
-    quotient: Floats = np.where(whole > 0, part / np.where(whole > 0, whole, 1.0), 1.0)
+    quotient: Floats = np.where(total > 0, part / np.where(total > 0, total, 1.0), 1.0)
     return quotient
 
 
@@ -103,7 +103,7 @@ class Emission:
     blackbody : (n, M) array
         (7) at their temperatures, W m^-2 sr^-1.
     reflectance : (M,) or (n, M) array
-        Of equation (6).
+        Reflectance of equation (6).
     """
 
     blackbody: Floats
@@ -159,10 +159,10 @@ def runtime_radiance(
     readings : AtmosphereReadings
     emission : Emission
     bounce : (n, M) array
-        From `reflection`.
+        Reflection terms from `reflection`.
     finish : Finish
     light : ReflectedLight, optional
-        Where the runtime reflects light by wavelength.
+        Light by wavelength, if the runtime reflects it so.
     """
     tau, rho = readings.transmittance, finish.reflectance
     through = tau if readings.emitted is None else readings.emitted
@@ -191,9 +191,9 @@ def spectral_radiance(
     temperature : (n, M) array
         K.
     reflectance : (M, P) array
-        At the points.
+        Reflectance at the points.
     bounce : (n, M) array
-        From `reflection`.
+        Reflection terms from `reflection`.
     """
     weight = lines.transmittance * band.radiance_weight / np.pi
     sky, direct = ((weight * part) @ reflectance.T for part in (lines.sky_irradiance, lines.direct_irradiance))

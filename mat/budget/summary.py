@@ -94,14 +94,14 @@ def _of_material(weight: Floats | None, dims: int, number: int) -> Floats | None
 
 def regions(budget: Budget) -> dict[str, Booleans]:
     """Views by where their faces stand, and by the observer's height."""
-    around, views = budget.circumstances, budget.views
+    circumstances, views = budget.circumstances, budget.views
     day = views.source_elevation > 0
-    dark = around.in_shade | ~day if budget.source == "sun" else np.zeros(len(views), bool)
+    dark = circumstances.in_shade | ~day if budget.source == "sun" else np.zeros(len(views), bool)
     return {
-        "in the open, lit": ~around.walled & ~dark,
-        "in the shade by day": around.in_shade & day,
-        "in a shadow before": around.shaded & ~around.in_shade,
-        "beside a wall": around.walled,
+        "in the open, lit": ~circumstances.walled & ~dark,
+        "in the shade by day": circumstances.in_shade & day,
+        "in a shadow before": circumstances.shaded & ~circumstances.in_shade,
+        "beside a wall": circumstances.walled,
         "source below the horizon": ~day,
         "within 100 m": views.near,
         **{
@@ -130,10 +130,10 @@ def dominant(budget: Budget) -> str:
         return measures(kelvin(budget, error) if in_kelvin(budget) else error)["rms"]
 
     sizes = sorted(((rms(name), name) for name in PIXEL_SOURCES if name in budget.errors), reverse=True)
-    (first, name), (second, next_name) = sizes[:2]
+    (largest, name), (second, next_name) = sizes[:2]
     return (
         f"The pixel is {rms('pixel'):.2g} {unit} rms off the truth; the largest source is {name.replace('_', ' ')}"
-        f" ({first:.2g} {unit} rms over all views), then {next_name.replace('_', ' ')} ({second:.2g})."
+        f" ({largest:.2g} {unit} rms over all views), then {next_name.replace('_', ' ')} ({second:.2g})."
     )
 
 

@@ -55,10 +55,10 @@ class Prepared:
     state, band : int
         Counted from 1.
     response : SpectralResponse
-    exact, few : BandAtmosphere
-        At all spectral points, and at those that the tables were computed with, without what these omit.
+    exact, reduced : BandAtmosphere
+        Atmosphere at all spectral points, and at those of the tables, without what the tables omit.
     inputs : SunPath, NearSurfaceAir, Sky
-        Of the heat balance.
+        Inputs of the heat balance.
     others : tuple of BandAtmosphere
         The few points with the other water vapour continua of MT_CKD.
     unscattered : set of str
@@ -70,7 +70,7 @@ class Prepared:
     band: int
     response: SpectralResponse
     exact: BandAtmosphere
-    few: BandAtmosphere
+    reduced: BandAtmosphere
     inputs: tuple[SunPath, NearSurfaceAir, Sky]
     others: tuple[BandAtmosphere, ...]
     unscattered: frozenset[str]
@@ -80,23 +80,23 @@ class Prepared:
         """Prepare a state and band, counted from 1."""
         loaded = loaded.on_date_of_state(state)
         job, response = loaded.trimmed, response_of(loaded.trimmed.bands[band - 1])
-        written = job.states[state - 1]
-        air = over_ground(atmospheric_state(job.site, written), written, response, job_library(job))
+        state_model = job.states[state - 1]
+        air = over_ground(atmospheric_state(job.site, state_model), state_model, response, job_library(job))
         everything = points_of_band(absorption_table(job.water_continuum), response)
-        compiled, _ = compiled_band(loaded, written, response, air, everything)
-        exact, few = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))
+        compiled, _ = compiled_band(loaded, state_model, response, air, everything)
+        exact, reduced = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))
         light = irradiance_of_sources(job, compiled.band)
-        bounds = Bounds.of(few.air, path_grid(job), light, compiled.band.radiance_weight)
+        bounds = Bounds.of(reduced.air, path_grid(job), light, compiled.band.radiance_weight)
         omission = Omission.of(job, job.sources, air, response, bounds)
         if omission.particles:
-            few = BandAtmosphere.of(omission.without(air), compiled.band)
+            reduced = BandAtmosphere.of(omission.without(air), compiled.band)
         others = tuple(
-            BandAtmosphere.of(air, replace(few.band, points=part))
+            BandAtmosphere.of(air, replace(reduced.band, points=part))
             for name in other_continua(job)
             for part in [points_of_band(absorption_table(name), response).points.subset(compiled.index)]
         )
         inputs = scene_inputs(job, state)
-        return cls(loaded, state, band, response, exact, few, inputs, others, frozenset(omission.scattered))
+        return cls(loaded, state, band, response, exact, reduced, inputs, others, frozenset(omission.scattered))
 
     def at_hour(self, hour: float) -> BandAtmosphere:
         """The few points in the air that the weather has at a local clock hour, without scattered light.
@@ -109,7 +109,7 @@ class Prepared:
         job = self.loaded.trimmed
         state = job.states[self.state - 1].model_copy(update={"air": "weather", "air_times": [hour]})
         over = over_ground(atmospheric_state(job.site, state), state, self.response, job_library(job))
-        air = BandAtmosphere.of(over, self.few.band)
+        air = BandAtmosphere.of(over, self.reduced.band)
         return replace(air, air=replace(air.air, scatters=False))
 
     @property
@@ -133,9 +133,9 @@ class FacetRadiance:
         Temperatures [K] in the open, under the shadows alone, and under shadows and beside walls.
     lines : SpectralLines
     bounce : (n, M) array
-        As `runtime_terms.reflection`.
+        Reflection terms, as of `runtime_terms.reflection`.
     radiance : (n, M) array
-        At the observers, W m^-2 sr^-1.
+        Radiance at the observers, W m^-2 sr^-1.
     """
 
     open_air: Floats
@@ -154,7 +154,7 @@ class FacetTruth:
     prepared : Prepared
     library : MaterialLibrary
     names : sequence of M str
-        Of the materials.
+        Names of the materials.
     source : {'sun', 'moon'}
     """
 
@@ -196,14 +196,19 @@ class FacetTruth:
         altitude, time : (n,) arrays
             km; local clock, h.
         surroundings : sequence of n Surroundings, optional
-            By default none.
+            Surroundings of each face; by default none.
         steps : int
             Solver times of a day.
         """
         slope, azimuth = slope_and_azimuth(normal)
-        place = altitude, azimuth, slope, time
+        location = altitude, azimuth, slope, time
         return temperatures_at(
-            self.materials, self.inputs, *place, steps=steps, given=self.given, surroundings=surroundings
+            self.materials,
+            self.inputs,
+            *location,
+            steps=steps,
+            material_temperatures=self.given,
+            surroundings=surroundings,
         )
 
     def temperatures_among(self, views: Views, circumstances: Circumstances) -> tuple[Floats, Floats, Floats]:
@@ -218,8 +223,8 @@ class FacetTruth:
         ):
             kelvin, rows = results[-1].copy(), np.flatnonzero(chosen)
             part = views.take(chosen)
-            around = [surroundings[row] for row in rows]
-            kelvin[rows] = self.temperature(part.normal, part.surface_altitude, part.time, around)
+            selected = [surroundings[row] for row in rows]
+            kelvin[rows] = self.temperature(part.normal, part.surface_altitude, part.time, selected)
             results.append(kelvin)
         return results[0], results[1], results[2]
 
@@ -230,7 +235,14 @@ class FacetTruth:
         if self._ground:
             level, altitude = np.zeros(len(views)), np.full(len(views), self._lowest)
             ground = temperatures_at(
-                self._ground, self.inputs, altitude, level, level, views.time, steps=FINE_STEPS, given=self.given
+                self._ground,
+                self.inputs,
+                altitude,
+                level,
+                level,
+                views.time,
+                steps=FINE_STEPS,
+                material_temperatures=self.given,
             )[:, 0]
         walls = None
         if circumstances is not None:
@@ -265,9 +277,9 @@ class FacetTruth:
         ----------
         views : Views
         circumstances : Circumstances
-            Of the faces.
+            Circumstances of the faces.
         finish : Finish
-            Of the materials; its lobes alone count, with N_s of (43) at each angle of incidence.
+            Finish of the materials; its lobes alone count, with N_s of (43) at each angle of incidence.
         """
         open_air, shadowed, kelvin = self.temperatures_among(views, circumstances)
         lines = self.lines(views, circumstances)

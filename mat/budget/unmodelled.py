@@ -48,18 +48,18 @@ def depth_buffer_range(distance: Floats, nearest: float, farthest: float, bits: 
     return result
 
 
-def share_beyond_edge(face_m: Floats, pixel_m: Floats, place: Floats) -> Floats:
+def share_beyond_edge(face_m: Floats, pixel_m: Floats, centre: Floats) -> Floats:
     """Share of pixels (n,) that lies beyond the nearest edges of the faces in their middle.
 
     Parameters
     ----------
     face_m, pixel_m : (n,) arrays
         Lengths of faces and of pixels on them.
-    place : (n,) array
-        Of the pixel's middle on the face, 0 to 1.
+    centre : (n,) array
+        Position of the pixel's middle on the face, 0 to 1.
     """
     half = 0.5 * pixel_m
-    inside = np.minimum(half, place * face_m) + np.minimum(half, (1 - place) * face_m)
+    inside = np.minimum(half, centre * face_m) + np.minimum(half, (1 - centre) * face_m)
     return 1 - inside / pixel_m
 
 
@@ -76,15 +76,15 @@ def microfacet_reflection(views: Views, normal: Floats, finish: Finish) -> Float
     observer = np.sum(normal * views.to_observer, axis=1)[:, None]
     between = views.to_source + views.to_observer
     half = between / np.maximum(np.linalg.norm(between, axis=1, keepdims=True), 1e-12)
-    on_facet, upward = (np.sum(half * other, axis=1)[:, None] for other in (views.to_observer, normal))
+    on_facet, upward = (np.sum(half * vector, axis=1)[:, None] for vector in (views.to_observer, normal))
     spread = specular_lobe(finish.shininess, views.to_source[:, None], views.to_observer[:, None], normal[:, None])
     spread = spread * (finish.shininess + 2) / (2 * np.pi)
     shadow = np.minimum(1.0, 2 * upward * np.minimum(cosine, observer) / np.maximum(on_facet, 1e-12))
-    first = finish.reflectance * finish.specular_fraction
-    fresnel = first + (1 - first) * np.clip(1 - on_facet, 0.0, 1.0) ** 5
-    lit = (cosine > 0) & (observer > 0) & (first > 0)
+    normal_reflectance = finish.reflectance * finish.specular_fraction
+    fresnel = normal_reflectance + (1 - normal_reflectance) * np.clip(1 - on_facet, 0.0, 1.0) ** 5
+    reflecting = (cosine > 0) & (observer > 0) & (normal_reflectance > 0)
     specular = np.pi * spread * shadow * fresnel / (4 * np.maximum(observer, 1e-3))
-    of_reflectance = np.divide(specular, finish.reflectance, out=np.zeros_like(specular), where=lit)
+    of_reflectance = np.divide(specular, finish.reflectance, out=np.zeros_like(specular), where=reflecting)
     result: Floats = cosine * (1 - finish.specular_fraction) + of_reflectance
     return result
 
@@ -97,17 +97,17 @@ class ShadedDay:
     ----------
     tables : Tables
     views : Views
-    around : Circumstances
+    circumstances : Circumstances
     """
 
     tables: Tables
     views: Views
-    around: Circumstances
+    circumstances: Circumstances
 
     @property
     def shaded(self) -> Floats:
         """Share of each step of the day in the shade, (n, steps)."""
-        return np.array([a.shaded(forcing_hours(), DAY_H / FORCING_STEPS) for a in self.around.surroundings])
+        return np.array([a.shaded(forcing_hours(), DAY_H / FORCING_STEPS) for a in self.circumstances.surroundings])
 
     @property
     def sky_view_factor(self) -> Floats:
@@ -126,9 +126,9 @@ class ShadedDay:
 
     def warmer_by(self, absorbed: Floats) -> Floats:
         """Change (n, M) of temperature [K] by an absorbed heat (n, M, steps) that comes to that of the shade."""
-        surroundings = self.around.surroundings
-        under = self.tables.absorbed_change(self.views, surroundings)
-        return self.tables.temperature(self.views, under + absorbed) - self.tables.temperature(self.views, under)
+        surroundings = self.circumstances.surroundings
+        shadowed = self.tables.absorbed_change(self.views, surroundings)
+        return self.tables.temperature(self.views, shadowed + absorbed) - self.tables.temperature(self.views, shadowed)
 
     def of_material(self, name: str) -> Floats:
         """A number of each material, (M, 1)."""
@@ -151,10 +151,10 @@ def aureole_heat(prepared: Prepared, day: ShadedDay, building: Integers) -> Floa
     Parameters
     ----------
     prepared : Prepared
-        For the air of the state.
+        Prepared state, for its air.
     day : ShadedDay
     building : (n,) int array
-        Of `OBSTACLES_DEG`.
+        Number of the building in `OBSTACLES_DEG`.
     """
     state = replace(prepared.exact.air.state, surface_albedo=prepared.inputs[2].ground_albedo)
     light, even = buildings(
@@ -178,9 +178,9 @@ def aureole_light(prepared: Prepared, views: Views, irradiance: Floats, in_shade
     """Band light (n, 1) [W m^-2 sr^-1] from around the Sun that shaded faces keep, as the ambient light has it."""
     result = np.zeros((len(views), 1))
     dark = in_shade & (views.source_elevation > 0)
-    if dark.any() and prepared.few.air.scatters:
-        band = prepared.few.band
-        sky = SunlitSky.of(prepared.few.air, irradiance * band.radiance_weight / np.pi, AUREOLE_ELEVATIONS)
+    if dark.any() and prepared.reduced.air.scatters:
+        band = prepared.reduced.band
+        sky = SunlitSky.of(prepared.reduced.air, irradiance * band.radiance_weight / np.pi, AUREOLE_ELEVATIONS)
         level = np.interp(views.source_elevation, AUREOLE_ELEVATIONS, sky.aureole * sky.irradiance)
         result[dark, 0] = (level * 0.5 * (1 + views.normal[:, 2]))[dark]
     return result
@@ -194,13 +194,15 @@ def light_of_ground(day: ShadedDay, readings: AtmosphereReadings) -> Floats | No
     name = surface.attributes.get("ground_material")
     if name not in surface.materials:
         return None
-    place: dict[str, Any] = {"material": str(name), "altitude": float(surface.root.axes["altitude"].values[0])}
-    change = np.array([surface.absorbed_change(**place, shade=around.shade) for around in day.around.surroundings])
+    coordinates: dict[str, Any] = {"material": str(name), "altitude": float(surface.root.axes["altitude"].values[0])}
+    change = np.array(
+        [surface.absorbed_change(**coordinates, shade=face.shade) for face in day.circumstances.surroundings]
+    )
     time = views.time[:, None]
-    kelvin = [surface.temperature(**place, time=time, absorbed_change=heat) for heat in (None, change[:, None])]
+    kelvin = [surface.temperature(**coordinates, time=time, absorbed_change=heat) for heat in (None, change[:, None])]
     emissivity = float(tables.air.attributes.get("ground_emissivity", 1.0))
-    open_air, shaded = (tables.blackbody(each) for each in kelvin)
-    dark = (day.around.in_shade & (views.source_elevation > 0))[:, None]
+    open_air, shaded = (tables.blackbody(temperature) for temperature in kelvin)
+    dark = (day.circumstances.in_shade & (views.source_elevation > 0))[:, None]
     sine = np.maximum(np.sin(np.radians(views.source_elevation)), 0.0)[:, None]
     beam = np.where(dark, readings.direct * sine, 0.0)
     light: Floats = (1 - day.sky_view_factor) * (emissivity * (open_air - shaded) + (1 - emissivity) * beam)

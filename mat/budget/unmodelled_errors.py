@@ -27,18 +27,18 @@ def unmodelled_errors(measured: Measurement, generator: np.random.Generator) -> 
     ----------
     measured : Measurement
     generator : numpy.random.Generator
-        For the buildings before the Sun, and for the material beyond an edge.
+        Random numbers for the buildings before the Sun and the material beyond an edge.
     """
     errors = _of_shade(measured, generator) if measured.truth.source == "sun" and measured.tables.shades else {}
     return errors | {"lobe": _of_lobe(measured), "depth_buffer": _of_depth(measured)} | _of_edges(measured, generator)
 
 
 def _of_shade(measured: Measurement, generator: np.random.Generator) -> dict[str, Floats]:
-    views, around = measured.views, measured.around
-    day = ShadedDay(measured.tables, views, around)
+    views, circumstances = measured.views, measured.circumstances
+    day = ShadedDay(measured.tables, views, circumstances)
     building = generator.integers(len(OBSTACLES_DEG), size=len(views))
     too_warm = -day.warmer_by(-aureole_heat(measured.prepared, day, building))
-    light = aureole_light(measured.prepared, views, measured.few_light, around.in_shade)
+    light = aureole_light(measured.prepared, views, measured.reduced_light, circumstances.in_shade)
     errors = {"aureole": _warmer(measured, too_warm) + measured.of_ambient(light)}
     of_ground = light_of_ground(day, measured.full)
     if of_ground is not None:
@@ -53,7 +53,7 @@ def _warmer(measured: Measurement, kelvin: Floats) -> Floats:
 def _of_lobe(measured: Measurement) -> Floats:
     views, finish = measured.views, measured.finish
     facets = microfacet_reflection(views, views.normal, finish)
-    dark = measured.around.in_shade & (measured.truth.source == "sun")
+    dark = measured.circumstances.in_shade & (measured.truth.source == "sun")
     return measured.base - measured.reflected_by(np.where(dark[:, None], 0.0, facets))
 
 
@@ -70,5 +70,5 @@ def _of_edges(measured: Measurement, generator: np.random.Generator) -> dict[str
     if count == 1:
         return {}
     share = share_beyond_edge(views.face, 1e3 * views.range * PIXEL_RAD, views.share)
-    other = (np.arange(count) + generator.integers(1, count, size=base.shape)) % count
-    return {"aliasing": share[:, None] * (base - np.take_along_axis(base, other, axis=1))}
+    neighbour = (np.arange(count) + generator.integers(1, count, size=base.shape)) % count
+    return {"aliasing": share[:, None] * (base - np.take_along_axis(base, neighbour, axis=1))}

@@ -27,7 +27,7 @@ def vertex_materials(files: Sequence[Path], names: Sequence[str], generator: np.
     Parameters
     ----------
     files : sequence of Path
-        Of textures.
+        Files of textures.
     names : sequence of M str
         Materials that are known; pixels and vertices of others are not counted.
     generator : numpy.random.Generator
@@ -61,18 +61,18 @@ def drawn_materials(shares: Floats | None, generator: np.random.Generator, shape
 def _count(texture: TmmFile, names: list[str], total: dict[str, Floats], generator: np.random.Generator) -> None:
     """Add the faces of one texture to the weights of pairs of materials of pixel and vertex."""
     size = np.array([texture.width, texture.height], float)
-    first = generator.random((FACES, 2)) * size
+    start = generator.random((FACES, 2)) * size
     longest = max(float(size.min()), SHORTEST_TEXELS)
     length = np.exp(generator.uniform(np.log(SHORTEST_TEXELS), np.log(longest), (FACES, 1)))
     angle, share = generator.uniform(0.0, 2 * np.pi, FACES), generator.random((FACES, 1))
-    second = first + length * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    second = start + length * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     inside = np.all((second >= 0) & (second < size), axis=-1)
     numbers = np.full(1 + max(texture.materials), -1)
     for code, name in texture.materials.items():
         numbers[code] = names.index(name) if name in names else -1
 
     def material(share: Floats | float) -> Integers:
-        x, y = (first + share * (second - first))[inside].T
+        x, y = (start + share * (second - start))[inside].T
         of_face: Integers = numbers[texture.code(x, y)]
         return of_face
 
@@ -82,13 +82,13 @@ def _count(texture: TmmFile, names: list[str], total: dict[str, Floats], generat
         (NEAREST, material(0.0), 1 - weight),
         (NEAREST, material(1.0), weight),
     ):
-        known = (pixel >= 0) & (vertex >= 0)
-        np.add.at(total[way], (pixel[known], vertex[known]), counts[known])
+        assigned = (pixel >= 0) & (vertex >= 0)
+        np.add.at(total[way], (pixel[assigned], vertex[assigned]), counts[assigned])
 
 
 def _shares(counts: Floats) -> Floats:
     """Rows that sum to 1; of materials without any, those of the material itself."""
-    seen = counts.sum(axis=1) > 0
-    whole = np.where(seen[:, None], counts, np.eye(len(counts)))
-    shares: Floats = whole / whole.sum(axis=1, keepdims=True)
+    counted = counts.sum(axis=1) > 0
+    filled = np.where(counted[:, None], counts, np.eye(len(counts)))
+    shares: Floats = filled / filled.sum(axis=1, keepdims=True)
     return shares

@@ -44,13 +44,13 @@ class Views:
     altitude, surface_altitude, range : (n,) arrays
         km; of the observer, of the surface, between them.
     elevation, heading : (n,) arrays
-        Of the line of sight at the observer, degree; heading from north eastward.
+        Direction of the line of sight at the observer, degree; heading clockwise from north.
     time : (n,) array
         Local clock, h.
     source_elevation, source_azimuth : (n,) arrays
         degree; azimuth from north eastward.
     normal : (n, 3) array
-        Of the surface: east, north, up.
+        Unit normal of the surface: east, north, up.
     along : (n, 3) array
         Unit vector in the face, from one of its vertices to the other.
     face, share, bend : (n,) arrays
@@ -124,7 +124,7 @@ def random_views(
     surface_axes : dict of str to array
         altitude [km], azimuth, slope [degree] and time [h] of the temperature table.
     shells : Shells
-        Of the atmosphere, for where a refracted line meets the ground.
+        Layers of the atmosphere, to find where a refracted line meets the ground.
     count, seed : int
 
     Returns
@@ -154,18 +154,18 @@ def _candidates(
     """Draw a batch of views and keep those that lie on the axes, a few of each place."""
     low, high = axes["altitude"][0], axes["altitude"][-1]
     count = _PLACES * _CANDIDATES
-    place = np.repeat(np.arange(_PLACES), _CANDIDATES)
-    surface = generator.uniform(low, high, _PLACES)[place]
+    location = np.repeat(np.arange(_PLACES), _CANDIDATES)
+    surface = generator.uniform(low, high, _PLACES)[location]
     altitude, distance = _observers(grid, surface, generator)
     sine = _sine_of_elevation(altitude, surface, distance)
     elevation = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
     heading = generator.uniform(0.0, 360.0, count)
     # With query limits the table holds only the hours asked for; those after midnight count beyond 24.
     limited = job.query_limits is not None and job.query_limits.hours is not None
-    first, last = (axes["time"][0], axes["time"][-1]) if limited else (0.0, 24.0)
+    start, stop = (axes["time"][0], axes["time"][-1]) if limited else (0.0, 24.0)
     one_time = axes["time"].size == 1
-    hours = np.full(_PLACES, axes["time"][0]) if one_time else generator.uniform(first, last, _PLACES)
-    time = np.mod(hours, 24.0)[place]
+    hours = np.full(_PLACES, axes["time"][0]) if one_time else generator.uniform(start, stop, _PLACES)
+    time = np.mod(hours, 24.0)[location]
     where = position(source, local_times_utc(job.site, time), job.site.latitude_deg, job.site.longitude_deg)
     normal = _normals(axes, direction(where.elevation, where.azimuth), -direction(elevation, heading), generator)
     faces, most_bent = None if job.query_limits is None else job.query_limits.faces_deg, BEND_DEG
@@ -190,14 +190,14 @@ def _candidates(
         generator.random(count),
         np.radians(generator.uniform(0.0, most_bent, count)),
     )
-    seen = np.sum(normal * views.to_observer, axis=1) > LEAST_COSINE
-    keep = (np.abs(sine) <= 1) & seen & (views.near | (altitude >= surface))
-    lit = np.maximum(where.elevation, grid.source_elevation_deg[0]) if source == "sun" else where.elevation
+    facing = np.sum(normal * views.to_observer, axis=1) > LEAST_COSINE
+    keep = (np.abs(sine) <= 1) & facing & (views.near | (altitude >= surface))
+    source_elevation = np.maximum(where.elevation, grid.source_elevation_deg[0]) if source == "sun" else where.elevation
     keep &= (where.elevation > 0) | (source == "sun")
     for values, nodes in (
         (altitude, grid.altitude_km),
         (elevation, grid.elevation_deg),
-        (lit, grid.source_elevation_deg),
+        (source_elevation, grid.source_elevation_deg),
         (fold(views.source_azimuth - views.heading), grid.source_azimuth_deg),
     ):
         keep &= (values >= nodes[0]) & (values <= nodes[-1])
@@ -208,8 +208,8 @@ def _candidates(
 def _first_of_each(values: Floats, count: int) -> Booleans:
     """Which of values (n,) are among the first so many that are equal."""
     earlier = np.tril(values[:, None] == values, -1).sum(axis=1)
-    first: Booleans = earlier < count
-    return first
+    early: Booleans = earlier < count
+    return early
 
 
 def _observers(grid: PathGrid, surface: Floats, generator: np.random.Generator) -> tuple[Floats, Floats]:
@@ -244,10 +244,10 @@ def _heights_of_observers(grid: PathGrid, surface: Floats, generator: np.random.
     lowest, highest = grid.altitude_km[[0, -1]]
     heights = []
     for low, high in OBSERVERS_KM.values():
-        first, last = np.maximum(low, lowest - surface), np.minimum(high, highest - surface)
+        lower, upper = np.maximum(low, lowest - surface), np.minimum(high, highest - surface)
         share = generator.random(surface.size)
         with np.errstate(invalid="ignore"):
-            heights.append(np.where(first <= last, first * (np.maximum(last, first) / first) ** share, np.nan))
+            heights.append(np.where(lower <= upper, lower * (np.maximum(upper, lower) / lower) ** share, np.nan))
     chosen = generator.permuted(np.array(heights), axis=0)
     # The first of them that the table has, in random order.
     first_known: Floats = np.take_along_axis(chosen, np.argmax(np.isfinite(chosen), axis=0)[None], axis=0)[0]
@@ -265,12 +265,12 @@ def _normals(
 ) -> Floats:
     """Half of the surfaces have a random direction; half nearly mirror the source, where it is up."""
     count = len(to_source)
-    lit = to_source[:, 2:] > 0
+    sunlit = to_source[:, 2:] > 0
     slope = random_coordinates(axes["slope"], count, generator)
     unrelated = direction(90.0 - slope, generator.uniform(0.0, 360.0, count))
     mirror = to_source + to_observer + 2 * np.sin(np.radians(GLINT_DEG) / 2) * generator.normal(size=(count, 3))
     mirror /= np.maximum(np.linalg.norm(mirror, axis=1, keepdims=True), 1e-12)
-    return on_axes(np.where((generator.random((count, 1)) < 0.5) & lit, mirror, unrelated), axes)
+    return on_axes(np.where((generator.random((count, 1)) < 0.5) & sunlit, mirror, unrelated), axes)
 
 
 def on_axes(normal: Floats, axes: Mapping[str, Floats]) -> Floats:

@@ -29,7 +29,5 @@ def alike(*parts: npt.NDArray[Any]) -> tuple[Integers, Integers]:
         return np.zeros(0, int), np.zeros(0, int)
     flat = [np.ascontiguousarray(part.reshape(rows, -1)).view(np.uint8) for part in parts]
     key = np.ascontiguousarray(np.concatenate(flat, axis=1))
-    _, first, kind = np.unique(
-        key.view(np.dtype((np.void, key.shape[1])))[:, 0], return_index=True, return_inverse=True
-    )
-    return first, kind.ravel()
+    _, row, kind = np.unique(key.view(np.dtype((np.void, key.shape[1])))[:, 0], return_index=True, return_inverse=True)
+    return row, kind.ravel()

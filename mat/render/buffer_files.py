@@ -26,7 +26,7 @@ def read_layer(path: Path, layer: str | None) -> npt.NDArray[Any]:
     ----------
     path : Path
     layer : str or None
-        Of an EXR: channels of that name, or those whose names begin with it and a dot.
+        Channels of an EXR with that name, or whose names begin with it and a dot.
 
     Raises
     ------
@@ -92,11 +92,11 @@ def cryptomatte_id(name: str) -> int:
         block = block * 0xCC9E2D51 & mask
         return (block << 15 | block >> 17) * 0x1B873593 & mask
 
-    whole = len(data) // 4 * 4
-    for start in range(0, whole, 4):
+    aligned = len(data) // 4 * 4
+    for start in range(0, aligned, 4):
         value ^= mixed(int.from_bytes(data[start : start + 4], "little"))
         value = ((value << 13 | value >> 19) & mask) * 5 + 0xE6546B64 & mask
-    value ^= mixed(int.from_bytes(data[whole:], "little")) ^ len(data)
+    value ^= mixed(int.from_bytes(data[aligned:], "little")) ^ len(data)
     value = (value ^ value >> 16) * 0x85EBCA6B & mask
     value = (value ^ value >> 13) * 0xC2B2AE35 & mask
     value ^= value >> 16
@@ -156,11 +156,11 @@ class _Image:
             )
         for number, spec in enumerate(self._specs):
             of_layer = [
-                place for place, name in enumerate(spec.channelnames) if layer in (name, name.rpartition(".")[0])
+                index for index, name in enumerate(spec.channelnames) if layer in (name, name.rpartition(".")[0])
             ]
             if of_layer:
-                ending = {place: spec.channelnames[place].rpartition(".")[2].lower() for place in of_layer}
-                return _Part(number, tuple(sorted(of_layer, key=lambda place: (_ORDER.find(ending[place]), place))))
+                ending = {index: spec.channelnames[index].rpartition(".")[2].lower() for index in of_layer}
+                return _Part(number, tuple(sorted(of_layer, key=lambda index: (_ORDER.find(ending[index]), index))))
         raise self.lacks(layer, "")
 
     def lacks(self, layer: str, what: str) -> InputError:
@@ -185,13 +185,13 @@ class _Image:
             )
         kind = str(spec.format)
         kind = "float" if kind == "half" else kind
-        first, last = min(part.channels), max(part.channels) + 1
-        values = self._input.read_image(part.number, 0, first, last, kind)
+        start, stop = min(part.channels), max(part.channels) + 1
+        values = self._input.read_image(part.number, 0, start, stop, kind)
         if values is None:
             raise InputError(f"is damaged: {self._input.geterror()}; render it again", file=self._path)
-        picture = np.asarray(values).reshape(spec.height, spec.width, last - first)
-        order = [channel - first for channel in part.channels]
-        return picture if order == list(range(last - first)) else picture[..., order]
+        picture = np.asarray(values).reshape(spec.height, spec.width, stop - start)
+        order = [channel - start for channel in part.channels]
+        return picture if order == list(range(stop - start)) else picture[..., order]
 
     def ranks(self, layer: str) -> int:
         """Number of pictures of a layer of Cryptomatte, each of two ids."""

@@ -24,11 +24,11 @@ class Axes:
     Attributes
     ----------
     ahead, right, up : tuple of float
-        Of the camera, in its own axes.
+        Directions of the camera, in its own axes.
     mirrored : tuple of float
         Factors on x, y and z of its world, by which it is right-handed with z up.
     x_azimuth : float
-        Where the x axis points where nothing else is said [degree].
+        Default azimuth of the x axis [degree].
     kind : str
         What its depth is: planar or distance; empty where it writes both.
     sky : float
@@ -76,10 +76,10 @@ class Pose:
     Attributes
     ----------
     position : (3,) array
-        To east, north and up [m].
+        Position to east, north and up [m].
     ahead, right, up : (3,) array
     turn : (3, 3) array
-        From the camera's axes to east, north and up.
+        Rotation from the camera's axes to east, north and up.
     """
 
     position: Floats
@@ -97,11 +97,11 @@ class Pose:
         ValueError
             It is no rotation and place.
         """
-        rotation, last = matrix[:3, :3], matrix[3]
-        if not np.all(np.isfinite(matrix)) or not np.allclose(last, [0, 0, 0, 1], rtol=0, atol=_ROTATION):
+        rotation, bottom_row = matrix[:3, :3], matrix[3]
+        if not np.all(np.isfinite(matrix)) or not np.allclose(bottom_row, [0, 0, 0, 1], rtol=0, atol=_ROTATION):
             rows = np.allclose(matrix[:, 3], [0, 0, 0, 1], rtol=0, atol=_ROTATION)
             hint = "; it is one for rows of numbers, as USD has them: transpose it" if rows else ""
-            raise ValueError(f"found a matrix whose last row is {last.tolist()}; allowed: 0, 0, 0, 1{hint}")
+            raise ValueError(f"found a matrix whose last row is {bottom_row.tolist()}; allowed: 0, 0, 0, 1{hint}")
         if not np.allclose(rotation @ rotation.T, np.eye(3), rtol=0, atol=_ROTATION) or np.linalg.det(rotation) < 0:
             lengths = np.round(np.linalg.norm(rotation, axis=0), 4).tolist()
             raise ValueError(
@@ -136,28 +136,28 @@ def poses_of(frame: LoadedFrame) -> list[Pose]:
         assert camera.position is not None
         return [Pose.looking(model, camera.position, camera.look_at)]
     if camera.poses is not None:
-        place: tuple[str, ...] = ("camera", "poses")
+        key: tuple[str, ...] = ("camera", "poses")
         matrices = _matrices(frame)
     elif camera.pose is not None:
-        place, matrices = ("camera", "pose"), np.array([camera.pose], float)
+        key, matrices = ("camera", "pose"), np.array([camera.pose], float)
     else:
-        place = ("camera", "quaternion")
+        key = ("camera", "quaternion")
         if not np.linalg.norm(camera.quaternion or 0.0) > 0:
-            raise frame.error(place, "found a quaternion of length 0; allowed: w, x, y, z of a rotation")
+            raise frame.error(key, "found a quaternion of length 0; allowed: w, x, y, z of a rotation")
         matrices = quaternion_matrix(camera.position or 0.0, camera.quaternion or 0.0)[None]
     poses = []
     for matrix in matrices:
         try:
             poses.append(Pose.of_matrix(model, matrix))
         except ValueError as error:
-            raise frame.error(place, str(error)) from None
+            raise frame.error(key, str(error)) from None
     return poses
 
 
 def _matrices(frame: LoadedFrame) -> Floats:
     """Matrices (m, 4, 4) of the files of poses."""
-    place, marks = ("camera", "poses"), frame.marks
-    files = dict.fromkeys(frame.path(place, mark) for mark in marks)
+    key, marks = ("camera", "poses"), frame.marks
+    files = dict.fromkeys(frame.path(key, mark) for mark in marks)
     arrays = []
     for file in files:
         try:
@@ -169,9 +169,7 @@ def _matrices(frame: LoadedFrame) -> Floats:
             raise InputError(f"holds no matrices of 4 x 4 numbers ({error}); save them so", file=file) from None
     matrices = np.concatenate(arrays)
     if len(matrices) not in (1, len(marks)) or len(matrices) == 0:
-        raise frame.error(
-            place, f"found {len(matrices)} matrices and {len(marks)} frames; allowed: one, or one a frame"
-        )
+        raise frame.error(key, f"found {len(matrices)} matrices and {len(marks)} frames; allowed: one, or one a frame")
     return matrices
 
 
@@ -196,7 +194,7 @@ class CameraView:
     ----------
     rays : ViewRays
     length : (rows, columns) array
-        Of each line of sight where it is 1 m along the axis.
+        Length of each line of sight at 1 m along the axis.
     across, upward : (columns,) and (rows,) arrays
         Tangents of the pixels from the axis, to the right and up.
     """
@@ -262,15 +260,15 @@ def normals_from_depth(view: CameraView, pose: Pose, planar: Floats) -> Floats:
     inverse = 1.0 / planar
     right, is_wide = _gradient(inverse, view.across)
     up, is_high = _gradient(inverse.T, view.upward)
-    up, known = up.T, is_wide & is_high.T
+    up, valid = up.T, is_wide & is_high.T
     ahead = inverse - view.across * right - view.upward[:, None] * up
     length = np.sqrt(right**2 + up**2 + ahead**2)
-    known &= length > 0
-    scale = np.where(known, 1.0 / np.where(known, length, 1.0), 0.0)
+    valid &= length > 0
+    scale = np.where(valid, 1.0 / np.where(valid, length, 1.0), 0.0)
     axes = np.stack([pose.right, pose.up, pose.ahead])
     in_camera: Floats = np.stack([right * scale, up * scale, ahead * scale], axis=-1)
     normal: Floats = in_camera @ axes
-    normal[~known] = [0.0, 0.0, 1.0]
+    normal[~valid] = [0.0, 0.0, 1.0]
     return normal
 
 
@@ -279,12 +277,12 @@ def _gradient(inverse: Floats, tangent: Floats) -> tuple[Floats, Booleans]:
     change, between = np.diff(inverse, axis=1), np.diff(tangent)
     # Of a pixel of the sky the inverse is 0, which is no neighbour.
     change[(inverse[:, 1:] == 0) | (inverse[:, :-1] == 0)] = np.inf
-    none = np.full((len(inverse), 1), np.inf)
+    border = np.full((len(inverse), 1), np.inf)
     change /= between
-    forward, backward = np.concatenate([change, none], axis=1), np.concatenate([none, change], axis=1)
+    forward, backward = np.concatenate([change, border], axis=1), np.concatenate([border, change], axis=1)
     gradient = np.where(np.abs(forward) <= np.abs(backward), forward, backward)
-    known = np.isfinite(gradient)
-    return np.where(known, gradient, 0.0), known
+    finite = np.isfinite(gradient)
+    return np.where(finite, gradient, 0.0), finite
 
 
 def lengths(vectors: Floats) -> Floats:

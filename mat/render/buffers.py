@@ -128,7 +128,7 @@ def carla_depth(buffer: Stored) -> Floats:
     return np.asarray((red + 256 * green + 65536 * blue) * (CARLA_FAR / _WHOLE_24))
 
 
-def normals_of(buffer: Stored, met: Booleans) -> Floats:
+def normals_of(buffer: Stored, hit: Booleans) -> Floats:
     """Unit normals (rows, columns, 3) in the axes of the file; not a number where no surface is met.
 
     Raises
@@ -142,12 +142,12 @@ def normals_of(buffer: Stored, met: Booleans) -> Floats:
         normal = normal * (2.0 / np.iinfo(values.dtype).max) - 1.0
     length = lengths(normal)
     buffer.refuse(
-        met & ~(np.isfinite(length) & (length > _LEAST_NORMAL)),
+        hit & ~(np.isfinite(length) & (length > _LEAST_NORMAL)),
         "a normal without a direction",
         "x, y and z of any length",
     )
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where(met[..., None], normal / length[..., None], np.nan)
+        return np.where(hit[..., None], normal / length[..., None], np.nan)
 
 
 def sunlit_of(buffer: Stored) -> Floats:
@@ -173,7 +173,7 @@ class PixelMaterials:
     Attributes
     ----------
     number : (rows, columns, M) int array
-        Of the entry of `MaterialTable`; 0 where unused.
+        Number of the entry of `MaterialTable`; 0 where unused.
     share : (rows, columns, M) array
         They sum to 1; 0 where a pixel shows the sky.
     unknown : dict of str to int
@@ -195,7 +195,7 @@ class MaterialTable:
     places : dict of str to tuple
         Key of the frame file that each material comes from.
     temperature : (K,) array
-        Of one's own [K]; not a number where it is that of the databases.
+        Temperature that the frame file states [K]; NaN where that of the databases applies.
     """
 
     _SKY, _UNKNOWN = -1, -2
@@ -216,12 +216,12 @@ class MaterialTable:
         temperatures: list[float] = []
         self.places: dict[str, tuple[str | int, ...]] = {}
         for key, entry in model.materials.items():
-            own = entry if isinstance(entry, OwnTemperature) else OwnTemperature(material=entry)
-            number = self._SKY if own.material == SKY and own.temperature_k is None else len(names)
+            override = entry if isinstance(entry, OwnTemperature) else OwnTemperature(material=entry)
+            number = self._SKY if override.material == SKY and override.temperature_k is None else len(names)
             if number >= 0:
-                names.append(own.material)
-                temperatures.append(np.nan if own.temperature_k is None else own.temperature_k)
-                self.places.setdefault(own.material, ("materials", key))
+                names.append(override.material)
+                temperatures.append(np.nan if override.temperature_k is None else override.temperature_k)
+                self.places.setdefault(override.material, ("materials", key))
             self._add(key, number)
         if model.default_material is not None:
             self._default = len(names)
@@ -248,13 +248,13 @@ class MaterialTable:
                 ("materials", key), f"found the key '{key}'; allowed: {kind}; give buffers.ids.labels to use names"
             )
 
-    def pixels(self, mark: str, met: Booleans) -> PixelMaterials:
+    def pixels(self, mark: str, hit: Booleans) -> PixelMaterials:
         """Entries of the pixels of a frame.
 
         Parameters
         ----------
         mark : str
-        met : (rows, columns) bool array
+        hit : (rows, columns) bool array
             Pixels that meet a surface by their depth.
 
         Raises
@@ -263,18 +263,18 @@ class MaterialTable:
             The file is wrong, its size differs, or an id has no entry and the frame no default.
         """
         ids, share, names = self._ids(mark)
-        if ids.shape[:2] != met.shape:
-            raise _other_size(self._frame, "ids", ids.shape, met.shape)
-        share = np.where(met[..., None], share, 0.0)
-        used = share > 0
-        number, unknown = self._looked_up(ids, used, names)
-        self._check_known(unknown, names, int(np.prod(met.shape)))
+        if ids.shape[:2] != hit.shape:
+            raise _other_size(self._frame, "ids", ids.shape, hit.shape)
+        share = np.where(hit[..., None], share, 0.0)
+        present = share > 0
+        number, unknown = self._looked_up(ids, present, names)
+        self._check_known(unknown, names, int(np.prod(hit.shape)))
         number[number == self._UNKNOWN] = self._default
         share = np.where(number == self._SKY, 0.0, share)
         number = np.maximum(number, 0)
         if number.shape[-1] > PARTS:  # the greatest shares
-            most = np.argsort(-share, axis=-1, kind="stable")[..., :PARTS]
-            number, share = np.take_along_axis(number, most, axis=-1), np.take_along_axis(share, most, axis=-1)
+            largest = np.argsort(-share, axis=-1, kind="stable")[..., :PARTS]
+            number, share = np.take_along_axis(number, largest, axis=-1), np.take_along_axis(share, largest, axis=-1)
         if share.shape[-1] > 1:
             total = share.sum(axis=-1, keepdims=True)
             share = np.divide(share, total, out=np.zeros_like(share), where=total > 0)
@@ -301,21 +301,21 @@ class MaterialTable:
             return {}
         path = self._frame.path(("buffers", "ids", "labels"), mark)
         names = {}
-        for text, given in read_labels(path).items():
+        for text, labels in read_labels(path).items():
             digits = [part.strip() for part in text.strip("()").split(",")]
             if not all(digit.isdecimal() for digit in digits) or len(digits) not in (1, 3, 4):
                 raise InputError(f"names '{text}'; allowed: a number, or (red, green, blue, alpha)", file=path)
-            red, *rest = map(int, digits)
-            code = red if not rest else red << 16 | rest[0] << 8 | rest[1]
-            names[code] = next((name for name in given if name in self._by_name), next(iter(given), ""))
+            red, *green_blue = map(int, digits)
+            code = red if not green_blue else red << 16 | green_blue[0] << 8 | green_blue[1]
+            names[code] = next((name for name in labels if name in self._by_name), next(iter(labels), ""))
         return names
 
-    def _looked_up(self, ids: Integers, used: Booleans, names: dict[int, str]) -> tuple[Integers, dict[int, int]]:
+    def _looked_up(self, ids: Integers, present: Booleans, names: dict[int, str]) -> tuple[Integers, dict[int, int]]:
         """Entries of ids, and the pixels of those that have none."""
-        codes, kind = _distinct(np.where(used, ids, ids[used][0] if used.any() else 0))
+        codes, kind = _distinct(np.where(present, ids, ids[present][0] if present.any() else 0))
         entries = np.array([self._entry(int(code), names) for code in codes], np.int64)
         number: Integers = entries[kind].reshape(ids.shape)
-        lacking = used & (number == self._UNKNOWN)
+        lacking = present & (number == self._UNKNOWN)
         if not lacking.any():
             return number, {}
         strangers, counts = np.unique(ids[lacking], return_counts=True)
@@ -328,12 +328,14 @@ class MaterialTable:
 
     def _check_known(self, unknown: dict[int, int], names: dict[int, str], pixels: int) -> None:
         if unknown and self._default == self._UNKNOWN:
-            most = sorted(unknown, key=lambda code: -unknown[code])
-            shown = ", ".join(f"{self._label(code, names)} ({unknown[code] / pixels:.2%})" for code in most[:_SHOWN])
-            more = f" and {len(most) - _SHOWN} more" if len(most) > _SHOWN else ""
+            by_count = sorted(unknown, key=lambda code: -unknown[code])
+            listed = ", ".join(
+                f"{self._label(code, names)} ({unknown[code] / pixels:.2%})" for code in by_count[:_SHOWN]
+            )
+            more = f" and {len(by_count) - _SHOWN} more" if len(by_count) > _SHOWN else ""
             raise self._frame.error(
                 ("materials",),
-                f"found the ids {shown}{more} of the pixels, which are not named here; add them, or give"
+                f"found the ids {listed}{more} of the pixels, which are not named here; add them, or give"
                 " default_material",
             )
 
@@ -357,10 +359,10 @@ def check_size(frame: LoadedFrame, name: str, buffer: Stored, shape: tuple[int, 
         raise _other_size(frame, name, buffer.values.shape, shape)
 
 
-def _other_size(frame: LoadedFrame, name: str, found: tuple[int, ...], shape: tuple[int, ...]) -> InputError:
+def _other_size(frame: LoadedFrame, name: str, size: tuple[int, ...], shape: tuple[int, ...]) -> InputError:
     return frame.error(
         ("buffers", name, "file"),
-        f"found {found[1]} x {found[0]} pixels; allowed: those of the depth, {shape[1]} x {shape[0]}; render alike",
+        f"found {size[1]} x {size[0]} pixels; allowed: those of the depth, {shape[1]} x {shape[0]}; render alike",
     )
 
 
@@ -368,8 +370,8 @@ def _whole_numbers(buffer: Stored) -> Integers:
     values = buffer.values[..., 0]
     if not buffer.is_integer:
         with np.errstate(invalid="ignore"):
-            whole = (values == np.rint(values)) & (values >= 0) & (values < _ID_LIMIT)
-        buffer.refuse(~whole, "an id that is no whole number", "whole numbers; render ids without filter or samples")
+            integral = (values == np.rint(values)) & (values >= 0) & (values < _ID_LIMIT)
+        buffer.refuse(~integral, "an id that is no whole number", "whole numbers; render ids without filter or samples")
     elif values.dtype.kind == "i":
         buffer.refuse(values < 0, "an id below 0", "whole numbers from 0")
     return values.astype(np.int64)

@@ -28,11 +28,11 @@ class ViewRays:
     origin, direction : (n, 3) array
         [m], unit vectors; to east, north and up.
     altitude : (n,) array
-        Of the observer [km].
+        Altitude of the observer [km].
     spread : (n,) array
         Side of the pixel at 1 m [rad]; of a plan view 0.
     side : float
-        Of the pixels of a plan view [m]; of a perspective 0.
+        Pixel size of a plan view [m]; 0 for a perspective.
     """
 
     size: tuple[int, int]
@@ -67,8 +67,8 @@ def view_rays(scene: LoadedScene, surface: SurfaceMesh, frame: int) -> ViewRays:
 
 def station(camera: Perspective, frame: int) -> tuple[Floats, Floats]:
     """Position and the point looked at (3,) [m] in a frame."""
-    place = camera if camera.track is None else camera.track[frame]
-    return np.asarray(place.position_m, float), np.asarray(place.look_at_m, float)
+    position = camera if camera.track is None else camera.track[frame]
+    return np.asarray(position.position_m, float), np.asarray(position.look_at_m, float)
 
 
 def is_still(scene: LoadedScene) -> bool:

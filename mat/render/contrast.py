@@ -135,7 +135,7 @@ def contrast(
     Parameters
     ----------
     folder : Path
-        Of a finished build.
+        Output folder of a finished build.
     material, background : Face
     sight : Sight
     band : str or None
@@ -152,10 +152,10 @@ def contrast(
     tables = SceneTables.of(folder, state=state, bands=None if band is None else [band], source=source, refuse=refused)
     day = np.arange(float(STEPS)) * (24.0 / STEPS)
     elevation = tables.surface.source_track(source, time=day).elevation
-    held = held_hours(tables.surface, day) & ~np.any(
+    tabulated = held_hours(tables.surface, day) & ~np.any(
         [in_twilight(read.air, elevation) for read in tables.bands], axis=0
     )
-    hours = day[held]
+    hours = day[tabulated]
     codes = tables.codes({face.material: () for face in (material, background)})
     codes = np.resize(codes, 2)  # one code where both faces are of one material
     up = sun_hours(tables.surface)
@@ -207,7 +207,7 @@ def seen_radiance(
         One band of the tables.
     face : Face
     code : int
-        Of the face's material in the tables.
+        Code of the face's material in the tables.
     sight : Sight
     hours : (T,) array
     source : {'sun', 'moon'}
@@ -220,8 +220,8 @@ def seen_radiance(
     altitude = sight.altitude
     if altitude is None:
         altitude = float(tables.surface.root.axes["altitude"].values[0])
-    seen, normal = direction(sight.elevation, sight.heading), direction(90.0 - face.slope, face.azimuth)
-    if normal @ seen >= 0:
+    sight_vector, normal = direction(sight.elevation, sight.heading), direction(90.0 - face.slope, face.azimuth)
+    if normal @ sight_vector >= 0:
         raise InputError(
             f"the face of {face.material} is turned away from the observer; change its slope or azimuth, or the"
             " line of sight"
@@ -247,22 +247,22 @@ def crossover_hours(hours: Floats, contrast: Floats, *, step: float) -> tuple[fl
     apart it is not known, and no change is told.
     """
     hours, contrast = np.append(hours, hours[0] + 24.0), np.append(contrast, contrast[0])
-    kept = np.flatnonzero(contrast)
+    nonzero = np.flatnonzero(contrast)
     crossings = []
-    for before, after in pairwise(kept):
-        last = after - 1
-        if contrast[before] * contrast[after] < 0 and hours[after] - hours[last] < 1.5 * step:
-            share = contrast[last] / (contrast[last] - contrast[after])
-            crossings.append(float(np.mod(hours[last] + share * (hours[after] - hours[last]), 24.0)))
+    for before, after in pairwise(nonzero):
+        previous = after - 1
+        if contrast[before] * contrast[after] < 0 and hours[after] - hours[previous] < 1.5 * step:
+            share = contrast[previous] / (contrast[previous] - contrast[after])
+            crossings.append(float(np.mod(hours[previous] + share * (hours[after] - hours[previous]), 24.0)))
     return tuple(sorted(crossings))
 
 
 def _faces(tables: SceneTables, face: Face, code: int, altitude: float, hours: Floats) -> Faces:
     where: dict[str, Any] = {"material": code, "altitude": altitude, "azimuth": face.azimuth, "slope": face.slope}
-    lit, change = np.ones(hours.size), None
+    lit_share, change = np.ones(hours.size), None
     if face.shade:
         change = tables.surface.absorbed_change(**where, shade=face.shade)
-        lit = np.asarray([not any(_within(hour, *interval) for interval in face.shade) for hour in hours], float)
+        lit_share = np.asarray([not any(_within(hour, *interval) for interval in face.shade) for hour in hours], float)
     kelvin = tables.surface.temperature(**where, time=hours, absorbed_change=change)
     count = hours.size
     return Faces(
@@ -273,10 +273,10 @@ def _faces(tables: SceneTables, face: Face, code: int, altitude: float, hours: F
         slope=np.full(count, face.slope),
         time=hours,
         temperature=kelvin[:, None],
-        lit_share=lit,
+        lit_share=lit_share,
     )
 
 
-def _within(hour: float, first: float, last: float) -> bool:
+def _within(hour: float, start: float, stop: float) -> bool:
     """Whether a clock hour lies in an interval, over midnight where the first is later."""
-    return first <= hour < last if first < last else hour >= first or hour < last
+    return start <= hour < stop if start < stop else hour >= start or hour < stop

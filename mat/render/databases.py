@@ -24,7 +24,7 @@ Place = tuple[str | int, ...]
 Refuse = Callable[[Place, str], InputError]
 
 
-def refused(place: Place, message: str) -> InputError:
+def refused(key: Place, message: str) -> InputError:
     """The error where no scene file has a line for it."""
     return InputError(message)
 
@@ -46,7 +46,7 @@ class SceneTables:
     ----------
     surface : TemperatureTable
     bands : tuple of BandTables
-        In the order of the scene.
+        Tables of the bands, in the order of the scene.
     """
 
     surface: TemperatureTable
@@ -61,7 +61,7 @@ class SceneTables:
         Parameters
         ----------
         folder : Path
-            Of a finished build.
+            Output folder of a finished build.
         state : int
             Counted from 1.
         bands : sequence of str, optional
@@ -86,9 +86,9 @@ class SceneTables:
         if not names:
             raise refuse(("bands",), f"{folder} holds no band; build a job that has one")
         opened = []
-        for place, name in enumerate(names):
+        for index, name in enumerate(names):
             if name not in numbers:
-                raise refuse(("bands", place), f"found the band '{name}'; {nearest(name, numbers)}")
+                raise refuse(("bands", index), f"found the band '{name}'; {nearest(name, numbers)}")
             kind = "atmq" if source == "sun" else "lunar_atmq"
             air = _file(of_state, filetype=kind, band=numbers[name])
             if air is None:
@@ -110,33 +110,33 @@ class SceneTables:
                 raise scene.error(("sensors", name), f"found the band '{name}'; {nearest(name, names)}")
         return tables
 
-    def codes(self, places: Mapping[str, Place], refuse: Refuse = refused) -> Integers:
+    def codes(self, keys: Mapping[str, Place], refuse: Refuse = refused) -> Integers:
         """Codes (K,) of materials in the databases.
 
         Parameters
         ----------
-        places : dict
+        keys : dict
             K materials, with the key that each comes from.
         refuse : callable
-            As for `of`.
+            Maker of an error, as for `of`.
 
         Raises
         ------
         InputError
             A database lacks one of them, or has another code for it.
         """
-        known = self.surface.materials
-        for name, place in places.items():
+        material_codes = self.surface.materials
+        for name, key in keys.items():
             for table in (self.surface, *(tables.band for tables in self.bands)):
                 if name not in table.materials:
                     raise refuse(
-                        place,
+                        key,
                         f"{table.path.name} lacks the material '{name}'; {nearest(name, table.materials)}; add it to"
                         " the job and build again",
                     )
-                if table.materials[name] != known[name]:
+                if table.materials[name] != material_codes[name]:
                     raise InputError(f"has another code for '{name}' than the .htt file; build again", file=table.path)
-        return np.array([known[name] for name in places], int)
+        return np.array([material_codes[name] for name in keys], int)
 
 
 def held_hours(surface: TemperatureTable, hours: Floats) -> Booleans:
@@ -144,9 +144,9 @@ def held_hours(surface: TemperatureTable, hours: Floats) -> Booleans:
     rule = AxisRule.of("time", surface.root.axes["time"])
     if rule.interpolation == PERIODIC:
         return np.ones(hours.shape, bool)
-    first, last = rule.nodes[[0, -1]]
-    held: Booleans = np.mod(hours - first, 24.0) <= last - first + 1e-9
-    return held
+    start, stop = rule.nodes[[0, -1]]
+    inside: Booleans = np.mod(hours - start, 24.0) <= stop - start + 1e-9
+    return inside
 
 
 def in_twilight(air: AtmosphereTable, elevation: Floats) -> Booleans:

@@ -48,19 +48,19 @@ class SeenExposure:
         Parameters
         ----------
         shares : (n, M) array
-            Of the materials; they sum to 1.
+            Area fractions of the materials; they sum to 1.
         shaded_sky : (n, M) array
             Open share of the sky above those that are in the shade all day; not a number for others.
         """
         shade = np.where(np.isnan(shaded_sky), 0.0, shares)
         hidden_sky = self.sky_view[:, None] - np.fmin(self.sky_view[:, None], shaded_sky)
-        lit: Floats = np.clip(1.0 - shade.sum(axis=-1), 0.0, 1.0)
+        lit_share: Floats = np.clip(1.0 - shade.sum(axis=-1), 0.0, 1.0)
         view: Floats = np.clip(self.sky_view - np.sum(shares * hidden_sky, axis=-1), 0.0, 1.0)
-        return lit, view
+        return lit_share, view
 
 
 def exposure_of(
-    seen: SeenSurface,
+    points: SeenSurface,
     surface: SurfaceMesh,
     caster: RayCaster,
     sun_elevation: Floats,
@@ -74,57 +74,57 @@ def exposure_of(
     ----------
     seen, surface, caster
     sun_elevation, sun_azimuth : (T,) array
-        At steps of the day [degree].
+        Direction of the Sun at steps of the day [degree].
     progress : callable, optional
     kinds : WallKinds, optional
-        To be told the walls that hide the sky; without it none is known.
+        Register of the walls that hide the sky; without it walls are not recorded.
     """
-    shaded, view = np.zeros((len(seen), sun_elevation.size), bool), np.ones(len(seen))
-    walls = np.zeros((len(seen), 0))
+    shaded, view = np.zeros((len(points), sun_elevation.size), bool), np.ones(len(points))
+    walls = np.zeros((len(points), 0))
     if not _is_flat(surface):
         with progress(sun_elevation.size + SKY_RAYS, "tracing shadows") as advance:
             for step, sun in enumerate(direction(sun_elevation, sun_azimuth)):
                 if sun_elevation[step] > 0:
-                    shaded[:, step] = hidden(seen, caster, sun)
+                    shaded[:, step] = hidden(points, caster, sun)
                 advance(1)
-            view, walls = open_sky(seen, caster, kinds, advance)
+            view, walls = open_sky(points, caster, kinds, advance)
     return SeenExposure(shaded, view, walls)
 
 
 def open_sky(
-    seen: SeenSurface, caster: RayCaster, kinds: WallKinds | None, advance: Advance = lambda steps: None
+    points: SeenSurface, caster: RayCaster, kinds: WallKinds | None, advance: Advance = lambda steps: None
 ) -> tuple[Floats, Floats]:
     """Open share of the sky above each face (n,), and shares of the rest that walls hide (n, K)."""
-    above, unblocked = np.zeros(len(seen)), np.zeros(len(seen))
+    above, unblocked = np.zeros(len(points)), np.zeros(len(points))
     blocked_by: dict[int, Floats] = {}
-    first, second = _tangents(seen.normal)
+    tangent, second = _tangents(points.normal)
     for across, along, up in _cosine_directions():
-        ray = across * first + along * second + up * seen.normal
+        ray = across * tangent + along * second + up * points.normal
         rows = np.flatnonzero(ray[:, 2] > 0)
         above[rows] += 1
         if kinds is None:
-            unblocked[rows] += ~caster.blocked(seen.start[rows], ray[rows])
+            unblocked[rows] += ~caster.blocked(points.start[rows], ray[rows])
         else:
-            hits = caster.first(seen.start[rows], ray[rows])
+            hits = caster.first(points.start[rows], ray[rows])
             unblocked[rows] += ~hits.met
-            met = rows[hits.met]
-            wall = kinds.of(hits.face[hits.met], ray[met])
+            hit_rows = rows[hits.met]
+            wall = kinds.of(hits.face[hits.met], ray[hit_rows])
             for number in np.unique(wall[wall >= 0]):
-                count = blocked_by.setdefault(int(number), np.zeros(len(seen), np.float32))
-                count[met[wall == number]] += 1
+                count = blocked_by.setdefault(int(number), np.zeros(len(points), np.float32))
+                count[hit_rows[wall == number]] += 1
         advance(1)
-    view = np.divide(unblocked, above, out=np.ones(len(seen)), where=above > 0)
-    counts = np.zeros((len(seen), 0 if kinds is None else len(kinds)))
+    view = np.divide(unblocked, above, out=np.ones(len(points)), where=above > 0)
+    counts = np.zeros((len(points), 0 if kinds is None else len(kinds)))
     for number, count in blocked_by.items():
         counts[:, number] = count
     return view, counts / np.maximum(above - unblocked, 1)[:, None]
 
 
-def hidden(seen: SeenSurface, caster: RayCaster, towards: Floats) -> Booleans:
+def hidden(points: SeenSurface, caster: RayCaster, towards: Floats) -> Booleans:
     """Points (n,) from which the surface hides a direction (3,) to which their faces are turned."""
-    result = np.zeros(len(seen), bool)
-    rows = np.flatnonzero(seen.normal @ towards > 0)
-    result[rows] = caster.blocked(seen.start[rows], np.broadcast_to(towards, (rows.size, 3)))
+    result = np.zeros(len(points), bool)
+    rows = np.flatnonzero(points.normal @ towards > 0)
+    result[rows] = caster.blocked(points.start[rows], np.broadcast_to(towards, (rows.size, 3)))
     return result
 
 
@@ -147,5 +147,5 @@ def _tangents(normal: Floats) -> tuple[Floats, Floats]:
     """Two unit vectors (n, 3) each, at right angles to normals and to each other; the first is level."""
     level = np.stack([-normal[:, 1], normal[:, 0], np.zeros(len(normal))], axis=-1)
     length = np.linalg.norm(level, axis=-1, keepdims=True)
-    first = np.where(length > 1e-9, level / np.maximum(length, 1e-9), [1.0, 0.0, 0.0])
-    return first, np.cross(normal, first)
+    tangent = np.where(length > 1e-9, level / np.maximum(length, 1e-9), [1.0, 0.0, 0.0])
+    return tangent, np.cross(normal, tangent)

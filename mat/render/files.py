@@ -94,8 +94,8 @@ def _write(path: Path, values: npt.NDArray[np.uint16] | npt.NDArray[np.float32],
     if output is None:
         raise InputError(f"cannot be written: {oiio.geterror()}; install OpenImageIO again", file=path)
     try:
-        written = output.open(str(part), spec) and output.write_image(np.ascontiguousarray(values)[..., None])
-        if not (output.close() and written):
+        success = output.open(str(part), spec) and output.write_image(np.ascontiguousarray(values)[..., None])
+        if not (output.close() and success):
             raise InputError(f"cannot be written: {output.geterror()}; check free space and permissions", file=path)
         os.replace(part, path)
     except OSError as error:

@@ -128,8 +128,8 @@ class FrameCamera(StrictModel):
     def _once(self) -> Self:
         if (self.field_of_view_deg is None) == (self.intrinsics is None):
             raise ValueError("found both or neither of field_of_view_deg and intrinsics; allowed: one of them")
-        given = {name for name in ("pose", "poses", "position", "look_at", "quaternion") if getattr(self, name)}
-        if given not in ({"pose"}, {"poses"}, {"position", "look_at"}, {"position", "quaternion"}):
+        keys = {name for name in ("pose", "poses", "position", "look_at", "quaternion") if getattr(self, name)}
+        if keys not in ({"pose"}, {"poses"}, {"position", "look_at"}, {"position", "quaternion"}):
             raise ValueError(
                 "found no pose of the camera, or two; allowed: pose, poses, position with look_at, or position with"
                 " quaternion"
@@ -137,8 +137,8 @@ class FrameCamera(StrictModel):
         if self.position is not None and self.position == self.look_at:
             raise ValueError("found position and look_at at the same point; allowed: two points; move one")
         if self.intrinsics is not None:
-            (fx, skew, _), (zero, fy, _), last = self.intrinsics
-            if fx <= 0 or fy <= 0 or skew or zero or last != (0, 0, 1):
+            (fx, skew, _), (zero, fy, _), bottom_row = self.intrinsics
+            if fx <= 0 or fy <= 0 or skew or zero or bottom_row != (0, 0, 1):
                 raise ValueError("found intrinsics; allowed: [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] with fx and fy > 0")
         return self
 
@@ -253,20 +253,23 @@ class LoadedFrame:
         several = {location: marks for location, marks in of_files.items() if marks is not None}
         if not several:
             return ("",)
-        first, wanted = next(iter(several.items()))
+        reference, reference_marks = next(iter(several.items()))
         for location, marks in several.items():
-            lacking = sorted(wanted ^ marks)
+            lacking = sorted(reference_marks ^ marks)
             if lacking:
-                lone = location if lacking[0] in wanted else first
+                lone = location if lacking[0] in reference_marks else reference
                 raise self.error(
                     lone,
-                    f"found no file for the frame '{lacking[0]}'; allowed: one for every frame of {'.'.join(first)}",
+                    f"found no file for frame '{lacking[0]}'; allowed: one for every frame of {'.'.join(reference)}",
                 )
-        if len(wanted) > MAX_FRAMES:
-            raise self.error(first, f"found {len(wanted)} frames; allowed: {MAX_FRAMES}; render them in parts")
+        if len(reference_marks) > MAX_FRAMES:
+            raise self.error(
+                reference, f"found {len(reference_marks)} frames; allowed: {MAX_FRAMES}; render them in parts"
+            )
         return tuple(
             sorted(
-                wanted, key=lambda mark: [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", mark)]
+                reference_marks,
+                key=lambda mark: [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", mark)],
             )
         )
 
@@ -293,8 +296,8 @@ class LoadedFrame:
         InputError
             Their number is neither 1 nor that of the frames.
         """
-        given, count = self.model.hours, len(self.marks)
-        hours = given.hours() if isinstance(given, HourRange) else given
+        value, count = self.model.hours, len(self.marks)
+        hours = value.hours() if isinstance(value, HourRange) else value
         if count > 1 and len(hours) not in (1, count):
             raise self.error(("hours",), f"found {len(hours)} hours and {count} frames; allowed: one hour, or {count}")
         return hours * count if len(hours) == 1 else hours
@@ -359,7 +362,7 @@ def load_frame(source: str | os.PathLike[str] | Mapping[str, Any], *, folder: Pa
     source : path or mapping
         A YAML file, or its content as plain data.
     folder : Path, optional
-        To which the paths in a mapping are relative; by default the working directory.
+        Base folder of relative paths in a mapping; by default the working directory.
 
     Raises
     ------

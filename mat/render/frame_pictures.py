@@ -58,16 +58,16 @@ class SeenFrame:
     Attributes
     ----------
     hours : list of float
-    seen : SeenScene
-    taken : dict of str to int
+    scene : SeenScene
+    counts : dict of str to int
         Number of its pixels, and of those whose temperature is that of another slope.
     unknown : dict of str to int
         Ids without a material, with their pixels.
     """
 
     hours: list[float]
-    seen: SeenScene
-    taken: dict[str, int]
+    scene: SeenScene
+    counts: dict[str, int]
     unknown: dict[str, int]
 
 
@@ -80,7 +80,7 @@ class FrameMesh:
     surface : SurfaceMesh
     materials : SurfaceMaterials
     codes : (2 K,) int array
-        Of the materials in the databases, and once more for those in the shade of a photograph.
+        Codes of the materials in the databases, repeated for those in the shade of a photograph.
     """
 
     surface: SurfaceMesh
@@ -116,8 +116,8 @@ class FrameRenderer(PictureMaker):
         tables = SceneTables.of_scene(frame)
         check_hours(frame, tables.surface)
         self._materials = MaterialTable(frame)
-        places = self._materials.places
-        by_name = dict(zip(places, tables.codes(places, frame.error), strict=True))
+        keys = self._materials.places
+        by_name = dict(zip(keys, tables.codes(keys, frame.error), strict=True))
         codes = np.array([by_name[name] for name in self._materials.names], int)
         self._mesh = None if frame.model.mesh is None else FrameMesh.of(frame, frame.model.mesh, tables)
         caster: RayCaster = _nothing() if self._mesh is None else ray_caster(self._mesh.surface)
@@ -180,21 +180,21 @@ class FrameRenderer(PictureMaker):
             for mark in marks:
                 while len(waiting) <= thread_count() and (following := next(frames, None)) is not None:
                     waiting.append(pool.submit(done, *following))
-                seen, result = waiting.popleft().result()
-                self._taken.update(seen.taken)
-                self._unknown.update(seen.unknown)
+                frame_scene, result = waiting.popleft().result()
+                self._taken.update(frame_scene.counts)
+                self._unknown.update(frame_scene.unknown)
                 yield mark, result
 
     def _drawn(self, frame: SeenFrame) -> list[Picture]:
         return [
-            self._frame(frame.seen, number, hour, tables)
+            self._frame(frame.scene, number, hour, tables)
             for number, hour in enumerate(frame.hours)
             for tables in self.tables.bands
         ]
 
     def _reach(self, frame: SeenFrame) -> None:
         for tables in self.tables.bands:
-            check_reach(self._refuse, tables.air, frame.seen)
+            check_reach(self._refuse, tables.air, frame.scene)
             for hour in frame.hours:
                 source = self.tables.surface.source_track(self._source, time=hour)
                 check_source(self._refuse, self._source, tables.air, hour, float(source.elevation))
@@ -203,21 +203,21 @@ class FrameRenderer(PictureMaker):
         frame = self.frame
         depth = depth_of(frame, stored(frame, "depth", mark))
         materials = self._materials.pixels(mark, np.isfinite(depth))
-        met = np.isfinite(depth) & (materials.share.sum(axis=-1) > 0)
+        hit = np.isfinite(depth) & (materials.share.sum(axis=-1) > 0)
         view = self._views(pose, (depth.shape[1], depth.shape[0]))
-        seen = self._surface(mark, pose, view, np.where(met, distances(frame.model, depth, view.length), np.inf))
-        mixtures = Mixtures(self._materials.names, materials.number[met], materials.share[met])
-        seen = replace(seen, materials=mixtures)
-        taken = {"pixels": depth.size, "downward": int(np.sum(seen.slope > self._steepest + 1e-6))}
+        points = self._surface(mark, pose, view, np.where(hit, distances(frame.model, depth, view.length), np.inf))
+        mixtures = Mixtures(self._materials.names, materials.number[hit], materials.share[hit])
+        points = replace(points, materials=mixtures)
+        counts = {"pixels": depth.size, "downward": int(np.sum(points.slope > self._steepest + 1e-6))}
         mask = frame.model.buffers.sunlit
         if mask is None:
-            return SeenFrame(hours, self._traced(view.rays, seen, hours), taken, materials.unknown)
+            return SeenFrame(hours, self._traced(view.rays, points, hours), counts, materials.unknown)
         buffer = stored(frame, "sunlit", mark)
         check_size(frame, "sunlit", buffer, depth.shape)
-        lit = sunlit_of(buffer)[met]
-        sky_view = 1.0 - (1.0 - lit) * (1.0 - mask.open_sky)
-        scene = SeenScene(view.rays, seen, None, lit, sky_view, self._by_hour(seen, lit, hours), None)
-        return SeenFrame(hours, scene, taken, materials.unknown)
+        lit_share = sunlit_of(buffer)[hit]
+        sky_view = 1.0 - (1.0 - lit_share) * (1.0 - mask.open_sky)
+        scene = SeenScene(view.rays, points, None, lit_share, sky_view, self._by_hour(points, lit_share, hours), None)
+        return SeenFrame(hours, scene, counts, materials.unknown)
 
     def _surface(self, mark: str, pose: Pose, view: CameraView, distance: Floats) -> SeenSurface:
         """What the pixels see at distances (rows, columns) [m], without materials."""
@@ -228,64 +228,68 @@ class FrameRenderer(PictureMaker):
         normal[np.einsum("nx,nx->n", normal, ahead) > 0] *= -1.0
         slope, azimuth = slope_and_azimuth(normal)
         start = point if self._mesh is None else point + normal * start_height(self._mesh.surface)
-        none = Mixtures((), np.zeros((len(pixel), 1), int), np.ones((len(pixel), 1)))
+        no_materials = Mixtures((), np.zeros((len(pixel), 1), int), np.ones((len(pixel), 1)))
         altitude = frame.model.altitude_km + point[:, 2] * 1e-3
         face, weights = np.zeros(len(pixel), int), np.zeros((len(pixel), 3))  # of no triangle that is known
-        return SeenSurface(pixel, face, weights, point, normal, start, distance * 1e-3, slope, azimuth, altitude, none)
+        return SeenSurface(
+            pixel, face, weights, point, normal, start, distance * 1e-3, slope, azimuth, altitude, no_materials
+        )
 
     def _normals(self, mark: str, pose: Pose, view: CameraView, distance: Floats) -> Floats:
         """Unit normals (n, 3) of the pixels that meet a surface, to east, north and up."""
-        model, met = self.frame.model, np.isfinite(distance)
+        model, hit = self.frame.model, np.isfinite(distance)
         if model.buffers.normals is None:
-            return normals_from_depth(view, pose, distance / view.length)[met]
+            return normals_from_depth(view, pose, distance / view.length)[hit]
         buffer = stored(self.frame, "normals", mark)
-        check_size(self.frame, "normals", buffer, met.shape)
-        normal = normals_of(buffer, met)[met]
+        check_size(self.frame, "normals", buffer, hit.shape)
+        normal = normals_of(buffer, hit)[hit]
         return world(model, normal) if model.buffers.normals.space == "world" else normal @ pose.turn.T
 
-    def _traced(self, rays: ViewRays, seen: SeenSurface, hours: list[float]) -> SeenScene:
+    def _traced(self, rays: ViewRays, surface_points: SeenSurface, hours: list[float]) -> SeenScene:
         """In the light, or in the shade of the mesh."""
-        lit, view = np.ones(len(seen)), np.ones(len(seen))
+        lit_share, view = np.ones(len(surface_points)), np.ones(len(surface_points))
         if self._mesh is None:
-            return SeenScene(rays, seen, None, lit, view, self._by_hour(seen, lit, hours), None)
+            return SeenScene(
+                rays, surface_points, None, lit_share, view, self._by_hour(surface_points, lit_share, hours), None
+            )
         mesh, table = self._mesh, self.tables.surface
 
         def exposed(points: SeenSurface, kinds: WallKinds | None = None) -> SeenExposure:
             return exposure_of(points, mesh.surface, self._caster, *self._sun_of_day, silent, kinds)
 
         kinds = WallKinds(mesh.surface, mesh.materials)
-        exposure = exposed(seen, kinds)
+        exposure = exposed(surface_points, kinds)
         walls = walls_of_day(table, kinds, exposed, mesh.codes, mesh.materials.shaded_sky) if len(kinds) else None
         open_sky = np.full(len(self._codes), np.nan)
         columns = SeenTemperatures.of(
-            table, self._within(seen), exposure, self._codes, open_sky, np.array(hours), walls
+            table, self._within(surface_points), exposure, self._codes, open_sky, np.array(hours), walls
         )
-        kelvin = self._own(seen, columns.used, columns.kelvin[columns.column])
-        temperatures = SeenTemperatures(columns.used, np.arange(len(kelvin)), kelvin)
-        return SeenScene(rays, seen, exposure, lit, exposure.sky_view, temperatures, walls)
+        kelvin = self._own(surface_points, columns.present, columns.kelvin[columns.column])
+        temperatures = SeenTemperatures(columns.present, np.arange(len(kelvin)), kelvin)
+        return SeenScene(rays, surface_points, exposure, lit_share, exposure.sky_view, temperatures, walls)
 
-    def _by_hour(self, seen: SeenSurface, lit: Floats, hours: list[float]) -> SeenTemperatures:
+    def _by_hour(self, points: SeenSurface, lit_share: Floats, hours: list[float]) -> SeenTemperatures:
         """Temperatures without shadows of a mesh."""
-        used, within = seen.materials.share > 0, self._within(seen)
-        row, part = np.nonzero(used)
-        number = seen.materials.number[row, part]
+        present, within = points.materials.share > 0, self._within(points)
+        row, part = np.nonzero(present)
+        number = points.materials.number[row, part]
         kelvin = np.stack(
             [
                 self._temperatures(hour).at(
-                    number, within.altitude[row], seen.azimuth[row], within.slope[row], lit[row]
+                    number, within.altitude[row], points.azimuth[row], within.slope[row], lit_share[row]
                 )
                 for hour in hours
             ],
             axis=-1,
         )
-        return SeenTemperatures(used, np.arange(len(row)), self._own(seen, used, kelvin))
+        return SeenTemperatures(present, np.arange(len(row)), self._own(points, present, kelvin))
 
-    def _own(self, seen: SeenSurface, used: Booleans, kelvin: Floats) -> Floats:
+    def _own(self, points: SeenSurface, present: Booleans, kelvin: Floats) -> Floats:
         """Temperatures (u, H) of the used materials, with those of their own."""
-        own = self._materials.temperature[seen.materials.number[used]]
-        return np.where(np.isfinite(own)[:, None], own[:, None], kelvin)
+        stated = self._materials.temperature[points.materials.number[present]]
+        return np.where(np.isfinite(stated)[:, None], stated[:, None], kelvin)
 
-    def _within(self, seen: SeenSurface) -> SeenSurface:
+    def _within(self, points: SeenSurface) -> SeenSurface:
         """The surface with slopes and altitudes that the table of temperatures holds.
 
         Raises
@@ -295,14 +299,18 @@ class FrameRenderer(PictureMaker):
         """
         table = self.tables.surface
         low, high = table.root.axes["altitude"].values[[0, -1]].astype(float)
-        if len(seen) and (seen.altitude.min() < low - ALTITUDE_REACH or seen.altitude.max() > high + ALTITUDE_REACH):
+        if len(points) and (
+            points.altitude.min() < low - ALTITUDE_REACH or points.altitude.max() > high + ALTITUDE_REACH
+        ):
             raise self.frame.error(
                 ("altitude_km",),
-                f"found surfaces at {seen.altitude.min():.4g} to {seen.altitude.max():.4g} km; {table.path.name} holds"
-                f" {low:g} to {high:g}; change it or the pose, or widen surface_grid.altitude_km of the job and build"
-                " again",
+                f"the surface is at {points.altitude.min():.4g} to {points.altitude.max():.4g} km, {table.path.name}"
+                f" covers {low:g} to {high:g}; change it or the pose, or widen surface_grid.altitude_km of the job and"
+                " build again",
             )
-        return replace(seen, altitude=np.clip(seen.altitude, low, high), slope=np.minimum(seen.slope, self._steepest))
+        return replace(
+            points, altitude=np.clip(points.altitude, low, high), slope=np.minimum(points.slope, self._steepest)
+        )
 
     @property
     def _steepest(self) -> float:
@@ -319,7 +327,7 @@ class HourTemperatures:
     Attributes
     ----------
     rules : tuple of AxisRule
-        Of the entry, altitude, azimuth and slope.
+        Axis rules of the entry, altitude, azimuth and slope.
     sunlit : (K, A, Z, S) array
         [K]
     shaded : (K, A, Z, S) array or None
@@ -345,22 +353,22 @@ class HourTemperatures:
         )
         sunlit, shaded, mask = surface.temperature(**where, time=hour), None, frame.model.buffers.sunlit
         if mask is not None:
-            first = 0.0 if mask.lasts_h == 24 else (hour - mask.lasts_h) % 24
-            spell = (first, 24.0 if mask.lasts_h == 24 else hour)
+            start = 0.0 if mask.lasts_h == 24 else (hour - mask.lasts_h) % 24
+            spell = (start, 24.0 if mask.lasts_h == 24 else hour)
             change = surface.absorbed_change(**where, shade=[spell], sky_view=mask.open_sky)
             shaded = surface.temperature(**where, time=hour, absorbed_change=change)
         entry = AxisRule("entry", np.arange(len(codes)), EXACT)
         return cls((entry, *rules), sunlit, shaded)
 
-    def at(self, number: Integers, altitude: Floats, azimuth: Floats, slope: Floats, lit: Floats) -> Floats:
+    def at(self, number: Integers, altitude: Floats, azimuth: Floats, slope: Floats, lit_share: Floats) -> Floats:
         """Temperatures (n,) [K] of entries at places, of which a share is in the light."""
         where = dict(zip(("entry", *_PLACE), (number, altitude, azimuth, slope), strict=True))
         kelvin = interpolate(self.sunlit, self.rules, where)
-        rows = np.flatnonzero(lit < 1)
+        rows = np.flatnonzero(lit_share < 1)
         if self.shaded is None or not rows.size:
             return kelvin
         dark = interpolate(self.shaded, self.rules, {name: values[rows] for name, values in where.items()})
-        kelvin[rows] = lit[rows] * kelvin[rows] + (1.0 - lit[rows]) * dark
+        kelvin[rows] = lit_share[rows] * kelvin[rows] + (1.0 - lit_share[rows]) * dark
         return kelvin
 
 

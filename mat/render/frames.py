@@ -97,11 +97,11 @@ class SeenScene:
     Attributes
     ----------
     rays : ViewRays
-    seen : SeenSurface
+    points : SeenSurface
     exposure : SeenExposure or None
         None: without a mesh that casts shadows.
     lit_share, sky_view : (n,) array
-        Of what is seen: the share that shade of the whole day leaves to direct light, and the open share of the sky.
+        Share of direct light that shade of the whole day lets through, and open share of the sky.
     temperatures : SeenTemperatures
         Temperatures at the hours of the frames of this place: of what is seen, or of `vertices` where there are any.
     walls : Walls or None
@@ -110,7 +110,7 @@ class SeenScene:
     """
 
     rays: ViewRays
-    seen: SeenSurface
+    points: SeenSurface
     exposure: SeenExposure | None
     lit_share: Floats
     sky_view: Floats
@@ -123,7 +123,7 @@ class SeenScene:
         if self.vertices is None:
             return self.temperatures.at(hour)
         kelvin = self.vertices.temperature(self.temperatures, hour, band)
-        return np.broadcast_to(kelvin, self.seen.materials.share.shape)
+        return np.broadcast_to(kelvin, self.points.materials.share.shape)
 
 
 class PictureMaker:
@@ -143,9 +143,9 @@ class PictureMaker:
         ----------
         tables : SceneTables
         caster : RayCaster
-            Of what hides the source.
+            Caster of rays towards the source.
         codes : (K,) int array
-            Of the materials by their number in `SeenSurface`.
+            Codes of the materials by their number in `SeenSurface`.
         source : {'sun', 'moon'}
         samples : int
             Rays along each side of a pixel.
@@ -161,81 +161,81 @@ class PictureMaker:
         track = self.tables.surface.source_track("sun", time=forcing_hours())
         return track.elevation, track.azimuth
 
-    def _frame(self, place: SeenScene, number: int, hour: float, tables: BandTables) -> Picture:
-        count, seen = place.rays.size[0] * place.rays.size[1], place.seen
+    def _frame(self, scene: SeenScene, number: int, hour: float, tables: BandTables) -> Picture:
+        count, points = scene.rays.size[0] * scene.rays.size[1], scene.points
         source = self.tables.surface.source_track(self._source, time=hour)
-        check_reach(self._refuse, tables.air, place)
+        check_reach(self._refuse, tables.air, scene)
         check_source(self._refuse, self._source, tables.air, hour, float(source.elevation))
-        lit = place.lit_share * ~hidden(seen, self._caster, direction(source.elevation, source.azimuth))
-        kelvin = place.temperature(number, tables.band)
+        lit_share = scene.lit_share * ~hidden(points, self._caster, direction(source.elevation, source.azimuth))
+        kelvin = scene.temperature(number, tables.band)
         radiance, mean, distance = np.empty(count), np.full(count, np.nan), np.full(count, np.inf)
-        distance[seen.pixel] = seen.range
-        pixel, kind = self._kinds(place, lit, kelvin)
+        distance[points.pixel] = points.range
+        pixel, kind = self._kinds(scene, lit_share, kelvin)
         terms = [
-            self._pixels(place, pixel[start : start + _BLOCK], kelvin, lit, hour, tables, source)
+            self._pixels(scene, pixel[start : start + _BLOCK], kelvin, lit_share, hour, tables, source)
             for start in range(0, pixel.size, _BLOCK)
         ]
         if terms:
-            radiance[seen.pixel] = np.concatenate([part.radiance for part in terms])[kind]
-            mean[seen.pixel] = np.concatenate([part.temperature for part in terms])[kind]
-        self._fill_air(place, radiance, tables.air, source)
+            radiance[points.pixel] = np.concatenate([part.radiance for part in terms])[kind]
+            mean[points.pixel] = np.concatenate([part.temperature for part in terms])[kind]
+        self._fill_air(scene, radiance, tables.air, source)
         lower, upper = (float(limit) for limit in tables.air.attributes["wavelength_um"])
-        parts = [self._parts(place, values) for values in (radiance, mean, distance)]
-        met = np.maximum(np.isfinite(parts[1]).sum(axis=-1), 1)
-        kelvin = np.where(np.isfinite(parts[1]).any(axis=-1), np.nansum(parts[1], axis=-1) / met, np.nan)
+        parts = [self._parts(scene, values) for values in (radiance, mean, distance)]
+        hit_count = np.maximum(np.isfinite(parts[1]).sum(axis=-1), 1)
+        kelvin = np.where(np.isfinite(parts[1]).any(axis=-1), np.nansum(parts[1], axis=-1) / hit_count, np.nan)
         observed = parts[0].mean(axis=-1)
         apparent = equivalent_temperature(tables.band, observed)
         sun = float(self.tables.surface.source_track("sun", time=hour).elevation)
         range_km = parts[2].min(axis=-1)
         return Picture(hour, sun, tables.name, (lower, upper), observed, apparent, kelvin, range_km)
 
-    def _parts(self, place: SeenScene, values: Floats) -> Floats:
+    def _parts(self, scene: SeenScene, values: Floats) -> Floats:
         """Values of the rays of each pixel, (rows, columns, rays of a pixel)."""
         side = self._samples
-        columns, rows = (count // side for count in place.rays.size)
+        columns, rows = (count // side for count in scene.rays.size)
         squares = values.reshape(rows, side, columns, side)
         return squares.transpose(0, 2, 1, 3).reshape(rows, columns, side * side)
 
-    def _kinds(self, place: SeenScene, lit: Floats, kelvin: Floats) -> tuple[Integers, Integers]:
+    def _kinds(self, scene: SeenScene, lit_share: Floats, kelvin: Floats) -> tuple[Integers, Integers]:
         """Pixels that differ, and the kind of each; the pixels of a perspective all do."""
-        seen, rows = place.seen, np.arange(len(place.seen))
-        if place.rays.side == 0 or not rows.size:
+        points, rows = scene.points, np.arange(len(scene.points))
+        if scene.rays.side == 0 or not rows.size:
             return rows, rows
-        mixture = seen.materials
+        mixture = points.materials
         return alike(
-            seen.range, seen.altitude, seen.slope, seen.azimuth, mixture.number, mixture.share, kelvin, lit,
-            place.sky_view, np.zeros((rows.size, 0)) if place.exposure is None else place.exposure.walls,
+            points.range, points.altitude, points.slope, points.azimuth, mixture.number, mixture.share, kelvin,
+            lit_share, scene.sky_view, np.zeros((rows.size, 0)) if scene.exposure is None else scene.exposure.walls,
         )  # fmt: skip
 
     def _pixels(
         self,
-        place: SeenScene,
+        scene: SeenScene,
         rows: Integers,
         kelvin: Floats,
-        lit: Floats,
+        lit_share: Floats,
         hour: float,
         tables: BandTables,
         source: SourceTrack,
     ) -> PixelRadiance:
         """Radiance of some of the pixels that meet the surface, by their rows."""
-        seen = place.seen
-        faces = self._faces(place, rows, kelvin[rows], lit[rows], hour)
-        view = _view(tables.air, place.rays, seen.pixel[rows], seen.range[rows], seen.normal[rows], source)
-        if place.walls is not None and faces.wall_temperature is not None:
-            kelvin_of_walls = self._wall_temperature(place, place.walls, rows, faces, view, tables)
+        points = scene.points
+        faces = self._faces(scene, rows, kelvin[rows], lit_share[rows], hour)
+        view = _view(tables.air, scene.rays, points.pixel[rows], points.range[rows], points.normal[rows], source)
+        if scene.walls is not None and faces.wall_temperature is not None:
+            kelvin_of_walls = self._wall_temperature(scene, scene.walls, rows, faces, view, tables)
             faces = replace(faces, wall_temperature=kelvin_of_walls)
         return pixel_radiance(self.tables.surface, tables.band, tables.air, faces, view)
 
     def _wall_temperature(
-        self, place: SeenScene, walls: Walls, rows: Integers, faces: Faces, view: View, tables: BandTables
+        self, scene: SeenScene, walls: Walls, rows: Integers, faces: Faces, view: View, tables: BandTables
     ) -> Floats:
         """Temperature [K] of what hides the sky of some pixels, as it shines in a band; its light is that at the pixel
         in the middle of the ranges.
         """
-        exposure, hidden_sky = place.exposure, 1 - place.sky_view[rows]
+        exposure, hidden_sky = scene.exposure, 1 - scene.sky_view[rows]
         assert exposure is not None  # walls are known from it
-        known = np.divide(1 - exposure.sky_view[rows], hidden_sky, out=np.zeros(rows.size), where=hidden_sky > 0)
-        shares = exposure.walls[rows] * np.minimum(known, 1.0)[:, None]
+        resolved = np.divide(1 - exposure.sky_view[rows], hidden_sky, out=np.zeros(rows.size), where=hidden_sky > 0)
+        shares = exposure.walls[rows] * np.minimum(resolved, 1.0)[:, None]
         middle = np.argsort(view.range)[[rows.size // 2]]
         ground = faces.ground_temperature
         if ground is None:
@@ -251,36 +251,36 @@ class PictureMaker:
             sun=self._source == "sun",
         )
 
-    def _fill_air(self, place: SeenScene, radiance: Floats, air: AtmosphereTable, source: SourceTrack) -> None:
+    def _fill_air(self, scene: SeenScene, radiance: Floats, air: AtmosphereTable, source: SourceTrack) -> None:
         """Write the radiance of pixels that meet nothing: of the air along the longest range of the table."""
         unmet = np.ones(radiance.size, bool)
-        unmet[place.seen.pixel] = False
-        missed = np.flatnonzero(unmet)
+        unmet[scene.points.pixel] = False
+        air_pixels = np.flatnonzero(unmet)
         farthest = air.rules("beta_star")[0].nodes[-1]
-        for start in range(0, missed.size, _BLOCK):
-            pixel = missed[start : start + _BLOCK]
+        for start in range(0, air_pixels.size, _BLOCK):
+            pixel = air_pixels[start : start + _BLOCK]
             up = np.broadcast_to([0.0, 0.0, 1.0], (pixel.size, 3))
-            view = _view(air, place.rays, pixel, np.full(pixel.size, farthest), up, source)
+            view = _view(air, scene.rays, pixel, np.full(pixel.size, farthest), up, source)
             radiance[pixel] = sky_radiance(air, view)
 
-    def _faces(self, place: SeenScene, rows: Integers, kelvin: Floats, lit: Floats, hour: float) -> Faces:
-        seen, table = place.seen, self.tables.surface
-        view = place.sky_view[rows]
+    def _faces(self, scene: SeenScene, rows: Integers, kelvin: Floats, lit_share: Floats, hour: float) -> Faces:
+        points, table = scene.points, self.tables.surface
+        view = scene.sky_view[rows]
         count = view.size
         wall = None
         if np.any(view < 1):
             nodes = np.asarray(table.root.axes["altitude"].values, float)
-            altitude = np.clip(seen.altitude[rows], nodes[0], nodes[-1])
+            altitude = np.clip(points.altitude[rows], nodes[0], nodes[-1])
             wall = table.value("air_temperature", altitude=altitude, forcing_time=hour)
         return Faces(
-            codes=self._codes[seen.materials.number[rows]],
-            shares=seen.materials.share[rows],
-            altitude=seen.altitude[rows],
-            azimuth=seen.azimuth[rows],
-            slope=seen.slope[rows],
+            codes=self._codes[points.materials.number[rows]],
+            shares=points.materials.share[rows],
+            altitude=points.altitude[rows],
+            azimuth=points.azimuth[rows],
+            slope=points.slope[rows],
             time=np.full(count, hour),
             temperature=kelvin,
-            lit_share=lit,
+            lit_share=lit_share,
             sky_view=None if wall is None else view,
             wall_temperature=wall,
         )
@@ -326,32 +326,32 @@ class Renderer(PictureMaker):
         still = self._see(0, np.array(hours)) if is_still(self.scene) else None
         with self._progress(len(hours) * len(self.tables.bands), "radiance") as advance:
             for number, hour in enumerate(hours):
-                place = still or self._see(number, np.array([hour]))
+                scene = still or self._see(number, np.array([hour]))
                 for tables in self.tables.bands:
-                    yield self._frame(place, number if still else 0, hour, tables)
+                    yield self._frame(scene, number if still else 0, hour, tables)
                     advance(1)
 
     def _see(self, number: int, hours: Floats) -> SeenScene:
         rays = view_rays(self.scene, self.surface, number)
-        seen = SeenSurface.of(rays, self.surface, self._materials, self._caster)
+        hits = SeenSurface.of(rays, self.surface, self._materials, self._caster)
         kinds, texel = WallKinds(self.surface, self._materials), self.scene.model.surface.vertices
-        exposure = history = self._exposed(seen, kinds)
-        vertices, points = None, seen
+        exposure = history = self._exposed(hits, kinds)
+        vertices, points = None, hits
         if texel is not None:
-            vertices = SeenVertices.of(seen, self.surface, self._materials, texel)
+            vertices = SeenVertices.of(hits, self.surface, self._materials, texel)
             points = vertices.points
             history = self._exposed(points, kinds)
             exposure = exposure.before(len(kinds))  # the vertices may have walls that the pixels have not
         codes, table = self._codes, self.tables.surface
         shaded_sky = self._materials.shaded_sky
         walls = walls_of_day(table, kinds, self._exposed, codes, shaded_sky) if len(kinds) else None
-        mixture = seen.materials
+        mixture = hits.materials
         lit_share, sky_view = exposure.of_mixtures(mixture.share, shaded_sky[mixture.number])
         temperatures = SeenTemperatures.of(table, points, history, codes, shaded_sky, hours, walls, self._progress)
-        return SeenScene(rays, seen, exposure, lit_share, sky_view, temperatures, walls, vertices)
+        return SeenScene(rays, hits, exposure, lit_share, sky_view, temperatures, walls, vertices)
 
-    def _exposed(self, seen: SeenSurface, kinds: WallKinds | None = None) -> SeenExposure:
-        return exposure_of(seen, self.surface, self._caster, *self._sun_of_day, self._progress, kinds)
+    def _exposed(self, points: SeenSurface, kinds: WallKinds | None = None) -> SeenExposure:
+        return exposure_of(points, self.surface, self._caster, *self._sun_of_day, self._progress, kinds)
 
     def close(self) -> None:
         self._materials.close()
@@ -380,7 +380,7 @@ def check_hours(scene: LoadedScene | LoadedFrame, surface: TemperatureTable) -> 
         )
 
 
-def check_reach(refuse: Refuse, air: AtmosphereTable, place: SeenScene) -> None:
+def check_reach(refuse: Refuse, air: AtmosphereTable, scene: SeenScene) -> None:
     """Refuse lines of sight that a table does not hold.
 
     Raises
@@ -388,12 +388,12 @@ def check_reach(refuse: Refuse, air: AtmosphereTable, place: SeenScene) -> None:
     InputError
     """
     reach = {rule.name: rule.nodes[[0, -1]] for rule in air.rules("beta_star")}
-    asked = {
-        "altitude": (place.rays.altitude, "km of the observer"),
-        "elevation": (place.rays.elevation, "degree of elevation"),
-        "range": (np.maximum(place.seen.range, reach["range"][0]), "km of range"),
+    coordinates = {
+        "altitude": (scene.rays.altitude, "km of the observer"),
+        "elevation": (scene.rays.elevation, "degree of elevation"),
+        "range": (np.maximum(scene.points.range, reach["range"][0]), "km of range"),
     }
-    for axis, (values, units) in asked.items():
+    for axis, (values, units) in coordinates.items():
         low, high = reach[axis]
         outside: Booleans = (values < low - 1e-9) | (values > high + 1e-9)
         if outside.any():

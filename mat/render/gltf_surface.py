@@ -52,8 +52,8 @@ def mesh_surface(scene: LoadedScene, mesh: Mesh) -> SurfaceMesh:
 
 
 def _covering(mesh: Mesh, name: str) -> Covering:
-    given, place = mesh.materials[name], ("surface", "mesh", "materials", name)
-    return Covering(given, None, place) if isinstance(given, str) else Covering(None, given.texture, place)
+    value, key = mesh.materials[name], ("surface", "mesh", "materials", name)
+    return Covering(value, None, key) if isinstance(value, str) else Covering(None, value.texture, key)
 
 
 def _parts(file: Path) -> list[MeshPart]:

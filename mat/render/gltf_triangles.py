@@ -90,7 +90,7 @@ class _Reader:
 
     def _placed(self) -> Iterator[tuple[dict[str, Any], Floats]]:
         """Nodes with a mesh, each with matrices (n, 4, 4) to the scene of its instances."""
-        document, seen = self.document, set()
+        document, visited = self.document, set()
         nodes = document.get("nodes", [])
         scenes = document.get("scenes", [])
         if scenes:
@@ -101,9 +101,9 @@ class _Reader:
         waiting = [(number, np.eye(4)) for number in reversed(roots)]
         while waiting:
             number, parent = waiting.pop()
-            if number in seen:
+            if number in visited:
                 raise self._error(f"node {number} has two parents", "export the mesh again")
-            seen.add(number)
+            visited.add(number)
             node = numbered(nodes, number)
             matrix = parent @ _local(node)
             waiting += [(child, matrix) for child in reversed(node.get("children", ()))]
@@ -126,17 +126,17 @@ class _Reader:
         attributes, targets = primitive["attributes"], primitive.get("targets", ())
         reference = base_colour(self.document, primitive)
         key = f"TEXCOORD_{texture_set(reference) if reference is not None else 0}"
-        place = self._morphed("POSITION", 3, attributes, targets, weights)
+        vertices = self._morphed("POSITION", 3, attributes, targets, weights)
         if "indices" in primitive:
             index = self._accessor(primitive["indices"], 1)[:, 0].astype(np.int64)
-            if index.size and index.max() >= len(place):
+            if index.size and index.max() >= len(vertices):
                 raise InputError(
-                    f"a primitive has the index {index.max()}; allowed: 0 to {len(place) - 1}, its vertices; export the"
-                    " mesh again",
+                    f"a primitive has the index {index.max()}; allowed: 0 to {len(vertices) - 1}, its vertices; export"
+                    " the mesh again",
                     file=self.file,
                 )
         else:
-            index = np.arange(len(place))
+            index = np.arange(len(vertices))
         faces = _faces(index, primitive.get("mode", TRIANGLES))
         uv = None
         if key in attributes:
@@ -147,7 +147,7 @@ class _Reader:
         material = {}
         if "material" in primitive:
             material = numbered(self.document["materials"], primitive["material"])
-        return str(material.get("name") or ""), place[faces], uv
+        return str(material.get("name") or ""), vertices[faces], uv
 
     def _morphed(self, key: str, width: int, attributes: Any, targets: Any, weights: Any) -> Floats:
         """An attribute (n, width) with the morph targets that the file shows."""
@@ -200,9 +200,9 @@ class _Reader:
 def _local(node: dict[str, Any]) -> Floats:
     """Matrix (4, 4) of a node to its parent."""
     if "matrix" in node:
-        whole: Floats = np.array(node["matrix"], float).reshape(4, 4).T
-        return whole
-    parts = (np.array(node.get(name.lower(), rest), float).reshape(1, -1) for name, rest in _REST.items())
+        stated: Floats = np.array(node["matrix"], float).reshape(4, 4).T
+        return stated
+    parts = (np.array(node.get(name.lower(), default), float).reshape(1, -1) for name, default in _REST.items())
     matrix: Floats = _matrices(*parts)[0]
     return matrix
 
@@ -217,10 +217,10 @@ def _matrices(translation: Floats, rotation: Floats, scale: Floats) -> Floats:
 
 def _moved(corners: Floats, uv: Floats | None, matrix: Floats) -> tuple[Floats, Floats | None]:
     """Triangles under a matrix; a mirror would turn them over, so that two corners change places."""
-    placed = corners @ matrix[:3, :3].T + matrix[:3, 3]
+    transformed = corners @ matrix[:3, :3].T + matrix[:3, 3]
     if np.linalg.det(matrix[:3, :3]) >= 0:
-        return placed, uv
-    return placed[:, ::-1], None if uv is None else uv[:, ::-1]
+        return transformed, uv
+    return transformed[:, ::-1], None if uv is None else uv[:, ::-1]
 
 
 def _faces(index: Integers, mode: int) -> Integers:

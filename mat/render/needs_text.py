@@ -28,13 +28,13 @@ def needs_text(scene_name: str, needs: SceneNeeds) -> str:
 
 def with_needs(job_text: str, needs: str) -> str:
     """The text of a job with other needs; all else stays as it is written."""
-    kept, inside = [], False
+    lines, inside = [], False
     for line in job_text.splitlines():
         if _TOP_KEY.match(line):
             inside = re.match(r"needs\s*:", line) is not None
         if not inside or line.startswith("#"):
-            kept.append(line)
-    return "\n".join(kept).rstrip() + "\n\n" + needs
+            lines.append(line)
+    return "\n".join(lines).rstrip() + "\n\n" + needs
 
 
 def _value(value: Any) -> str:

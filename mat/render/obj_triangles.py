@@ -71,8 +71,8 @@ def obj_parts(file: Path) -> list[MeshPart]:
             ) from None
         if sum(map(len, faces.values())) > MAX_TRIANGLES:
             raise InputError(f"holds more than {MAX_TRIANGLES} triangles; name another file", file=file, line=number)
-    place, uv = np.array(vertices, float).reshape(-1, 3), np.array(coordinates, float).reshape(-1, 2)
-    return [_part(name, corners, place, uv, scales.get(name), file) for name, corners in faces.items() if corners]
+    positions, uv = np.array(vertices, float).reshape(-1, 3), np.array(coordinates, float).reshape(-1, 2)
+    return [_part(name, corners, positions, uv, scales.get(name), file) for name, corners in faces.items() if corners]
 
 
 def _lines(file: Path) -> Iterator[tuple[int, str, list[str]]]:
@@ -93,9 +93,9 @@ def _lines(file: Path) -> Iterator[tuple[int, str, list[str]]]:
 
 def _corner(word: str, vertices: int, coordinates: int) -> _Corner:
     """Numbers from 0 of a corner such as 3, 3/1, 3//2 or -1/-1/-1; negative ones count back from this line."""
-    first, *rest = word.split("/")
-    uv = _number(rest[0], coordinates) if rest and rest[0] else None
-    return _number(first, vertices), uv
+    vertex, *indices = word.split("/")
+    uv = _number(indices[0], coordinates) if indices and indices[0] else None
+    return _number(vertex, vertices), uv
 
 
 def _number(text: str, count: int) -> int:
@@ -112,14 +112,14 @@ def _fan(corners: list[_Corner], vertices: list[list[float]], file: Path, line: 
         raise ValueError(corners)
     if len(corners) == 3:
         return [corners]
-    place = np.array([vertices[vertex] for vertex, _ in corners])
-    for first in range(len(corners)):
-        turned = np.roll(place, -first, axis=0) - place[first]
-        crosses = np.cross(turned[1:-1], turned[2:])
+    positions = np.array([vertices[vertex] for vertex, _ in corners])
+    for start in range(len(corners)):
+        rolled = np.roll(positions, -start, axis=0) - positions[start]
+        crosses = np.cross(rolled[1:-1], rolled[2:])
         # Rounding of corners on a line leaves a product of either sign.
         if np.all(crosses @ crosses.sum(axis=0) >= -1e-9 * np.sum(crosses.sum(axis=0) ** 2)):
-            ring = corners[first:] + corners[:first]
-            return [[ring[0], one, other] for one, other in pairwise(ring[1:])]
+            ring = corners[start:] + corners[:start]
+            return [[ring[0], second, third] for second, third in pairwise(ring[1:])]
     raise InputError(
         f"found a face of {len(corners)} corners that no fan of triangles fills; triangulate the mesh on export",
         file=file,
@@ -130,13 +130,13 @@ def _fan(corners: list[_Corner], vertices: list[list[float]], file: Path, line: 
 def _part(
     name: str,
     corners: list[list[_Corner]],
-    place: Floats,
+    positions: Floats,
     uv: Floats,
     scale: tuple[Floats, Floats] | None,
     file: Path,
 ) -> MeshPart:
     missing = sum(coordinate is None for face in corners for _, coordinate in face)
-    triangles = place[np.array([[vertex for vertex, _ in face] for face in corners])]
+    triangles = positions[np.array([[vertex for vertex, _ in face] for face in corners])]
     if missing == 3 * len(corners):
         return name, triangles, None
     if missing:
@@ -144,8 +144,8 @@ def _part(
             f"material '{name}' has corners with and without texture coordinates; unwrap all of it", file=file
         )
     factor, offset = scale or (np.ones(2), np.zeros(2))
-    shown = uv[np.array([[coordinate for _, coordinate in face] for face in corners])] * factor + offset
-    return name, triangles, np.stack([shown[..., 0], 1.0 - shown[..., 1]], axis=-1)  # OBJ counts v from the bottom
+    scaled = uv[np.array([[coordinate for _, coordinate in face] for face in corners])] * factor + offset
+    return name, triangles, np.stack([scaled[..., 0], 1.0 - scaled[..., 1]], axis=-1)  # OBJ counts v from the bottom
 
 
 def _texture_scales(file: Path, names: str) -> dict[str, tuple[Floats, Floats]]:
@@ -160,7 +160,7 @@ def _texture_scales(file: Path, names: str) -> dict[str, tuple[Floats, Floats]]:
             if key == "newmtl":
                 material = " ".join(words)
             elif key == "map_Kd":
-                scale, offset = (_option(words, *each, library, number) for each in (("-s", 1.0), ("-o", 0.0)))
+                scale, offset = (_option(words, *option, library, number) for option in (("-s", 1.0), ("-o", 0.0)))
                 scales[material] = scale, offset
     return scales
 

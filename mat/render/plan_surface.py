@@ -38,9 +38,9 @@ def plan_surface(scene: LoadedScene, plan: Plan) -> SurfaceMesh:
     u, v = np.meshgrid(across, down)
     points = np.stack([(u - 0.5) * width, (0.5 - v) * height, heights], axis=-1)
     points = turned(points, plan.top_azimuth_deg)
-    place = ("surface", "plan", "texture")
+    key = ("surface", "plan", "texture")
     triangles, uv = _cells(points), _cells(np.stack([u, v], axis=-1))
-    covering = Covering(None, plan.texture, place)
+    covering = Covering(None, plan.texture, key)
     numbers = np.zeros(len(triangles), int)
     return surface_of(triangles, numbers, (covering,), uv, scene.model.surface.altitude_km, plan.texture)
 
@@ -61,9 +61,9 @@ def _nodes(count: int) -> Floats:
 def _cells(grid: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Two triangles of each cell of a grid (h, w, x), rows from the top, counterclockwise from above: (F, 3, x)."""
     top_left, top_right, low_left, low_right = grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]
-    first = np.stack([top_left, low_left, low_right], axis=-2)
+    lower = np.stack([top_left, low_left, low_right], axis=-2)
     second = np.stack([top_left, low_right, top_right], axis=-2)
-    return np.stack([first, second], axis=2).reshape(-1, 3, grid.shape[-1])
+    return np.stack([lower, second], axis=2).reshape(-1, 3, grid.shape[-1])
 
 
 def _heights(height_map: HeightMap) -> Floats:

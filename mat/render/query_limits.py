@@ -39,7 +39,7 @@ class Limit:
     ----------
     key : str
     value : list
-        As YAML has it.
+        Value as YAML has it.
     reason : str
     """
 
@@ -58,7 +58,7 @@ class SceneNeeds:
     replaced : dict of str to str
         Materials that are left out, with those that stand for them.
     replaced_share : float
-        Of the pixels, of all these materials together.
+        Share of the pixels that all these materials cover together.
     notes : tuple of str
         What no key says.
     """
@@ -84,26 +84,26 @@ def scene_needs(
     reads : SceneReads
     library : MaterialLibrary
     loaded : LoadedJob, optional
-        Whose site and date place the source; without it no limit is set on where the source stands.
+        Job whose site and date place the source; without it the source's position has no limit.
     least_share : float
-        Of the pixels that meet the surface; materials with less are left out.
+        Least share of the pixels that meet the surface; rarer materials are omitted.
 
     Raises
     ------
     InputError
         The job's tables do not reach what the scene reads, or lack its bands, state, source or materials.
     """
-    kept, replaced = _materials(reads, library, least_share)
-    limits = [*_of_lines(reads), *_of_surfaces(reads, kept, least_share)]
+    materials, replaced = _materials(reads, library, least_share)
+    limits = [*_of_lines(reads), *_of_surfaces(reads, materials, least_share)]
     limits.append(Limit("sources", [scene.model.source], "source of the scene"))
     if scene.model.bands is not None:
         limits.append(Limit("bands", list(scene.model.bands), "bands of the scene"))
-    first, last = reads.clock
-    limits.append(Limit("hours", [_clock(first, -1), _clock(last, 1)], f"{reads.hours.size} frames"))
+    start, stop = reads.clock
+    limits.append(Limit("hours", [_clock(start, -1), _clock(stop, 1)], f"{reads.hours.size} frames"))
     if loaded is not None:
         limits += _of_source(scene, reads, _of_state(scene, loaded))
         limits = [_within(scene, loaded, limit) for limit in limits]
-        _check_names(scene, loaded, kept)
+        _check_names(scene, loaded, materials)
     notes = []
     if reads.range_km is None:
         notes.append("no pixel meets the surface: materials, faces and altitudes of surfaces are not limited")
@@ -125,7 +125,7 @@ def _of_lines(reads: SceneReads) -> Iterator[Limit]:
     yield Limit("elevation_deg", _outward(low, high), "of the lines of sight of all pixels")
 
 
-def _of_surfaces(reads: SceneReads, kept: tuple[str, ...], least_share: float) -> Iterator[Limit]:
+def _of_surfaces(reads: SceneReads, materials: tuple[str, ...], least_share: float) -> Iterator[Limit]:
     if reads.surface_altitude_km is None:
         return
     yield Limit("surface_altitude_km", _heights(reads.surface_altitude_km), "of what is seen, above sea level")
@@ -135,13 +135,13 @@ def _of_surfaces(reads: SceneReads, kept: tuple[str, ...], least_share: float) -
         # Walls and trees that no pixel shows send light to what it shows, which tables of level faces alone lack.
         faces.append(_UNSEEN_WALL)
     if len({slope for slope, _ in faces}) * len({azimuth for _, azimuth in faces}) <= MOST_FACES:
-        most = ", ".join(f"{slope:.4g}/{azimuth:.4g} {share:.2%}" for (slope, azimuth), share in _first(reads.faces))
-        reason = f"slope and azimuth of {len(reads.faces)} kinds of face; {most} of the pixels"
+        largest = ", ".join(f"{slope:.4g}/{azimuth:.4g} {share:.2%}" for (slope, azimuth), share in _first(reads.faces))
+        reason = f"slope and azimuth of {len(reads.faces)} kinds of face; {largest} of the pixels"
         yield Limit("faces_deg", [list(face) for face in faces], reason)
     else:
         yield Limit("slope_deg", _outward(min(slopes), max(slopes)), f"of {len(reads.faces)} kinds of face")
     shares = ", ".join(f"{name} {share:.2%}" for name, share in _first(reads.materials))
-    yield Limit("materials", list(kept), f"{shares} of the pixels; those below {least_share:g} are left out")
+    yield Limit("materials", list(materials), f"{shares} of the pixels; those below {least_share:g} are left out")
 
 
 def _first(shares: dict[Any, float]) -> list[tuple[Any, float]]:
@@ -154,8 +154,8 @@ def face_nodes(faces: list[tuple[float, float]]) -> list[tuple[float, float]]:
     azimuths = _cluster_ends(np.array([azimuth for slope, azimuth in faces if 0 < slope < 180]))
     nodes: set[tuple[float, float]] = set()
     for slope, azimuth in faces:
-        own = azimuths[azimuth] if 0 < slope < 180 else (0.0,)
-        nodes |= {(node, turn) for node in slopes[slope] for turn in own}
+        turns = azimuths[azimuth] if 0 < slope < 180 else (0.0,)
+        nodes |= {(node, turn) for node in slopes[slope] for turn in turns}
     return sorted(nodes)
 
 
@@ -173,24 +173,24 @@ def _materials(
     reads: SceneReads, library: MaterialLibrary, least_share: float
 ) -> tuple[tuple[str, ...], dict[str, str]]:
     """Materials that are built, and what stands for each of the others that the surface names: the most similar."""
-    kept = tuple(name for name, share in reads.materials.items() if share >= least_share)
-    kept = kept or tuple(reads.materials)[:1]
-    if not kept:
+    retained = tuple(name for name, share in reads.materials.items() if share >= least_share)
+    retained = retained or tuple(reads.materials)[:1]
+    if not retained:
         return (), {}
-    left_out = [name for name in reads.named if name not in kept and name in library.names]
+    left_out = [name for name in reads.named if name not in retained and name in library.names]
     spectra = {
         name: np.interp(_COMPARED_UM, library[name].wavelength, library[name].reflectance)
-        for name in (*kept, *left_out)
+        for name in (*retained, *left_out)
         if name in library.names
     }
     nearest_of = {
         name: min(
-            (other for other in kept if other in spectra),
-            key=lambda other: float(np.mean((spectra[name] - spectra[other]) ** 2)),
+            (candidate for candidate in retained if candidate in spectra),
+            key=lambda candidate: float(np.mean((spectra[name] - spectra[candidate]) ** 2)),
         )
         for name in left_out
     }
-    return kept, nearest_of
+    return retained, nearest_of
 
 
 def _of_state(scene: LoadedScene, loaded: LoadedJob) -> Job:
@@ -205,9 +205,9 @@ def _of_state(scene: LoadedScene, loaded: LoadedJob) -> Job:
 def _of_source(scene: LoadedScene, reads: SceneReads, job: Job) -> Iterator[Limit]:
     """Where the source stands at the hours of the frames, and between them."""
     source, site = scene.model.source, job.site
-    first, last = reads.clock
-    length = (last - first) % 24.0
-    hours = first + np.append(np.arange(0.0, length, STEP_H), length)
+    earliest, stop = reads.clock
+    length = (stop - earliest) % 24.0
+    hours = earliest + np.append(np.arange(0.0, length, STEP_H), length)
     where = position(source, local_times_utc(site, hours), site.latitude_deg, site.longitude_deg)
     low, high = float(np.min(where.elevation)) - ANGLE_MARGIN, float(np.max(where.elevation)) + ANGLE_MARGIN
     reason = f"of the {source} on {site.date} in these hours"
@@ -216,9 +216,9 @@ def _of_source(scene: LoadedScene, reads: SceneReads, job: Job) -> Iterator[Limi
     apart = np.abs((hours[:, None] - reads.hours + 12.0) % 24.0 - 12.0)
     start, arc = reads.azimuth_deg[np.argmin(apart, axis=1)].T
     lines = start[:, None] + arc[:, None] * np.linspace(0.0, 1.0, 65)
-    turned = np.abs((np.asarray(where.azimuth)[:, None] - lines + 180.0) % 360.0 - 180.0)
+    separation = np.abs((np.asarray(where.azimuth)[:, None] - lines + 180.0) % 360.0 - 180.0)
     margin = ANGLE_MARGIN + float(arc.max()) / 64
-    value = _outward(max(float(turned.min()) - margin, 0.0), min(float(turned.max()) + margin, 180.0))
+    value = _outward(max(float(separation.min()) - margin, 0.0), min(float(separation.max()) + margin, 180.0))
     yield Limit("source_azimuth_deg", value, f"of the {source} from the lines of sight")
 
 
@@ -255,7 +255,7 @@ def _within(scene: LoadedScene, loaded: LoadedJob, limit: Limit) -> Limit:
     return Limit(limit.key, [max(low, nodes[0]), min(high, nodes[-1])], limit.reason)
 
 
-def _check_names(scene: LoadedScene, loaded: LoadedJob, kept: tuple[str, ...]) -> None:
+def _check_names(scene: LoadedScene, loaded: LoadedJob, materials: tuple[str, ...]) -> None:
     """Refuse a job without a band, a source or a material of the scene."""
     job = loaded.requested
     for number, name in enumerate(scene.model.bands or []):
@@ -265,7 +265,7 @@ def _check_names(scene: LoadedScene, loaded: LoadedJob, kept: tuple[str, ...]) -
         raise scene.error(
             ("source",), f"found {scene.model.source}; {loaded.file.name} builds {', '.join(job.sources)}"
         )
-    for name in kept:
+    for name in materials:
         if isinstance(job.materials, list) and name not in job.materials:
             raise loaded.document.error(
                 ("materials",), f"materials: lacks '{name}', which {scene.document.file.name} shows; add it"
@@ -285,5 +285,5 @@ def _outward(low: float, high: float) -> list[float]:
 def _clock(hour: float, direction: int) -> str:
     """The whole minute at or beyond an hour of the day: before it (-1) or after it (1)."""
     minutes = hour * 60.0
-    whole = int(np.floor(minutes + 1e-6) if direction < 0 else np.ceil(minutes - 1e-6))
-    return f"{whole // 60 % 24:02d}:{whole % 60:02d}"
+    minute = int(np.floor(minutes + 1e-6) if direction < 0 else np.ceil(minutes - 1e-6))
+    return f"{minute // 60 % 24:02d}:{minute % 60:02d}"

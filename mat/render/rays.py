@@ -29,7 +29,7 @@ class Hits:
     distance : (n,) array
         [m]; infinite where there is none.
     weights : (n, 3) array
-        Of the corners, at the point; 0 where there is none.
+        Barycentric weights of the corners at the point; 0 where there is none.
     """
 
     face: Integers
@@ -39,8 +39,8 @@ class Hits:
     @property
     def met(self) -> Booleans:
         """Rays that meet the surface (n,)."""
-        met: Booleans = self.face >= 0
-        return met
+        hit: Booleans = self.face >= 0
+        return hit
 
 
 class RayCaster(Protocol):
@@ -95,15 +95,15 @@ class FewTriangles:
 
     def _meet(self, number: int, origin: Floats, direction: Floats) -> tuple[Floats, Floats, Floats]:
         """Distance to one triangle, infinite where it is missed, and the weights of its last two corners."""
-        first, second = self._edges[number]
+        edge, second = self._edges[number]
         normal = np.cross(direction, second)
-        determinant = normal @ first
-        scale = np.linalg.norm(first) * np.linalg.norm(second)
+        determinant = normal @ edge
+        scale = np.linalg.norm(edge) * np.linalg.norm(second)
         inside = np.abs(determinant) > _PARALLEL * scale
         inverse = np.divide(1.0, determinant, out=np.zeros_like(determinant), where=inside)
         start = origin - self._corner[number]
         u = np.sum(start * normal, axis=-1) * inverse
-        across = np.cross(start, first)
+        across = np.cross(start, edge)
         v = np.sum(direction * across, axis=-1) * inverse
         length = across @ second * inverse
         inside &= (u >= -_EDGE) & (v >= -_EDGE) & (u + v <= 1 + _EDGE) & (length > 0)
@@ -133,9 +133,9 @@ class EmbreeCaster:
         ]
         face = np.concatenate([part["primID"] for part in parts]).astype(int)
         distance, u, v = (np.concatenate([part[name] for part in parts]).astype(float) for name in ("tfar", "u", "v"))
-        met = face >= 0
-        weights = np.where(met[:, None], np.stack([1 - u - v, u, v], axis=-1), 0.0)
-        return Hits(face, np.where(met, distance, np.inf), weights)
+        hit = face >= 0
+        weights = np.where(hit[:, None], np.stack([1 - u - v, u, v], axis=-1), 0.0)
+        return Hits(face, np.where(hit, distance, np.inf), weights)
 
     def blocked(self, origin: Floats, direction: Floats) -> Booleans:
         parts = [self._scene.run(start, ahead, query="OCCLUDED") for start, ahead in self._pieces(origin, direction)]
@@ -147,5 +147,5 @@ class EmbreeCaster:
     ) -> list[tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]]:
         start = (np.asarray(origin, float) - self._middle).astype(np.float32)
         ahead = np.ascontiguousarray(direction, np.float32)
-        last = max(len(start), 1)
-        return [(start[first : first + _BLOCK], ahead[first : first + _BLOCK]) for first in range(0, last, _BLOCK)]
+        count = max(len(start), 1)
+        return [(start[begin : begin + _BLOCK], ahead[begin : begin + _BLOCK]) for begin in range(0, count, _BLOCK)]

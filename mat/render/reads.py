@@ -37,9 +37,9 @@ class SceneReads:
     observer_altitude_km, elevation_deg : tuple of float
         Least and greatest, of all pixels.
     azimuth_deg : (H, 2) array
-        Of the lines of sight at each hour: the first of their arc, and its length.
+        Arc of azimuths of the lines of sight at each hour: its start and its length.
     range_km, surface_altitude_km : tuple of float or None
-        Of the pixels that meet the surface; None where none does.
+        Limits over the pixels that meet the surface; None where none does.
     air : float
         Share of the pixels that meet nothing.
     faces : dict of (float, float) to float
@@ -87,7 +87,7 @@ def scene_reads(scene: LoadedScene, progress: Progress = silent) -> SceneReads:
     check_above_ground(scene, surface, caster)
     clock = np.array(scene.hours)
     still = is_still(scene)
-    pixels, met = 0, 0
+    pixels, hits = 0, 0
     spans: dict[str, list[Span]] = {name: [] for name in ("observer", "elevation", "range", "altitude")}
     faces: dict[tuple[float, float], float] = {}
     arcs: dict[float, list[Span]] = {}
@@ -95,32 +95,32 @@ def scene_reads(scene: LoadedScene, progress: Progress = silent) -> SceneReads:
         shares, walls = np.zeros(len(materials.names)), WallKinds(surface, materials)
         for number in range(1 if still else clock.size):
             rays = view_rays(scene, surface, number)
-            seen = SeenSurface.of(rays, surface, materials, caster)
-            pixels, met = pixels + rays.elevation.size, met + len(seen)
-            altitude = [seen.altitude]
+            points = SeenSurface.of(rays, surface, materials, caster)
+            pixels, hits = pixels + rays.elevation.size, hits + len(points)
+            altitude = [points.altitude]
             if scene.model.surface.vertices is not None:
-                vertices = SeenVertices.of(seen, surface, materials, scene.model.surface.vertices)
+                vertices = SeenVertices.of(points, surface, materials, scene.model.surface.vertices)
                 altitude.append(vertices.points.altitude)
             for name, values in (
                 ("observer", rays.altitude),
                 ("elevation", rays.elevation),
-                ("range", seen.range),
+                ("range", points.range),
                 ("altitude", np.concatenate(altitude)),
             ):
                 if values.size:
                     spans[name].append((float(values.min()), float(values.max())))
             for hour in clock if still else clock[number : number + 1]:
                 arcs.setdefault(float(hour), []).append(_arc(rays))
-            np.add.at(shares, seen.materials.number.ravel() % shares.size, seen.materials.share.ravel())
-            open_sky(seen.take(np.arange(0, len(seen), max(1, len(seen) // _POINTS))), caster, walls)
-            for face, count in _faces(seen).items():
+            np.add.at(shares, points.materials.number.ravel() % shares.size, points.materials.share.ravel())
+            open_sky(points.take(np.arange(0, len(points), max(1, len(points) // _POINTS))), caster, walls)
+            for face, count in _faces(points).items():
                 faces[face] = faces.get(face, 0.0) + count
             advance(1)
         for face in _faces(walls.faces()[0]):
             faces.setdefault(face, 0.0)
         named, in_shade = tuple(materials.names), materials.in_shade
     hours = np.array(sorted(arcs))
-    seen_materials = {name: float(share) / met for name, share in zip(named, shares, strict=True) if share > 0}
+    seen_materials = {name: float(share) / hits for name, share in zip(named, shares, strict=True) if share > 0}
     observer, elevation, reach, heights = (_widest(spans[name]) for name in spans)
     assert observer is not None and elevation is not None  # a picture has pixels
     return SceneReads(
@@ -130,21 +130,21 @@ def scene_reads(scene: LoadedScene, progress: Progress = silent) -> SceneReads:
         np.array([_joined(arcs[float(hour)]) for hour in hours]),
         reach,
         heights,
-        1 - met / pixels,
-        _largest_first({face: count / met for face, count in faces.items()}),
+        1 - hits / pixels,
+        _largest_first({face: count / hits for face, count in faces.items()}),
         _largest_first(seen_materials),
         not in_shade and bool(np.all(np.isin(np.round(surface.slope, DECIMALS), (0.0, 180.0)))),
         named,
     )
 
 
-def _faces(seen: SeenSurface) -> dict[tuple[float, float], float]:
+def _faces(points: SeenSurface) -> dict[tuple[float, float], float]:
     """Number of pixels of each slope and azimuth; of level faces the azimuth is 0."""
-    slope = np.round(seen.slope, DECIMALS)
+    slope = np.round(points.slope, DECIMALS)
     level = (slope == 0) | (slope == 180)
-    azimuth = np.where(level, 0.0, np.round(seen.azimuth, DECIMALS) % 360.0)
-    places, count = np.unique(np.stack([slope, azimuth], axis=-1), axis=0, return_counts=True)
-    return {(float(slope), float(azimuth)): float(n) for (slope, azimuth), n in zip(places, count, strict=True)}
+    azimuth = np.where(level, 0.0, np.round(points.azimuth, DECIMALS) % 360.0)
+    orientations, count = np.unique(np.stack([slope, azimuth], axis=-1), axis=0, return_counts=True)
+    return {(float(slope), float(azimuth)): float(n) for (slope, azimuth), n in zip(orientations, count, strict=True)}
 
 
 def _arc(rays: ViewRays) -> Span:
@@ -154,8 +154,8 @@ def _arc(rays: ViewRays) -> Span:
 
 def _joined(arcs: Iterable[Span]) -> Span:
     """The shortest arc with the ends and the middles of all arcs, which are those of one hour."""
-    places = [(first + part * length) % 360.0 for first, length in arcs for part in np.linspace(0, 1, 17)]
-    return _shortest(np.unique(places))
+    angles = [(start + part * length) % 360.0 for start, length in arcs for part in np.linspace(0, 1, 17)]
+    return _shortest(np.unique(angles))
 
 
 def _shortest(azimuth: Floats) -> Span:

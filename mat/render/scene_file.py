@@ -171,9 +171,9 @@ class Perspective(StrictModel):
         still = (self.position_m is not None, self.look_at_m is not None)
         if not (all(still) if self.track is None else not any(still)):
             raise ValueError("found no place of the camera, or two; allowed: position_m and look_at_m, or track")
-        places = [(self.position_m, self.look_at_m)] if self.track is None else []
-        places += [(station.position_m, station.look_at_m) for station in self.track or []]
-        for position, look_at in places:
+        stations = [(self.position_m, self.look_at_m)] if self.track is None else []
+        stations += [(station.position_m, station.look_at_m) for station in self.track or []]
+        for position, look_at in stations:
             if position == look_at:
                 raise ValueError("found position_m and look_at_m at the same point; allowed: two points; move one")
         return self
@@ -325,7 +325,7 @@ def load_scene(source: str | os.PathLike[str] | Mapping[str, Any], *, folder: Pa
     source : path or mapping
         A YAML file, or its content as plain data.
     folder : Path, optional
-        To which the paths in a mapping are relative; by default the working directory.
+        Base folder of relative paths in a mapping; by default the working directory.
 
     Raises
     ------

@@ -27,7 +27,7 @@ class SeenSurface:
     face : (n,) int array
         Number of the triangle.
     weights : (n, 3) array
-        Of its corners, at the point.
+        Barycentric weights of its corners, at the point.
     point, normal : (n, 3) array
         [m], and the unit normal on the side of the observer; to east, north and up.
     start : (n, 3) array
@@ -35,9 +35,9 @@ class SeenSurface:
     range : (n,) array
         [km]
     slope, azimuth : (n,) array
-        Of the face [degree].
+        Orientation of the face [degree].
     altitude : (n,) array
-        Of the point [km].
+        Altitude of the point [km].
     materials : Mixtures
     """
 

@@ -70,20 +70,20 @@ class SurfaceMaterials:
         self._replaced = scene.model.surface.replaced_materials
         unknown = scene.model.surface.unknown_material
         self._unknown = None if unknown is None else self._shown(unknown)
-        places: dict[str, tuple[str | int, ...]] = {}
+        keys: dict[str, tuple[str | int, ...]] = {}
         if self._unknown is not None:
-            places[self._unknown] = ("surface", "unknown_material")
+            keys[self._unknown] = ("surface", "unknown_material")
         for number, covering in enumerate(surface.coverings):
             if covering.texture is None:
-                places.setdefault(self._shown(str(covering.material)), covering.place)
+                keys.setdefault(self._shown(str(covering.material)), covering.place)
                 continue
             self._textures[number] = open_tmm(covering.texture)
             for name, share in self._textures[number].usage.items():
                 if share > 0:
-                    places.setdefault(self._shown(name), covering.place)
-        self.names, self.places = tuple(places), places
-        given = self._shaded_sky()
-        self.shaded_sky = np.concatenate([given, np.fmin(given, scene.model.surface.shaded_sky)])
+                    keys.setdefault(self._shown(name), covering.place)
+        self.names, self.places = tuple(keys), keys
+        open_shares = self._shaded_sky()
+        self.shaded_sky = np.concatenate([open_shares, np.fmin(open_shares, scene.model.surface.shaded_sky)])
 
     @property
     def in_shade(self) -> bool:
@@ -114,11 +114,11 @@ class SurfaceMaterials:
         """Side of a texel of level 0 on each face (F,) [m]; of faces of another covering 0."""
         surface, size = self._surface, np.zeros(len(self._surface.triangles))
         if number in self._textures:
-            own = surface.covering == number
-            edges = surface.uv[own, 1:] - surface.uv[own, :1]
+            selected = surface.covering == number
+            edges = surface.uv[selected, 1:] - surface.uv[selected, :1]
             texels = self._textures[number].width * self._textures[number].height
             covered = 0.5 * np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]) * texels
-            size[own] = np.sqrt(surface.area[own] / np.maximum(covered, 1e-12))
+            size[selected] = np.sqrt(surface.area[selected] / np.maximum(covered, 1e-12))
         return size
 
     def at(self, face: Integers, weights: Floats, footprint: Floats) -> Mixtures:
@@ -128,7 +128,7 @@ class SurfaceMaterials:
         ----------
         face : (n,) int array
         weights : (n, 3) array
-            Of the corners.
+            Barycentric weights of the corners.
         footprint : (n,) array
             Side of the pixel on the surface [m]: a texture is read at the mip level of that size.
 
@@ -143,23 +143,23 @@ class SurfaceMaterials:
         shade = np.zeros(len(face))
         covering = self._surface.covering[face]
         for index, kind in enumerate(self._surface.coverings):
-            own = np.flatnonzero(covering == index)
-            if not own.size:
+            rows = np.flatnonzero(covering == index)
+            if not rows.size:
                 continue
             if index not in self._textures:
-                number[own, 0] = self.names.index(self._shown(str(kind.material)))
+                number[rows, 0] = self.names.index(self._shown(str(kind.material)))
                 continue
-            uv = self._surface.texture_coordinates(face[own], weights[own])
-            size = self.texel_size(index)[face[own]]
-            number[own], share[own], shade[own] = self._of_texture(index, uv, footprint[own] / size)
-            unknown = share[own].sum(axis=-1) == 0
+            uv = self._surface.texture_coordinates(face[rows], weights[rows])
+            size = self.texel_size(index)[face[rows]]
+            number[rows], share[rows], shade[rows] = self._of_texture(index, uv, footprint[rows] / size)
+            unknown = share[rows].sum(axis=-1) == 0
             if unknown.any():
                 self._refuse_unknown(index, int(unknown.sum()))
-                share[own[unknown], 0] = 1.0  # the first name is that of texels without material
+                share[rows[unknown], 0] = 1.0  # the first name is that of texels without material
         if shade.any():
-            lit = 1.0 - shade[:, None]
+            sunlit = 1.0 - shade[:, None]
             number = np.concatenate([number, number + len(self.names)], axis=1)
-            share = np.concatenate([share * lit, share * (1.0 - lit)], axis=1)
+            share = np.concatenate([share * sunlit, share * (1.0 - sunlit)], axis=1)
         return Mixtures(self.names, number, share)
 
     def of_faces(self, face: Integers) -> Integers:
@@ -167,15 +167,15 @@ class SurfaceMaterials:
         number = np.zeros(len(face), int)
         centre, covering = np.full((len(face), 3), 1 / 3), self._surface.covering[face]
         for index, kind in enumerate(self._surface.coverings):
-            own = np.flatnonzero(covering == index)
+            rows = np.flatnonzero(covering == index)
             if index not in self._textures:
-                number[own] = self.names.index(self._shown(str(kind.material)))
-            elif own.size:
-                uv = self._surface.texture_coordinates(face[own], centre[own])
-                texels = np.sqrt(self._surface.area[face[own]]) / self.texel_size(index)[face[own]]
+                number[rows] = self.names.index(self._shown(str(kind.material)))
+            elif rows.size:
+                uv = self._surface.texture_coordinates(face[rows], centre[rows])
+                texels = np.sqrt(self._surface.area[face[rows]]) / self.texel_size(index)[face[rows]]
                 materials, share, _ = self._of_texture(index, uv, texels)
-                most = np.take_along_axis(materials, share.argmax(axis=1)[:, None], axis=1)[:, 0]
-                number[own] = np.where(share.any(axis=1), most, -1 if self._unknown is None else 0)
+                dominant = np.take_along_axis(materials, share.argmax(axis=1)[:, None], axis=1)[:, 0]
+                number[rows] = np.where(share.any(axis=1), dominant, -1 if self._unknown is None else 0)
         return number
 
     def _refuse_unknown(self, index: int, count: int) -> None:
@@ -192,18 +192,18 @@ class SurfaceMaterials:
         """
         texture = self._textures[index]
         # A texture repeats beyond its borders, as glTF does by default; the last border belongs to the last texel.
-        place = np.where((uv < -1e-6) | (uv > 1 + 1e-6), uv - np.floor(uv), np.clip(uv, 0.0, 1.0))
+        wrapped = np.where((uv < -1e-6) | (uv > 1 + 1e-6), uv - np.floor(uv), np.clip(uv, 0.0, 1.0))
         level = np.clip(np.floor(np.log2(np.maximum(texels, 1.0)) + 0.5), 0, texture.levels - 1).astype(int)
         codes, shares, shade = np.zeros((len(uv), PARTS), int), np.zeros((len(uv), PARTS)), np.zeros(len(uv))
         for number in np.unique(level):
-            own = level == number
-            x, y = (place[own] * [texture.width, texture.height]).T
-            codes[own], shares[own] = texture.mixture(x, y, int(number))
-            shade[own] = texture.shade(x, y, int(number))
+            at_level = level == number
+            x, y = (wrapped[at_level] * [texture.width, texture.height]).T
+            codes[at_level], shares[at_level] = texture.mixture(x, y, int(number))
+            shade[at_level] = texture.shade(x, y, int(number))
         numbers = np.zeros(1 + max(texture.materials), int)
         for code, name in texture.materials.items():
-            shown = self._shown(name)
-            numbers[code] = self.names.index(shown) if shown in self.names else 0
+            material = self._shown(name)
+            numbers[code] = self.names.index(material) if material in self.names else 0
         shares[codes == 0] = 0.0  # a texel without material may give code 0 a share
         total = shares.sum(axis=-1, keepdims=True)
         return np.where(total > 0, numbers[codes], 0), shares / np.where(total > 0, total, 1.0), shade

@@ -30,7 +30,7 @@ class Covering:
     texture : Path or None
         A ``.tmm.h5`` file.
     place : tuple
-        Of the key of the scene file that names it, for errors.
+        Path of the key of the scene file that names it, for errors.
     """
 
     material: str | None
@@ -52,7 +52,7 @@ class SurfaceMesh:
     uv : (F, 3, 2) array
         Texture coordinates of the corners, from the top left corner of the image; 0 where there is no texture.
     altitude : float
-        Of height 0 [km].
+        Altitude of height 0 [km].
     """
 
     triangles: Floats
@@ -126,10 +126,12 @@ def surface_of(
     corners, coordinates = np.asarray(triangles, float).reshape(-1, 3, 3), np.asarray(uv, float).reshape(-1, 3, 2)
     if not np.all(np.isfinite(corners)) or not np.all(np.isfinite(coordinates)):
         raise InputError("holds a corner whose place is not finite; repair the file", file=file)
-    kept = 0.5 * np.linalg.norm(_cross(corners), axis=-1) > LEAST_AREA
-    if not kept.any():
+    nonempty = 0.5 * np.linalg.norm(_cross(corners), axis=-1) > LEAST_AREA
+    if not nonempty.any():
         raise InputError("holds no triangle with an area; allowed: at least one; name another file", file=file)
-    return SurfaceMesh(corners[kept], np.asarray(covering, int)[kept], coverings, coordinates[kept], altitude)
+    return SurfaceMesh(
+        corners[nonempty], np.asarray(covering, int)[nonempty], coverings, coordinates[nonempty], altitude
+    )
 
 
 def _cross(triangles: Floats) -> Floats:

@@ -33,15 +33,15 @@ class SeenTemperatures:
 
     Attributes
     ----------
-    used : (n, M) bool array
+    present : (n, M) bool array
         Materials with a share.
     column : (u,) int array
-        Which column each of the used materials has, in the order of `used`.
+        Column of each material that is present, in the order of `present`.
     kelvin : (P, H) array
-        Of the columns [K].
+        Temperatures of the columns [K].
     """
 
-    used: Booleans
+    present: Booleans
     column: Integers
     kelvin: Floats
 
@@ -49,7 +49,7 @@ class SeenTemperatures:
     def of(
         cls,
         surface: TemperatureTable,
-        seen: SeenSurface,
+        points: SeenSurface,
         exposure: SeenExposure,
         codes: Integers,
         shaded_sky: Floats,
@@ -62,16 +62,16 @@ class SeenTemperatures:
         Parameters
         ----------
         surface : TemperatureTable
-        seen : SeenSurface
+        points : SeenSurface
         exposure : SeenExposure
-            At the 288 steps of the day.
+            Exposure at the 288 steps of the day.
         codes : (K,) int array
-            Of the materials by their number in `seen`.
+            Codes of the materials by their number in `points`.
         shaded_sky : (K,) array
-            As `SurfaceMaterials.shaded_sky`.
+            Open share of the sky in the shade, as `SurfaceMaterials.shaded_sky`.
         hours : (H,) array
         walls : Walls, optional
-            Of `exposure.walls`; by default all that hides the sky is as warm as the air.
+            Walls of `exposure.walls`; by default all that hides the sky has the temperature of the air.
         progress : callable, optional
 
         Raises
@@ -79,43 +79,43 @@ class SeenTemperatures:
         InputError
             A place outside the table, or one in the shade and the table holds no response to it.
         """
-        used = seen.materials.share > 0
-        row, part = np.nonzero(used)
-        number = seen.materials.number[row, part]
-        material, under = codes[number], np.isfinite(shaded_sky[number])
+        present = points.materials.share > 0
+        row, part = np.nonzero(present)
+        number = points.materials.number[row, part]
+        material, in_shade = codes[number], np.isfinite(shaded_sky[number])
         view = np.fmin(exposure.sky_view[row], shaded_sky[number])
-        places: Floats = np.stack([seen.altitude[row], seen.azimuth[row], seen.slope[row], view], axis=-1)
-        place = np.asarray(np.round(places, _DIGITS), np.float64) + 0.0
-        shaded = exposure.shaded[row] | under[:, None]
+        coordinates: Floats = np.stack([points.altitude[row], points.azimuth[row], points.slope[row], view], axis=-1)
+        rounded = np.asarray(np.round(coordinates, _DIGITS), np.float64) + 0.0
+        shaded = exposure.shaded[row] | in_shade[:, None]
         shares = np.zeros((row.size, 0))
         if walls is not None:
             # What hides the sky beside the faces of the scene is not known.
             hidden = np.divide(1 - exposure.sky_view[row], 1 - view, out=np.zeros(row.size), where=view < 1)
             shares = exposure.walls[row] * hidden[:, None]
-        first, column = alike(material, place, np.packbits(shaded, axis=1), shares)
-        kelvin = np.empty((first.size, hours.size))
-        with progress(first.size, "surface temperatures") as advance:
-            for start in range(0, first.size, _BLOCK):
-                chosen = first[start : start + _BLOCK]
+        representative, column = alike(material, rounded, np.packbits(shaded, axis=1), shares)
+        kelvin = np.empty((representative.size, hours.size))
+        with progress(representative.size, "surface temperatures") as advance:
+            for start in range(0, representative.size, _BLOCK):
+                chosen = representative[start : start + _BLOCK]
                 before = None if walls is None else (walls, shares[chosen])
                 kelvin[start : start + _BLOCK] = _columns(
-                    surface, material[chosen], place[chosen], shaded[chosen], hours, before
+                    surface, material[chosen], rounded[chosen], shaded[chosen], hours, before
                 )
                 advance(chosen.size)
-        return cls(used, column, kelvin)
+        return cls(present, column, kelvin)
 
     def at(self, hour: int) -> Floats:
         """Temperatures (n, M) [K] at an hour by its number; unused materials have that of the first used one."""
-        kelvin = np.zeros(self.used.shape)
-        kelvin[self.used] = self.kelvin[self.column, hour]
-        first = np.take_along_axis(kelvin, self.used.argmax(axis=1)[:, None], axis=1)
-        return np.where(self.used, kelvin, first)
+        kelvin = np.zeros(self.present.shape)
+        kelvin[self.present] = self.kelvin[self.column, hour]
+        default = np.take_along_axis(kelvin, self.present.argmax(axis=1)[:, None], axis=1)
+        return np.where(self.present, kelvin, default)
 
 
 def _columns(
     surface: TemperatureTable,
     material: Integers,
-    place: Floats,
+    coordinates: Floats,
     shaded: Booleans,
     hours: Floats,
     before: tuple[Walls, Floats] | None,
@@ -123,14 +123,14 @@ def _columns(
     """Temperatures (P, H) [K] of P columns at places (P, 4): altitude, azimuth, slope and sky view; before walls by the
     shares (P, K) that they hide.
     """
-    where = {"material": material} | dict(zip(("altitude", "azimuth", "slope"), place.T[:3], strict=True))
+    where = {"material": material} | dict(zip(("altitude", "azimuth", "slope"), coordinates.T[:3], strict=True))
     kelvin = surface.temperature(**{name: values[:, None] for name, values in where.items()}, time=hours[None, :])
-    rows = np.flatnonzero(shaded.any(axis=1) | (place[:, 3] < 1))
+    rows = np.flatnonzero(shaded.any(axis=1) | (coordinates[:, 3] < 1))
     if rows.size:
-        exposure = Exposure(shaded[rows].astype(float), place[rows, 3:])
+        exposure = Exposure(shaded[rows].astype(float), coordinates[rows, 3:])
         if before is not None:
             walls, shares = before
-            air = OpenAir.of(surface.root).air_temperature(place[rows, 0])
+            air = OpenAir.of(surface.root).air_temperature(coordinates[rows, 0])
             facing, light = walls.before(shares[rows], air)
             exposure = replace(exposure, facing=facing, wall_light=light)
         change = surface.exposed_change(exposure, **{name: values[rows] for name, values in where.items()})
@@ -154,33 +154,33 @@ def walls_of_day(
     exposed : callable
         Shade of the day and open sky of points.
     codes, shaded_sky : (K,) array
-        As for `SeenTemperatures.of`.
+        Codes and open shares, as for `SeenTemperatures.of`.
     """
-    seen, wall = kinds.faces()
-    exposure, hours = exposed(seen), forcing_hours()
+    points, wall = kinds.faces()
+    exposure, hours = exposed(points), forcing_hours()
     time = AxisRule.of("time", surface.root.axes["time"])
-    held = np.ones(hours.size, bool)
+    inside = np.ones(hours.size, bool)
     if time.interpolation != PERIODIC:
-        held = np.mod(hours - time.nodes[0], DAY_H) <= time.nodes[-1] - time.nodes[0]
-    nearest = np.where(held, hours, surface.root.axes["time"].values[0])
+        inside = np.mod(hours - time.nodes[0], DAY_H) <= time.nodes[-1] - time.nodes[0]
+    nearest = np.where(inside, hours, surface.root.axes["time"].values[0])
     sky = OpenAir.of(surface.root)
     # Faces that no pixel sees may lie beyond the axes: those of other slopes are as warm as the air.
-    kelvin = SeenTemperatures.of(surface.clamped(), seen, exposure, codes, shaded_sky, nearest)
+    kelvin = SeenTemperatures.of(surface.clamped(), points, exposure, codes, shaded_sky, nearest)
     slopes = np.asarray(surface.root.axes["slope"].values, float)
-    known = held & ((seen.slope >= slopes[0] - _NEAR) & (seen.slope <= slopes[-1] + _NEAR))[:, None]
-    of_face = np.where(known, kelvin.kelvin[kelvin.column], sky.air_temperature(seen.altitude))
-    under = Exposure(exposure.shaded.astype(float), exposure.sky_view[:, None])
-    place = seen.altitude, seen.azimuth, seen.slope
-    light = sky.sunlight(under, *place, float(surface.attributes.get("ground_albedo", 0.0)))
-    code = codes[seen.materials.number[:, 0]]
+    tabulated = inside & ((points.slope >= slopes[0] - _NEAR) & (points.slope <= slopes[-1] + _NEAR))[:, None]
+    of_face = np.where(tabulated, kelvin.kelvin[kelvin.column], sky.air_temperature(points.altitude))
+    without_walls = Exposure(exposure.shaded.astype(float), exposure.sky_view[:, None])
+    position = points.altitude, points.azimuth, points.slope
+    light = sky.sunlight(without_walls, *position, float(surface.attributes.get("ground_albedo", 0.0)))
+    code = codes[points.materials.number[:, 0]]
     absorptance = surface.value(ABSORPTANCE, material=code)
-    cosine = sun_cosine(seen.slope[:, None], seen.azimuth[:, None], sky.elevation, sky.azimuth)
+    cosine = sun_cosine(points.slope[:, None], points.azimuth[:, None], sky.elevation, sky.azimuth)
     beam = cosine * ~exposure.shaded * (sky.elevation > 0)
     number = np.arange(len(kinds))
     means = (wall == number[:, None]) / np.maximum(np.bincount(wall, minlength=number.size), 1)[:, None]
-    first = np.argmax(wall == number[:, None], axis=1)
+    representative = np.argmax(wall == number[:, None], axis=1)
     return Walls(
-        code[first],
+        code[representative],
         (means @ of_face**4) ** 0.25,
         means @ ((1 - absorptance)[:, None] * light),
         means @ beam,

@@ -36,7 +36,7 @@ class SeenVertices:
     first : (n,) int array
         Row in `points` of the first vertex of the face of each pixel.
     weights : (n, 3) array
-        Of the three vertices at each pixel; they sum to 1.
+        Barycentric weights of the three vertices at each pixel; they sum to 1.
     """
 
     points: SeenSurface
@@ -45,7 +45,7 @@ class SeenVertices:
 
     @classmethod
     def of(
-        cls, seen: SeenSurface, surface: SurfaceMesh, materials: SurfaceMaterials, texel: VertexTexel
+        cls, pixels: SeenSurface, surface: SurfaceMesh, materials: SurfaceMaterials, texel: VertexTexel
     ) -> SeenVertices:
         """Find the vertices and their materials.
 
@@ -53,7 +53,7 @@ class SeenVertices:
         ----------
         seen, surface, materials
         texel : {'centre', 'nearest'}
-            Of which a vertex has the material: that in the centre of its face, or that nearest to the vertex.
+            Texel whose material a vertex has: in the centre of its face, or nearest to the vertex.
 
         Raises
         ------
@@ -61,28 +61,28 @@ class SeenVertices:
             A texel has no material, and the scene names none for such texels.
         """
         # A face seen from both sides counts twice: the normal is on the observer's side.
-        side = np.sum(seen.normal * surface.normal[seen.face], axis=-1) < 0
-        _, pixel, number = np.unique(2 * seen.face + side, return_index=True, return_inverse=True)
+        side = np.sum(pixels.normal * surface.normal[pixels.face], axis=-1) < 0
+        _, pixel, number = np.unique(2 * pixels.face + side, return_index=True, return_inverse=True)
         rows = np.repeat(pixel, 3)
-        face, normal = seen.face[rows], seen.normal[rows]
+        face, normal = pixels.face[rows], pixels.normal[rows]
         weights = np.tile(_CORNERS, (pixel.size, 1))
         point = surface.points(face, weights)
         read = weights if texel == "nearest" else np.tile(_CENTRE, (rows.size, 1))
         points = replace(
-            seen,
+            pixels,
             pixel=rows,
             face=face,
             weights=weights,
             point=point,
             normal=normal,
             start=point + normal * start_height(surface),
-            range=seen.range[rows],
-            slope=seen.slope[rows],
-            azimuth=seen.azimuth[rows],
+            range=pixels.range[rows],
+            slope=pixels.slope[rows],
+            azimuth=pixels.azimuth[rows],
             altitude=surface.altitude + point[:, 2] * 1e-3,
             materials=_largest(materials.at(face, read, np.zeros(rows.size))),
         )
-        return cls(points, 3 * number.ravel(), seen.weights)
+        return cls(points, 3 * number.ravel(), pixels.weights)
 
     def temperature(self, at_vertices: SeenTemperatures, hour: int, band: BandTable) -> Floats:
         """Temperatures (n, 1) [K] of black bodies with the band radiance that is interpolated from the vertices.
@@ -90,7 +90,7 @@ class SeenVertices:
         Parameters
         ----------
         at_vertices : SeenTemperatures
-            Of `points`.
+            Temperatures of `points`.
         hour : int
             Number of one of its hours.
         band : BandTable

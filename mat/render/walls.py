@@ -60,8 +60,8 @@ class WallKinds:
             turn = np.round(azimuth / _AZIMUTH_STEP).astype(int) % round(360 / _AZIMUTH_STEP)
             turn[(tilt == 0) | (tilt == round(180 / _SLOPE_STEP))] = 0
             material = self._materials.of_faces(new // 2)
-            for place, key in zip(new, zip(material.tolist(), tilt.tolist(), turn.tolist(), strict=True), strict=True):
-                self._kind[place] = -1 if key[0] < 0 else self._numbers.setdefault(key, len(self._numbers))
+            for index, key in zip(new, zip(material.tolist(), tilt.tolist(), turn.tolist(), strict=True), strict=True):
+                self._kind[index] = -1 if key[0] < 0 else self._numbers.setdefault(key, len(self._numbers))
         np.add.at(self._met, side, 1)
         kind: Integers = self._kind[side]
         return kind
@@ -81,7 +81,7 @@ class WallKinds:
         point = surface.triangles[side // 2].mean(axis=1)
         slope, azimuth = slope_and_azimuth(normal)
         number = self._materials.of_faces(side // 2)[:, None]
-        seen = SeenSurface(
+        points = SeenSurface(
             np.arange(side.size),
             side // 2,
             np.full((side.size, 3), 1 / 3),
@@ -94,7 +94,7 @@ class WallKinds:
             surface.altitude + point[:, 2] * 1e-3,
             Mixtures(self._materials.names, number, np.ones(number.shape)),
         )
-        return seen, self._kind[side]
+        return points, self._kind[side]
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,9 +104,9 @@ class Walls:
     Attributes
     ----------
     code : (K,) int array
-        Of their materials.
+        Codes of the walls' materials.
     temperature, light, beam : (K, 288) array
-        Of the walls [K]; sunlight that they reflect [W m^-2]; share of the direct light of the Sun on a surface across
+        Temperatures of the walls [K]; reflected sunlight [W m^-2]; share of the direct light on a surface across
         it that falls on them.
     """
 
@@ -121,12 +121,12 @@ class Walls:
         Parameters
         ----------
         shares : (P, K) array
-            Of the hidden sky; the rest is as warm as the air.
+            Shares of the hidden sky; the rest has the temperature of the air.
         air : (P, 288) array
             [K]
         """
-        rest = 1 - shares.sum(axis=1, keepdims=True)
-        kelvin: Floats = (shares @ self.temperature**4 + rest * air**4) ** 0.25
+        remainder = 1 - shares.sum(axis=1, keepdims=True)
+        kelvin: Floats = (shares @ self.temperature**4 + remainder * air**4) ** 0.25
         return kelvin, shares @ self.light
 
     def in_band(
@@ -146,7 +146,7 @@ class Walls:
         ----------
         tables : BandTables
         shares : (n, K) array
-            As in `before`.
+            Shares of the hidden sky, as in `before`.
         hour : float
             Local clock.
         lines : LinesOfSight
@@ -168,11 +168,11 @@ class Walls:
         )
         black = band.blackbody_radiance(np.array([ground, air, *kelvin]))
         emissivity = 1 - band.clamped().value("reflectance_planck", material=self.code, planck_temperature=kelvin)
-        reflectance, rest = band.value("reflectance", material=self.code), 1 - shares.sum(axis=1)
+        reflectance, remainder = band.value("reflectance", material=self.code), 1 - shares.sum(axis=1)
         return wall_as_it_shines(
             band,
-            shares @ (emissivity * black[2:]) + rest * WALL_EMISSIVITY * black[1],
-            shares @ (1 - emissivity) + rest * (1 - WALL_EMISSIVITY),
+            shares @ (emissivity * black[2:]) + remainder * WALL_EMISSIVITY * black[1],
+            shares @ (1 - emissivity) + remainder * (1 - WALL_EMISSIVITY),
             0.5 * (level + black[0]),
             shares @ (reflectance * beam) * direct * sun,
         )

@@ -99,6 +99,8 @@ def test_each_place_has_its_own_shadows_and_walls():
 def test_a_given_temperature_replaces_the_solution():
     hourly = tuple(280.0 + hour for hour in range(24))
     columns = [np.full(2, value) for value in (0.0, 180.0, 30.0)]
-    found = temperatures_at([DARK, BRIGHT], DAY, *columns, [6.5, 23.5], steps=96, given={"bright": hourly})
+    found = temperatures_at(
+        [DARK, BRIGHT], DAY, *columns, [6.5, 23.5], steps=96, material_temperatures={"bright": hourly}
+    )
     assert found[:, 1] == pytest.approx([286.5, 0.5 * (303 + 280)])
     assert found[0, 0] == pytest.approx(at(time_h=6.5)[0, 0], abs=2e-3)

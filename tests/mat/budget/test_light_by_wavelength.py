@@ -55,9 +55,9 @@ def test_a_pixel_by_wavelength_errs_by_a_hundredth_of_its_radiance(job, prepared
         scenes=6,
         seed=3,
     )
-    truth = scenes.truth.of(scenes.views, scenes.around, tables.finish)
+    truth = scenes.truth.of(scenes.views, scenes.circumstances, tables.finish)
     # At the true temperatures, which coarse axes would hide.
-    read = pixel_radiance(tables, scenes.truth, scenes.views, scenes.around, truth.kelvin)
+    read = pixel_radiance(tables, scenes.truth, scenes.views, scenes.circumstances, truth.kelvin)
     assert rms(read - truth.radiance) < 0.01 * rms(truth.radiance)
 
 

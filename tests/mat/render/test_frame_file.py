@@ -96,7 +96,7 @@ def test_frames_of_a_folder_are_in_the_order_of_their_numbers(frame, tmp_path):
     with pytest.raises(InputError, match="hours: found 3 hours and 2 frames"):
         _ = frame(**several, hours=[1.0, 2.0, 3.0]).hours
     (tmp_path / "d_3.npy").touch()
-    with pytest.raises(InputError, match=r"buffers.ids.file: found no file for the frame '3'"):
+    with pytest.raises(InputError, match=r"buffers.ids.file: found no file for frame '3'"):
         _ = frame(**several).marks
     with pytest.raises(InputError, match=r"buffers.depth.file: found no file"):
         _ = frame(buffers__depth__file="x_*.npy").marks

@@ -75,7 +75,7 @@ def drawn(scene):
     """The scene's picture, with distances [m], normals and ids (rows, columns) of what its rays meet."""
     with Renderer(scene) as renderer:
         (picture,) = renderer.frames()
-        seen = renderer._see(0, np.array([HOUR])).seen
+        seen = renderer._see(0, np.array([HOUR])).points
         rays = view_rays(scene, renderer.surface, 0)
     shape = (ROWS, COLUMNS)
     distance, normal, ids = (
@@ -368,7 +368,7 @@ def test_faces_that_look_down_are_said_and_altitudes_beyond_the_table_refused(fr
     renderer = FrameRenderer(frame_of(files={"normal.npy": down}, mesh=None))
     renderer.check()
     assert "look further down than a slope of 45 degree" in renderer.notes[0]
-    with pytest.raises(InputError, match=r"altitude_km: found surfaces at 5 to 5\.0\d* km; s01.htt.h5 holds 0 to 1"):
+    with pytest.raises(InputError, match=r"altitude_km: the surface is at 5 to 5\.0\d* km, s01.htt.h5 covers 0 to 1"):
         FrameRenderer(frame_of(altitude_km=5.0)).check()
 
 

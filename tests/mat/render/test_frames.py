@@ -177,12 +177,12 @@ def test_the_roof_shades_the_points_from_which_it_hides_the_sun(roofed):
         place = renderer._see(0, np.array([10.0]))
         track = renderer.tables.surface.source_track("sun", time=forcing_hours())
         exposure = exposure_of(
-            place.seen, renderer.surface, ray_caster(renderer.surface), track.elevation, track.azimuth
+            place.points, renderer.surface, ray_caster(renderer.surface), track.elevation, track.azimuth
         )
-    ground = place.seen.point[:, 2] < 1.0
+    ground = place.points.point[:, 2] < 1.0
     up = track.elevation > 1.0
     towards = direction(track.elevation, track.azimuth)[up]
-    crossing = place.seen.point[ground, None, :2] + ROOF_HEIGHT * towards[None, :, :2] / towards[None, :, 2:]
+    crossing = place.points.point[ground, None, :2] + ROOF_HEIGHT * towards[None, :, :2] / towards[None, :, 2:]
     beside = np.abs(crossing).max(axis=-1) - ROOF_HALF
     clear_cut = np.abs(beside) > 0.05
     assert (exposure.shaded[ground][:, up] == (beside < 0))[clear_cut].all()
@@ -195,7 +195,7 @@ def test_without_sun_nothing_is_shaded(roofed):
     with Renderer(roofed()) as renderer:
         place = renderer._see(0, np.array([10.0]))
         dark = np.full(288, -20.0)
-        exposure = exposure_of(place.seen, renderer.surface, ray_caster(renderer.surface), dark, np.zeros(288))
+        exposure = exposure_of(place.points, renderer.surface, ray_caster(renderer.surface), dark, np.zeros(288))
     assert not exposure.shaded.any()
 
 
@@ -270,7 +270,7 @@ def test_a_pixel_at_the_foot_of_a_slope_sees_it_as_warm_and_bright_as_it_is(roof
     pixel = library_pixel(
         small_build,
         hour=10.0,
-        distance=place.seen.range[0],
+        distance=place.points.range[0],
         elevation=place.rays.elevation[0],
         azimuth=place.rays.azimuth[0],
         altitude=0.13,
@@ -289,7 +289,7 @@ def test_a_shaded_pixel_is_the_pixel_of_the_library_under_the_same_shade(roofed,
     (frame,) = frames_of(scene)
     with Renderer(scene) as renderer:
         place = renderer._see(0, np.array([10.0]))
-    seen, shaded = place.seen, place.exposure.shaded
+    seen, shaded = place.points, place.exposure.shaded
     now = shaded[:, 120]  # 10:00
     chosen = int(np.flatnonzero(now & (seen.point[:, 2] < 1.0))[0])
     hours = forcing_hours()[shaded[chosen]]
@@ -334,11 +334,11 @@ def test_shade_that_has_left_still_cools(roofed):
     (frame,) = frames_of(scene)
     with Renderer(scene) as renderer:
         place = renderer._see(0, np.array([10.0]))
-    shaded, ground = place.exposure.shaded, place.seen.point[:, 2] < 1.0
+    shaded, ground = place.exposure.shaded, place.points.point[:, 2] < 1.0
     left = ground & ~shaded[:, 117:122].any(axis=1) & shaded[:, 100:117].any(axis=1)
     never = ground & ~shaded.any(axis=1) & (place.exposure.sky_view > 0.97)
     assert left.any() and never.any()
-    kelvin = frame.surface_temperature.ravel()[place.seen.pixel]
+    kelvin = frame.surface_temperature.ravel()[place.points.pixel]
     assert kelvin[left].max() < kelvin[never].min() - 0.1
 
 
@@ -478,7 +478,7 @@ def test_materials_in_the_shade_all_day_are_the_library_s_under_that_shade(roofe
         for changes in ({}, {"shaded_materials": {"grass_green": 0.4}})
     )
     with Renderer(roofed()) as renderer:
-        seen = renderer._see(0, np.array([10.0])).seen
+        seen = renderer._see(0, np.array([10.0])).points
     roof = seen.pixel[seen.point[:, 2] > ROOF_HEIGHT - 0.1]
     table, _, _ = tables_of(small_build)
     place = {"material": "grass_green", "altitude": 0.1 + ROOF_HEIGHT / 1e3}

@@ -125,8 +125,8 @@ def test_shade_of_a_photograph_beside_a_roof_sees_the_smaller_of_both_skies(
         (frame,) = renderer.frames()
         place = renderer._see(0, np.array([HOUR]))
         sun = tables[0].source_track("sun", time=HOUR)
-        dark_now = hidden(place.seen, renderer._caster, direction(sun.elevation, sun.azimuth))
-    seen, own = place.seen, place.exposure.sky_view
+        dark_now = hidden(place.points, renderer._caster, direction(sun.elevation, sun.azimuth))
+    seen, own = place.points, place.exposure.sky_view
     chosen = np.flatnonzero((seen.point[:, 2] < 1) & ~place.exposure.shaded.any(axis=1) & ~dark_now)
     assert chosen.size > 20 and own[chosen].min() < 0.95 < own[chosen].max()
     mixture = seen.materials

@@ -137,13 +137,14 @@ def cache_of_the_tests(folder_of_the_run):
 @pytest.fixture(scope="session", autouse=True)
 def few_suns():
     """Clear skies of the tests are computed at few elevations of the Sun: each takes seconds of a processor, and most
-    tests of surfaces need one of their own.
+    tests of surfaces need one of their own. Gives those of a user's sky.
     """
+    all_elevations = clear_sky.SUN_ELEVATIONS
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(clear_sky, "SUN_ELEVATIONS", np.array([-8, -4, -1, 1, 3, 6, 10, 15, 25, 40, 60, 90], float))
         patch.setattr(clear_sky, "AUREOLE_ELEVATIONS", np.array([0.5, 10.0, 30.0, 90.0]))
         patch.setattr(aureole, "_POINTS", 4)
-        yield
+        yield all_elevations
 
 
 @pytest.fixture(scope="session")

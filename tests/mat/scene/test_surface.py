@@ -7,6 +7,7 @@ from skyshine.mat.atmosphere.gases.absorption import default_water_continuum
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.scene import clear_sky
 from skyshine.mat.scene.clear_sky import band_model_sky
 from skyshine.mat.scene.surface import surface_inputs
 from skyshine.mat.surface.forcing import Scene
@@ -25,8 +26,10 @@ def air():
 
 
 @pytest.fixture(scope="module")
-def sky(air):
-    return band_model_sky(air, 3000.0, 0.2, 1.0, default_water_continuum())
+def sky(air, few_suns):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(clear_sky, "SUN_ELEVATIONS", few_suns)
+        return band_model_sky(air, 3000.0, 0.2, 1.0, default_water_continuum())
 
 
 def test_interpolation_between_elevations_and_altitudes(air, sky):

@@ -17,13 +17,13 @@ def allow_outside() -> None:
     os.environ[ALLOW_OUTSIDE] = "1"
 
 
-def job_path(folder: StrPath, name: str, *, for_output: bool = False) -> Path:
+def job_path(folder: StrPath | None, name: str, *, for_output: bool = False) -> Path:
     """Path of a file or folder that a job names.
 
     Parameters
     ----------
-    folder : path
-        Folder of the job.
+    folder : path or None
+        Folder of the job; None for a path that the user gives to a command or function, which may be anywhere.
     name : str
         Path as the job states it.
     for_output : bool
@@ -42,6 +42,8 @@ def job_path(folder: StrPath, name: str, *, for_output: bool = False) -> Path:
             f"found '{name[:20]}...', a name of {longest} bytes; allowed: names of {NAME_LIMIT} at most, paths of"
             f" {PATH_LIMIT}; shorten it"
         )
+    if folder is None:
+        return Path(name)
     path = Path(folder, name)
     absolute = Path(name).is_absolute()
     escapes = for_output if absolute else not _inside(path, Path(folder))

@@ -10,16 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.api.spectrum import (
-    IRRADIANCE,
-    described_air,
-    number,
-    numbers,
-    on_the_day,
-    source_on_the_day,
-    state_air,
-    wavenumber_limits,
-)
+from skyshine.mat.api.air import described_air, on_the_day, source_on_the_day, state_air, with_air_keys
+from skyshine.mat.api.arguments import numbers, wavenumber_limits
+from skyshine.mat.api.spectrum import IRRADIANCE
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, default_water_continuum
 from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
@@ -86,6 +79,7 @@ class Fluxes:
         return f"<Fluxes on {self.altitude.size} levels, {self.source_elevation.size} source elevations, {bins}>"
 
 
+@with_air_keys
 def fluxes(
     *,
     wavenumber: tuple[float, float] | None = None,
@@ -109,8 +103,8 @@ def fluxes(
     source_elevation : float or (S,) array
         Geometric elevation of the source [degree].
     **air
-        Description of the air as for `spectrum`: atmosphere, aerosol, visibility, clouds, rain and others; its ground
-        has the temperature of the lowest air and an albedo of 0.1.
+        Keys of a job's state that describe its air, as for `spectrum`: profile, aerosol, visibility_km, clouds, rain
+        and others; the ground has the temperature of the lowest air.
 
     Returns
     -------
@@ -128,7 +122,7 @@ def fluxes(
     Examples
     --------
     >>> import skyshine.mat
-    >>> whole = skyshine.mat.fluxes(atmosphere="tropical", source_elevation=[30, 60])
+    >>> whole = skyshine.mat.fluxes(profile="tropical", source_elevation=[30, 60])
     >>> whole.thermal_down.shape == whole.altitude.shape, whole.direct.shape[1]
     (True, 2)
     >>> bool(350 < whole.thermal_down[0] < 450)
@@ -140,15 +134,13 @@ def fluxes(
     if source not in ("sun", "moon", "none"):
         raise InputError(f"found the source {source!r}; allowed: 'sun', 'moon' or 'none'")
     elevation = np.zeros(0) if source == "none" else elevation
-    if air.get("visibility") is not None:
-        air["visibility"] = number("visibility", air["visibility"])
-    air = {name: value for name, value in air.items() if value is not None and value != ()}
+    air = {name: value for name, value in air.items() if value is not None}
     if job is None and state != 1:
         raise InputError(f"found state {state} without a job; allowed: a state of a job; give the job")
     loaded = None if job is None else on_the_day(job, state, air)
     whole = wavenumber is None and wavelength is None
     low, high = (LONGWAVE[0], SHORTWAVE[1]) if whole else wavenumber_limits(wavenumber, wavelength)
-    column = described_air(**air) if loaded is None else state_air(loaded, state, low, high)
+    column = described_air(air) if loaded is None else state_air(loaded, state, low, high)
     if water_continuum is None:
         water_continuum = default_water_continuum() if loaded is None else loaded.trimmed.water_continuum
     if whole:

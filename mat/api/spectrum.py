@@ -5,36 +5,19 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from importlib import metadata
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 import yaml
 
+from skyshine.mat.api.air import described_air, on_the_day, source_on_the_day, state_air, with_air_keys
+from skyshine.mat.api.arguments import number, numbers, wavenumber_limits
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, default_water_continuum
 from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, SpectralPoints
-from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
-from skyshine.mat.atmosphere.particles.cloud import cloud_type
-from skyshine.mat.atmosphere.particles.rain import RainLayer
-from skyshine.mat.atmosphere.particles.windblown import DEFAULT_WIND
-from skyshine.mat.atmosphere.soundings.files import read_levels
-from skyshine.mat.atmosphere.sources.lunar import lunar_irradiance
-from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.spectra.spectrum import LineSpectrum, line_spectrum
-from skyshine.mat.atmosphere.state.gas_amounts import CARBON_DIOXIDE_PPM, GasAmounts
-from skyshine.mat.atmosphere.state.profiles import load_profile
-from skyshine.mat.atmosphere.state.sounding import continued
-from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.job.load import LoadedJob, load_job
-from skyshine.mat.job.model import Job
-from skyshine.mat.radiometry.blackbody import SpectralResponse
-from skyshine.mat.scene.atmosphere import atmospheric_state
-from skyshine.mat.scene.ground import over_ground
-from skyshine.mat.scene.moisture import job_library
-from skyshine.mat.scene.sources import source_irradiance
 from skyshine.mat.tables.dataset import Column, dataset
 from skyshine.mat.tables.spectrum_file import write_spectrum, write_spectrum_csv
 from skyshine.schemas.errors import InputError
@@ -46,12 +29,6 @@ if TYPE_CHECKING:
 
 RADIANCE = "W m^-2 sr^-1 (cm^-1)^-1"
 IRRADIANCE = "W m^-2 (cm^-1)^-1"
-# Of the two fogs of LOWTRAN7 the dense one, which lies over the sea and the coast.
-FOG = "fog_advection"
-RAIN_TOP = 3e3  # m above the ground
-MEAN_MOON_DISTANCE = 384_400e3  # m (Allen's Astrophysical Quantities, 4th edition, 2000)
-# Degree. Full Moons pass beside the Earth's shadow: half of them have less, half more than 3.6.
-FULL_MOON_PHASE = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +40,7 @@ class Spectrum(LineSpectrum):
     attributes : dict of str
         What was computed, and from which data.
     coords : dict of str to (units, (n,) values)
-        Arguments given as arrays, a dimension each of the arrays before the bins: visibility and range [km], altitude
+        Arguments given as arrays, a dimension each of the arrays before the bins: visibility_km, altitude and range
         [km], elevation [degree]. Empty for a single line of sight.
     """
 
@@ -150,39 +127,30 @@ class Spectrum(LineSpectrum):
         return f"{bins} {self.range / 1e3:.4g} km to {end}; {mean}"
 
 
+@with_air_keys
 def spectrum(
     *,
     wavenumber: tuple[float, float] | None = None,
     wavelength: tuple[float, float] | None = None,
     job: str | os.PathLike[str] | Mapping[str, Any] | None = None,
     state: int = 1,
-    atmosphere: str | os.PathLike[str] | None = None,
-    above: str | None = None,
-    co2_ppm: float | None = None,
     altitude: npt.ArrayLike | None = None,
     elevation: npt.ArrayLike = 0.0,
     range: npt.ArrayLike | Literal["space"] = math.inf,
     resolution: float | None = None,
-    aerosol: str | None = None,
-    visibility: npt.ArrayLike | None = None,
-    aerosol_optical_depth: float | None = None,
-    angstrom_exponent: float | None = None,
-    wind: float | None = None,
-    stratosphere: str | None = None,
-    clouds: Sequence[str] = (),
-    rain: float | None = None,
-    night_sky: float | None = None,
+    visibility_km: npt.ArrayLike | None = None,
     source: Literal["sun", "moon", "none"] = "sun",
     source_elevation: float = 45.0,
     source_azimuth: float = 0.0,
     water_continuum: str | None = None,
     line_by_line: str | os.PathLike[str] | None = None,
     continua: str | os.PathLike[str] = "lowtran7",
+    **air: Any,
 ) -> Spectrum:
     """Transmittance and radiance along lines of sight.
 
-    Each of `visibility`, `altitude`, `elevation` and `range` may be a one-dimensional array: it is then a dimension of
-    the result, in this order, before that of the bins. Lines of sight through one air share the solution of its
+    Each of `visibility_km`, `altitude`, `elevation` and `range` may be a one-dimensional array: it is then a dimension
+    of the result, in this order, before that of the bins. Lines of sight through one air share the solution of its
     scattered light, with which scattered radiance differs from that of a line alone by less than 0.1 %.
 
     Parameters
@@ -194,13 +162,6 @@ def spectrum(
         Moon's phase; it replaces all parameters that describe the air here.
     state : int
         Number of the state of the job, counted from 1.
-    atmosphere : str or path, optional
-        Standard profile, or the file of a sounding (CSV, University of Wyoming, IGRA v2, netCDF, MODTRAN's tape5 or
-        JSON); by default midlatitude_summer.
-    above : str, optional
-        Standard profile that continues a sounding to space; by default us_standard.
-    co2_ppm : float, optional
-        Carbon dioxide at the ground; by default that of jobs, 420.
     altitude : float or (A,) array, optional
         Altitude of the observer above sea level [km]; by default the ground: 0, the bottom of the sounding, or the
         job's site.
@@ -212,24 +173,8 @@ def spectrum(
         Bins [cm^-1], a multiple of the band model's intervals: 1 between 700 and 3400 cm^-1, else 5 and more, which is
         the default. With `line_by_line` 0.01 or more, by
         default 1, a whole number of them between the limits.
-    aerosol : str, optional
-        Near the ground, by default rural; ``'none'`` for clear air.
-    visibility : float or (V,) array, optional
+    visibility_km : float or (V,) array, optional
         [km]; by default that of the aerosol.
-    aerosol_optical_depth : float, optional
-        Vertical optical depth of the aerosol from the ground to space at 0.55 um; replaces a visibility.
-    angstrom_exponent : float, optional
-        Slope of the aerosol's extinction up to 1.64 um; by default that of the aerosol.
-    wind : float, optional
-        Wind speed at 10 m [m/s], for the desert and navy_maritime aerosols; by default 10.
-    stratosphere : str, optional
-        ``'background'``, which is the default, or an aerosol after volcanoes.
-    clouds : sequence of str
-        Types, such as ``'stratus'``.
-    rain : float, optional
-        Rate from the ground to 3 km [mm/h].
-    night_sky : float, optional
-        Airglow over its mean, with starlight, below 2.5 um; by default none of both.
     source : {'sun', 'moon', 'none'}
         Sun at 1 au, full Moon at its mean distance; with `job` those of its day.
     source_elevation, source_azimuth : float
@@ -243,6 +188,12 @@ def spectrum(
     continua : path or 'lowtran7'
         Continua of N2, O2 and CO2, with `line_by_line`: the packaged ones of LOWTRAN7 (N2, O2), or a folder of MT_CKD's
         files.
+    **air
+        Keys of a job's state that describe its air, as a job writes them: preset, profile, sounding, humidity_scale,
+        co2_ppm, gases, aerosol, aerosol_table, aerosol_optical_depth, angstrom_exponent, aerosol_layers, air_mass,
+        stratosphere, season, clouds, rain, night_sky, sea_temperature_c, surface_albedo, and wind_speed_m_s of its
+        weather. By default the profile is midlatitude_summer, above a sounding us_standard, and all else as in a job.
+        Paths are relative to the working directory. The ground has the temperature of the lowest air.
 
     Returns
     -------
@@ -258,7 +209,7 @@ def spectrum(
     Examples
     --------
     >>> import skyshine.mat
-    >>> line = skyshine.mat.spectrum(atmosphere="tropical", range=5, wavenumber=(900, 1000), source="none")
+    >>> line = skyshine.mat.spectrum(profile="tropical", range=5, wavenumber=(900, 1000), source="none")
     >>> line.transmittance.shape
     (20,)
     >>> bool((line.path_scattered == 0).all())
@@ -267,21 +218,7 @@ def spectrum(
     >>> lines.dims, lines.transmittance.shape
     (('elevation', 'range', 'wavenumber'), (3, 2, 20))
     """
-    conditions = {
-        "atmosphere": atmosphere,
-        "above": above,
-        "co2_ppm": co2_ppm,
-        "aerosol": aerosol,
-        "visibility": visibility,
-        "aerosol_optical_depth": aerosol_optical_depth,
-        "angstrom_exponent": angstrom_exponent,
-        "wind": wind,
-        "stratosphere": stratosphere,
-        "clouds": clouds or None,
-        "rain": rain,
-        "night_sky": night_sky,
-    }
-    described: dict[str, Any] = {name: value for name, value in conditions.items() if value is not None}
+    described = {key: value for key, value in {**air, "visibility_km": visibility_km}.items() if value is not None}
     if job is None and state != 1:
         raise InputError(f"found state {state} without a job; allowed: a state of a job; give the job")
     low, high = wavenumber_limits(wavenumber, wavelength)
@@ -289,15 +226,14 @@ def spectrum(
         number(name, value)
         for name, value in (("source_elevation", source_elevation), ("source_azimuth", source_azimuth))
     )
-    _finite(source_elevation=source_elevation, source_azimuth=source_azimuth)
     loaded = None if job is None else on_the_day(job, state, described)
-    visibilities = None if visibility is None else numbers("visibility", visibility)
+    visibilities = None if visibility_km is None else numbers("visibility_km", visibility_km)
     if loaded is not None:
         airs = [state_air(loaded, state, low, high)]
     elif visibilities is None:
-        airs = [described_air(**described)]
+        airs = [described_air(described)]
     else:
-        airs = [described_air(**{**described, "visibility": value}) for value in visibilities.ravel().tolist()]
+        airs = [described_air({**described, "visibility_km": value}) for value in visibilities.ravel().tolist()]
     bottom = airs[0].surface_altitude / 1e3
     sights = {
         "altitude": np.array(bottom) if altitude is None else numbers("altitude", altitude),
@@ -327,22 +263,22 @@ def spectrum(
         )
         for air in airs
     ]
-    arguments = {"wavenumber": [low, high], **sights, **conditions, "visibility": visibilities}
+    arguments = {"wavenumber": [low, high], **sights, **air, "visibility_km": visibilities}
     arguments |= {"source": source, "source_elevation": source_elevation, "source_azimuth": source_azimuth}
     arguments |= {"job": job if isinstance(job, str | None) else "in memory", "state": None if job is None else state}
     recorded = {
-        key: value if isinstance(value, str | int | float | list) else str(value)
+        key: value if isinstance(value, str | int | float | list | dict) else str(value)
         for key, value in ((key, _plain(value)) for key, value in arguments.items())
         if value is not None
     }
     stated["job"] = yaml.safe_dump(recorded, sort_keys=False)
-    given = ({} if visibilities is None else {"visibility": visibilities}) | sights
+    given = ({} if visibilities is None else {"visibility_km": visibilities}) | sights
     coords = {name: (_UNITS[name], values) for name, values in given.items() if values.ndim}
-    along_visibility = "visibility" in coords
+    along_visibility = "visibility_km" in coords
     return Spectrum(**_joined(lines, along_visibility), attributes=stated, coords=coords)
 
 
-_UNITS = {"visibility": "km", "altitude": "km", "elevation": "degree", "range": "km"}
+_UNITS = {"visibility_km": "km", "altitude": "km", "elevation": "degree", "range": "km"}
 
 
 def _joined(lines: Sequence[LineSpectrum], stacked: bool) -> dict[str, Any]:
@@ -418,156 +354,6 @@ def _from_lines(points: LineByLinePoints) -> str:
     return f"line by line: {', '.join(points.summed)}{others}"
 
 
-def on_the_day(job: str | os.PathLike[str] | Mapping[str, Any], state: int, described: Mapping[str, Any]) -> LoadedJob:
-    """A job on the date of a state; refused beside a description of the air."""
-    if described:
-        raise InputError(
-            f"found job and {' and '.join(described)}; allowed: the air of a job's state, or one that is described"
-            " here; remove one"
-        )
-    loaded = load_job(job)
-    count = len(loaded.trimmed.states)
-    if not 1 <= state <= count:
-        raise InputError(f"found state {state}; allowed: 1 to {count}", file=loaded.file)
-    return loaded.on_date_of_state(state)
-
-
-def state_air(loaded: LoadedJob, state: int, low: float, high: float) -> AtmosphericState:
-    """The air of a job's state over its ground, as that is between two wavenumbers [cm^-1]."""
-    state_of_job = loaded.trimmed.states[state - 1]
-    response = SpectralResponse.rectangular(1e4 / high, 1e4 / low)
-    return over_ground(
-        atmospheric_state(loaded.trimmed.site, state_of_job), state_of_job, response, job_library(loaded.trimmed)
-    )
-
-
-def described_air(
-    *,
-    atmosphere: str | os.PathLike[str] = "midlatitude_summer",
-    above: str = "us_standard",
-    co2_ppm: float = CARBON_DIOXIDE_PPM,
-    aerosol: str = "rural",
-    visibility: float | None = None,
-    aerosol_optical_depth: float | None = None,
-    angstrom_exponent: float | None = None,
-    wind: float = DEFAULT_WIND,
-    stratosphere: str = "background",
-    clouds: Sequence[str] = (),
-    rain: float | None = None,
-    night_sky: float = 0.0,
-) -> AtmosphericState:
-    """The air of the arguments of `spectrum`."""
-    profile, ground = _profile(atmosphere, above)
-    _finite(wind=wind)
-    air = AtmosphericState.from_profile(
-        profile,
-        surface_altitude=ground,
-        gas_amounts=GasAmounts(ppm={"CO2": co2_ppm}),
-        aerosol=Aerosol(
-            FOG if aerosol == "fog" else aerosol,
-            visibility_km=visibility,
-            wind_speed=wind,
-            stratosphere=stratosphere,
-            optical_depth=aerosol_optical_depth,
-            angstrom_exponent=angstrom_exponent,
-        ),
-        clouds=[cloud_type(name) for name in clouds],
-        rain=None if rain is None else RainLayer(rain, RAIN_TOP),
-    )
-    return replace(air, night_sky=night_sky)
-
-
-def wavenumber_limits(
-    wavenumber: tuple[float, float] | None, wavelength: tuple[float, float] | None
-) -> tuple[float, float]:
-    """Lowest and highest wavenumber, cm^-1."""
-    if (wavenumber is None) == (wavelength is None):
-        raise InputError("found both or neither of wavenumber (cm-1) and wavelength (um); give one of them")
-    low, high = wavenumber or wavelength or (0.0, 0.0)
-    if not 0 < low < high < math.inf:
-        raise InputError(f"found the limits {low:g} and {high:g}; allowed: 0 < low < high")
-    return (low, high) if wavelength is None else (1e4 / high, 1e4 / low)
-
-
-def source_on_the_day(source: str, points: SpectralPoints, job: Job | None) -> npt.NDArray[np.float64]:
-    """Of the source outside the atmosphere, mean over each point's interval, W m^-2 (cm^-1)^-1; on the day of a job."""
-    low, high = points.interval_edges[points.interval].T
-    if job is not None and source in ("sun", "moon"):
-        return source_irradiance(job, source, (low + high) / 2, high - low)
-    if source == "sun":
-        return solar_irradiance((low + high) / 2, high - low)
-    if source == "moon":
-        return lunar_irradiance((low + high) / 2, FULL_MOON_PHASE, MEAN_MOON_DISTANCE, 1.0, width=high - low).total
-    if source == "none":
-        return np.zeros(points.wavenumber.size)
-    raise InputError(f"found the source {source!r}; allowed: 'sun', 'moon' or 'none'")
-
-
-def _profile(name: str | os.PathLike[str], above: str) -> tuple[Any, float]:
-    """A standard profile by its name, or the sounding in a file; and the altitude of its ground, m."""
-    text = os.fspath(name)
-    if Path(text).suffix:  # standard profiles have none
-        sounding = continued(read_levels(Path(text)), load_profile(above))
-        return sounding, float(sounding.altitude[1])  # the first level of the file
-    return load_profile(text), 0.0
-
-
 def _plain(value: Any) -> Any:
     """Numbers and arrays of numpy as those of Python, which YAML knows."""
     return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
-
-
-def numbers(name: str, value: Any, infinite: bool = False) -> npt.NDArray[np.float64]:
-    """A number () or array (n,) of what the user gave; with `infinite` for what must only be at least 0, or
-    ``'space'``.
-
-    Raises
-    ------
-    InputError
-    """
-    if isinstance(value, str) or not np.iterable(value):
-        values = np.array(number(name, _infinite(value) if infinite else value))
-    else:
-        rows = [_infinite(item) for item in value] if infinite else value
-        try:
-            values = np.ma.filled(np.ma.asarray(rows, dtype=float), np.nan)
-        except (TypeError, ValueError):
-            raise InputError(f"found {name} {value!r}; allowed: numbers") from None
-        if values.ndim != 1 or not values.size:
-            raise InputError(
-                f"found {name} of shape {values.shape}; allowed: a number or a one-dimensional array of them"
-            )
-    if infinite and not np.all(values >= 0):
-        raise InputError(f"found the {name} {_worst(values, ~(values >= 0))}; allowed: at least 0 km, or 'space'")
-    if not infinite and not np.all(np.isfinite(values)):
-        raise InputError(f"found {name} {_worst(values, ~np.isfinite(values))}; allowed: a finite number")
-    return values
-
-
-def _worst(values: npt.NDArray[np.float64], wrong: npt.NDArray[np.bool_]) -> float:
-    """First of the values that are wrong."""
-    return float(np.ravel(values)[np.flatnonzero(wrong)[0]])
-
-
-def _infinite(value: Any) -> Any:
-    """Infinity for ``'space'``."""
-    return math.inf if isinstance(value, str) and value == "space" else value
-
-
-def number(name: str, value: Any) -> float:
-    """A Python float of whatever is a single number, such as numpy's.
-
-    Raises
-    ------
-    InputError
-    """
-    try:
-        return float(np.asarray(value, dtype=float)[()])
-    except (TypeError, ValueError):
-        raise InputError(f"found {name} {value!r}; allowed: a number") from None
-
-
-def _finite(**values: float) -> None:
-    for name, value in values.items():
-        if not math.isfinite(value):
-            raise InputError(f"found {name} {value}; allowed: a finite number")

@@ -6,6 +6,9 @@ from pathlib import Path
 
 import click
 
+from skyshine.mat.commands.model_options import model_options
+from skyshine.mat.job.air import PROFILE
+from skyshine.mat.job.atmosphere import State
 from skyshine.schemas.commands import progress
 from skyshine.schemas.errors import InputError
 
@@ -28,7 +31,7 @@ from skyshine.schemas.errors import InputError
     default="0.1",
     show_default=True,
     metavar="LIST",
-    help="Aerosol optical depth at 550 nm (AOT550).",
+    help="Vertical optical depth of aerosol at 0.55 um (AOT550).",
 )
 @click.option(
     "--ground", default="0", show_default=True, metavar="LIST", help="Altitude of the ground above sea level, km."
@@ -41,11 +44,13 @@ from skyshine.schemas.errors import InputError
     help="Zenith angle of the observer, degrees from nadir.",
 )
 @click.option(
-    "--relative-azimuth", default="0", show_default=True, metavar="LIST", help="Zenith angle of the Sun, degree."
+    "--relative-azimuth",
+    default="0",
+    show_default=True,
+    metavar="LIST",
+    help="Azimuth of the Sun relative to the line of sight at the ground, degree.",
 )
-@click.option(
-    "--solar-zenith", type=float, default=45.0, show_default=True, help="Relative azimuth at the ground, degree."
-)
+@click.option("--solar-zenith", type=float, default=45.0, show_default=True, help="Zenith angle of the Sun, degree.")
 @click.option(
     "--altitude",
     type=click.FloatRange(0, min_open=True),
@@ -53,10 +58,7 @@ from skyshine.schemas.errors import InputError
     show_default=True,
     help="Altitude of the sensor, km.",
 )
-@click.option(
-    "--atmosphere", default="midlatitude_summer", show_default=True, help="Standard profile of the atmosphere."
-)
-@click.option("--aerosol", default="rural", show_default=True, help="Boundary-layer aerosol model (0 to 2 km).")
+@model_options(State, {"profile": "profile", "aerosol": "aerosol"}, {"profile": PROFILE})
 @click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="netCDF file to write.")
 def command(
     wavelengths: str,
@@ -68,8 +70,8 @@ def command(
     relative_azimuth: str,
     solar_zenith: float,
     altitude: float,
-    atmosphere: str,
-    aerosol: str,
+    profile: str | None,
+    aerosol: str | None,
     out: Path,
 ) -> None:
     """Write a look-up table for ISOFIT: path reflectance, transmittances, spherical albedo and thermal radiance of an
@@ -93,8 +95,8 @@ def command(
         relative_azimuth=_numbers("--relative-azimuth", relative_azimuth),
         solar_zenith=solar_zenith,
         altitude=altitude,
-        atmosphere=atmosphere,
-        aerosol=aerosol,
+        profile=profile or PROFILE,
+        aerosol=aerosol or State.model_fields["aerosol"].default,
     )
     with progress(lut.size, "look-up table") as advance:
         write_lut(lut, out, advance)

@@ -9,7 +9,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 from click.core import ParameterSource
 
-from skyshine.schemas.commands import emit_json, json_option
+from skyshine.mat.commands.model_options import model_options
+from skyshine.mat.job.air import KEYS, PROFILE, PROFILE_ABOVE, WIND
+from skyshine.mat.job.atmosphere import State
+from skyshine.mat.job.surface import Weather
+from skyshine.schemas.commands import Command, emit_json, json_option
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.plain_numbers import plain_number
 from skyshine.schemas.quantity import quantity
@@ -19,14 +23,18 @@ if TYPE_CHECKING:
     from skyshine.mat.tables.dataset import Column
 
 
+def air_options(function: Command) -> Command:
+    """Adds an option for each key of a job's air."""
+    above = {"profile": f"{PROFILE}, above a sounding {PROFILE_ABOVE}"}
+    with_wind = model_options(Weather, {WIND: WIND})(function)
+    return model_options(State, {key: key for key in KEYS if key != WIND}, above)(with_wind)
+
+
 @click.command("spectrum")
 @click.option(
     "--job", type=click.Path(), help="Job whose state gives air, ground and day, instead of a description of the air."
 )
 @click.option("--state", type=int, default=1, show_default=True, help="State of the job, counted from 1.")
-@click.option("--atmosphere", show_default="midlatitude_summer", help="Standard profile, or the FILE of a sounding.")
-@click.option("--above", show_default="us_standard", help="Standard profile that continues a sounding to space.")
-@click.option("--co2", "co2_ppm", type=float, help="Carbon dioxide, ppm; by default that of jobs, 420.")
 @click.option(
     "--altitude",
     type=float,
@@ -45,44 +53,7 @@ if TYPE_CHECKING:
     help="Width of the bins in cm-1, a multiple of the table's intervals (default: one interval); with "
     "--line-by-line 0.01 or more.",
 )
-@click.option(
-    "--aerosol",
-    show_default="rural",
-    help=(
-        "Aerosol near the ground: rural, urban, maritime, navy_maritime, tropospheric, desert, fog, "
-        "fog_advection, fog_radiation, or none."
-    ),
-)
-@click.option("--visibility", type=float, help="Visibility, km; by default that of the aerosol (rural: 23).")
-@click.option(
-    "--aerosol-optical-depth",
-    type=float,
-    help="Vertical optical depth of all aerosol from the ground to space at 0.55 um; instead of a visibility.",
-)
-@click.option(
-    "--angstrom-exponent",
-    type=float,
-    help="Angstrom exponent of the aerosol's extinction up to 1.64 um; by default that of the aerosol.",
-)
-@click.option(
-    "--wind", type=float, show_default="10", help="Wind speed at 10 m, m/s, for the desert and navy_maritime aerosols."
-)
-@click.option(
-    "--stratosphere",
-    show_default="background",
-    help="Stratospheric aerosol: background, or after volcanoes moderate_aged, moderate_fresh, high_aged, "
-    "high_fresh, extreme_fresh.",
-)
-@click.option(
-    "--cloud", "clouds", multiple=True, help="Cloud type such as stratus, cumulus, cirrus; several may be given."
-)
-@click.option("--rain", type=float, help="Rain rate from the ground to 3 km, mm/h.")
-@click.option(
-    "--night-sky",
-    type=float,
-    help="Airglow relative to its mean (1), with starlight: in sky light below 2.5 um, and behind lines "
-    "of sight into space; by default none.",
-)
+@air_options
 @click.option(
     "--source",
     type=click.Choice(["sun", "moon", "none"]),
@@ -141,24 +112,12 @@ if TYPE_CHECKING:
 def command(
     job: str | None,
     state: int,
-    atmosphere: str | None,
-    above: str | None,
-    co2_ppm: float | None,
     altitude: float | None,
     elevation: float,
     range_text: str,
     wavenumber: str | None,
     wavelength: str | None,
     resolution: float | None,
-    aerosol: str | None,
-    visibility: float | None,
-    aerosol_optical_depth: float | None,
-    angstrom_exponent: float | None,
-    wind: float | None,
-    stratosphere: str | None,
-    clouds: tuple[str, ...],
-    rain: float | None,
-    night_sky: float | None,
     source: Literal["sun", "moon", "none"],
     source_elevation: float,
     water_continuum: str | None,
@@ -169,20 +128,23 @@ def command(
     continua: str | None,
     out: str | None,
     as_json: bool,
+    **air: Any,
 ) -> None:
     """Compute transmittance and radiance along one line of sight, for each spectral interval.
 
     Prints CSV, or JSON with --json. Sky and direct irradiance are those at the end of the line of
     sight, at the observer where it leads into space.
 
-    With --job the air is that of a state of a job, as its tables have it; no option that describes the air is allowed
-    beside it.
+    Options of the air are the keys of a job's state, with values as a job writes them. With --job the air is that of a
+    state of a job, as its tables have it, and none of them is allowed.
 
-    Example: mat spectrum --atmosphere tropical --range 5 --wavenumber 700:1250 --json
+    Example: mat spectrum --profile tropical --range 5 --wavenumber 700:1250 --json
+
+    Example: mat spectrum --clouds '[{type: stratus}]' --elevation 30 --wavelength 8:12
 
     Example: mat spectrum --job demo/job.yaml --state 2 --range 5 --wavelength 8:12 --out spectrum.h5
 
-    Example: mat spectrum --fluxes --atmosphere tropical --source-elevation 60
+    Example: mat spectrum --fluxes --profile tropical --source-elevation 60
 
     Example: mat spectrum --range 1 --wavenumber 2380:2400 --line-by-line hitran --resolution 0.1
     """
@@ -202,26 +164,15 @@ def command(
         "wavelength": _limits(wavelength),
         "job": job,
         "state": state,
-        "atmosphere": atmosphere,
-        "above": above,
-        "co2_ppm": co2_ppm,
         "altitude": altitude,
         "elevation": elevation,
         "range": _range(range_text),
         "resolution": resolution,
-        "aerosol": aerosol,
-        "visibility": visibility,
-        "aerosol_optical_depth": aerosol_optical_depth,
-        "angstrom_exponent": angstrom_exponent,
-        "wind": wind,
-        "stratosphere": stratosphere,
-        "clouds": clouds,
-        "rain": rain,
-        "night_sky": night_sky,
         "source": source,
         "source_elevation": source_elevation,
         "source_azimuth": source_azimuth,
         "water_continuum": water_continuum,
+        **{key: value for key, value in air.items() if value is not None},
     }
     if compare_continua:
         from skyshine.mat.commands.continua import print_comparison
@@ -240,9 +191,9 @@ def command(
         from skyshine.mat.tables.pictures import draw_spectrum
 
         observer = "the ground" if altitude is None else f"{altitude:g} km"
-        air = f"{atmosphere or 'midlatitude_summer'}, {aerosol or 'rural'} aerosol"
-        air = air if job is None else f"state {state} of {Path(job).name}"
-        title = f"{air}, from {observer} at {elevation:g}°, {result.range / 1e3:.4g} km"
+        described = ", ".join(f"{key.replace('_', ' ')} {value}" for key, value in air.items() if value is not None)
+        state_name = (described or f"profile {PROFILE}") if job is None else f"state {state} of {Path(job).name}"
+        title = f"{state_name}, from {observer} at {elevation:g}°, {result.range / 1e3:.4g} km"
         click.echo(draw_spectrum(result, title, out))
     elif out is not None:
         result.save(out)

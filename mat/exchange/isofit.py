@@ -78,7 +78,7 @@ class Lut:
         [degree]
     altitude : float
         Altitude of the sensor above sea level [km].
-    atmosphere, aerosol : str
+    profile, aerosol : str
         A standard profile and an aerosol model.
 
     Examples
@@ -97,7 +97,7 @@ class Lut:
     relative_azimuth: tuple[float, ...] = (0.0,)
     solar_zenith: float = 45.0
     altitude: float = 100.0
-    atmosphere: str = "midlatitude_summer"
+    profile: str = "midlatitude_summer"
     aerosol: str = "rural"
 
     def __post_init__(self) -> None:
@@ -156,7 +156,7 @@ def write_lut(lut: Lut, path: Path, advance: Callable[[int], object] = lambda _:
     results: dict[str, Floats] = {}
     for number, (water, depth, ground, zenith, azimuth) in enumerate(product(*lut.grid)):
         air = AtmosphericState.from_profile(
-            lut.atmosphere,
+            lut.profile,
             surface_altitude=1e3 * ground,
             gas_amounts=GasAmounts(ppm={"CO2": CARBON_DIOXIDE_PPM}, water_column=10.0 * water),
             aerosol=Aerosol(lut.aerosol, optical_depth=None if lut.aerosol == "none" else depth),
@@ -180,7 +180,7 @@ def write_lut(lut: Lut, path: Path, advance: Callable[[int], object] = lambda _:
     attributes = {
         "RT_mode": "transm",
         "ISOFIT status": "success",
-        "atmosphere": lut.atmosphere,
+        "atmosphere": lut.profile,
         "aerosol": lut.aerosol,
         "observer_altitude_km": lut.altitude,
         **fixed,

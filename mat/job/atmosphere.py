@@ -138,8 +138,8 @@ class State(StrictModel):
     profile: ProfileChoice = Field(
         AUTO,
         description=(
-            "Standard profile, or weights of several; above a sounding, it continues that to space. By default, auto:"
-            " blended by the site's latitude and the date."
+            "Standard profile, or weights of several; above a sounding, it continues that to space. In a job auto by"
+            " default: blended by the site's latitude and the date."
         ),
     )
     sounding: StateSounding | None = Field(

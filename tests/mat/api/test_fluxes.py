@@ -33,7 +33,7 @@ def test_fluxes_of_a_narrow_band_sum_to_that_of_the_band():
 
 
 def test_the_whole_spectrum():
-    whole = skyshine.mat.fluxes(atmosphere="us_standard", aerosol="none", source_elevation=np.float64(90))
+    whole = skyshine.mat.fluxes(profile="us_standard", aerosol="none", source_elevation=np.float64(90))
     assert whole.to_xarray().thermal_up.dims == ("altitude",) and "the whole spectrum" in repr(whole)
     # Coddington et al. 2021; 1.1 % of it is below 0.3 um, where the spectrum of the points begins.
     assert whole.direct[-1, 0] == pytest.approx(0.989 * 1361, rel=0.003)
@@ -63,7 +63,7 @@ def test_the_command_prints_levels():
         ({"source": "moon"}, "allowed: the Sun, or limits"),
         ({"source": "lamp"}, "allowed: 'sun'"),
         ({"wavenumber": (900, 1000), "wavelength": (8, 9)}, "found both or neither"),
-        ({"visibility": [1, 2]}, "found visibility"),
+        ({"visibility_km": [1, 2]}, "visibility_km: found"),
         ({"state": 2}, "without a job"),
     ],
 )

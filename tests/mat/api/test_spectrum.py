@@ -18,14 +18,17 @@ RADIANCES = ("path_thermal", "path_scattered", "sky_irradiance", "direct_irradia
 @pytest.fixture(scope="module")
 def lines():
     return skyshine.mat.spectrum(
-        **BINS, visibility=[5, 50], altitude=0.5, elevation=np.array([-30.0, 0.0, 60.0]), range=(2, "space")
+        **BINS, visibility_km=[5, 50], altitude=0.5, elevation=np.array([-30.0, 0.0, 60.0]), range=(2, "space")
     )
 
 
 def test_an_array_is_a_dimension(lines):
-    assert lines.dims == ("visibility", "elevation", "range", "wavenumber") and "2 visibility x 3 elevation" in repr(
-        lines
-    )
+    assert lines.dims == (
+        "visibility_km",
+        "elevation",
+        "range",
+        "wavenumber",
+    ) and "2 visibility_km x 3 elevation" in repr(lines)
     data = lines.to_xarray()
     assert data.transmittance.dims == lines.dims and data.transmittance.shape == (2, 3, 2, 1)
     assert data.elevation.units == "degree" and data.range.units == "km" and math.isinf(data.range[1])
@@ -39,7 +42,7 @@ def test_an_array_is_a_dimension(lines):
     ("row", "visibility", "elevation", "distance"), [((0, 2, 1), 5, 60.0, "space"), ((1, 1, 0), 50, 0.0, 2)]
 )
 def test_each_line_is_that_computed_alone(lines, row, visibility, elevation, distance):
-    alone = skyshine.mat.spectrum(**BINS, visibility=visibility, altitude=0.5, elevation=elevation, range=distance)
+    alone = skyshine.mat.spectrum(**BINS, visibility_km=visibility, altitude=0.5, elevation=elevation, range=distance)
     np.testing.assert_allclose(lines.transmittance[row], alone.transmittance, rtol=1e-9)
     np.testing.assert_allclose(lines.transmittance_by_gas["CO2"][row], alone.transmittance_by_gas["CO2"], rtol=1e-9)
     for name in RADIANCES:
@@ -63,8 +66,8 @@ def test_numbers_of_other_libraries():
         ({"elevation": np.ma.array([1.0, 2.0], mask=[False, True])}, "found elevation nan"),
         ({"range": [1, -1]}, "found the range -1.0; allowed: at least 0 km, or 'space'"),
         ({"range": ["far"]}, "allowed: numbers"),
-        ({"visibility": [10, math.inf]}, "found visibility inf"),
-        ({"visibility": [10, 0]}, "visibility 0.0 km is outside 0.1 to 300 km"),
+        ({"visibility_km": [10, math.inf]}, "found visibility_km inf"),
+        ({"visibility_km": [10, 0]}, "visibility_km: found 0.0; input should be greater than or equal to 0.1"),
         ({"elevation": [5, -5]}, "found elevation -5 of an observer on the ground at 0 km"),
         ({"altitude": [0, 1], "elevation": -5.0}, "found elevation -5 of an observer on the ground"),
         ({"altitude": [1, -1]}, "is below the ground"),
@@ -81,5 +84,5 @@ def test_a_path_of_no_length_may_look_down_from_the_ground():
 
 
 def test_several_lines_are_no_file(lines, tmp_path):
-    with pytest.raises(InputError, match="found lines of sight over visibility, elevation, range; allowed: a single"):
+    with pytest.raises(InputError, match="over visibility_km, elevation, range; allowed: a single"):
         lines.save(tmp_path / "lines.h5")

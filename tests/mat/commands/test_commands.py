@@ -249,8 +249,8 @@ def test_a_state_of_a_job_is_seen_spectrally(mat, tmp_path):
     for more, complaint in (
         (("--job", folder / "job.yaml", "--aerosol", "rural"), "found job and aerosol; allowed:"),
         (("--job", folder / "job.yaml", "--state", 99), "job.yaml: found state 99; allowed: 1 to"),
-        (("--aerosol-optical-depth", -1), "aerosol optical depth -1 is outside 0 to 100"),
-        (("--visibility", 5, "--aerosol-optical-depth", 1), "allowed: one of them"),
+        (("--aerosol-optical-depth", -1), "aerosol_optical_depth: found -1"),
+        (("--visibility-km", 5, "--aerosol-optical-depth", 1), "allowed: one of them"),
     ):
         status, _, message = mat(*sight, *more)
         assert status == 2 and complaint in message and message.count("\n") == 1

@@ -25,7 +25,7 @@ def mat(capsys):
 
 
 def test_the_older_self_continuum_absorbs_more_in_the_window(mat):
-    place = ("--atmosphere", "tropical", "--aerosol", "none", "--altitude", 10, "--elevation", -60)
+    place = ("--profile", "tropical", "--aerosol", "none", "--altitude", 10, "--elevation", -60)
     sight = ("spectrum", *place, "--wavelength", "10:10.5", "--source", "none")
     about = json.loads(mat(*sight, "--compare-continua", "--json"))
     assert list(about) == ["mt_ckd_4.3_closure", "mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]
@@ -41,7 +41,7 @@ def test_the_older_self_continuum_absorbs_more_in_the_window(mat):
 
 def test_a_clear_line_of_sight_has_the_temperature_of_its_background():
     effects = compare_continua(
-        background=320.0, range=0.0, wavelength=(10.0, 10.5), source="none", atmosphere="subarctic_winter"
+        background=320.0, range=0.0, wavelength=(10.0, 10.5), source="none", profile="subarctic_winter"
     )
     assert [effect.temperature for effect in effects] == pytest.approx([320.0] * 4, abs=0.02)
 

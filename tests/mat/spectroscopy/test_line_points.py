@@ -30,7 +30,7 @@ def lines(tmp_path):
 @pytest.fixture
 def line(lines):
     def make(**settings):
-        place = {"atmosphere": "us_standard", "aerosol": "none", "range": 0.5, "source": "none", "co2_ppm": 400.0}
+        place = {"profile": "us_standard", "aerosol": "none", "range": 0.5, "source": "none", "co2_ppm": 400.0}
         return skyshine.mat.spectrum(wavenumber=(2500, 2504), line_by_line=lines, **{**place, **settings})
 
     return make
@@ -69,7 +69,7 @@ def test_gases_without_records_are_those_of_the_band_model(line):
     """N2O absorbs at 2500 cm^-1 and has no list here: the interval's mean, the same in all of its bins."""
     result = line(range=5.0)
     band = skyshine.mat.spectrum(
-        wavenumber=(2500, 2504), atmosphere="us_standard", aerosol="none", range=5.0, source="none", co2_ppm=400.0
+        wavenumber=(2500, 2504), profile="us_standard", aerosol="none", range=5.0, source="none", co2_ppm=400.0
     )
     found = result.transmittance_by_gas["N2O"]
     assert np.ptp(found) < 1e-12 and found[0] < 1
@@ -104,7 +104,7 @@ def test_finer_bins_of_the_band_model_name_what_they_need():
 @pytest.mark.shared_data
 def test_band_model_is_the_mean_of_lines(shared_data):
     """One of its intervals in the window at 10 um, 2 km at sea level: H2O, CO2 and CH4 of HITRAN2012."""
-    place = {"wavenumber": (940, 945), "atmosphere": "tropical", "range": 2.0, "source": "none"}
+    place = {"wavenumber": (940, 945), "profile": "tropical", "range": 2.0, "source": "none"}
     band = skyshine.mat.spectrum(**place)
     fine = skyshine.mat.spectrum(**place, line_by_line=shared_data / "lines", resolution=5.0)
     for name in ("H2O", "CO2"):

@@ -22,7 +22,7 @@ def reference():
 
 @pytest.mark.parametrize("gas", ["H2O", "CO2", "CH4", "H2O_continuum"])
 def test_each_gas_agrees_through_the_command(gas, reference, capsys):
-    place = "--atmosphere tropical --co2 330 --altitude 0 --elevation 0 --range 5 --wavenumber 700:1250 --json"
+    place = "--profile tropical --co2-ppm 330 --altitude 0 --elevation 0 --range 5 --wavenumber 700:1250 --json"
     place += " --water-continuum mt_ckd_4.3"
     with pytest.raises(SystemExit) as stop:
         main.main(["spectrum", *place.split()])

@@ -101,5 +101,5 @@ def test_behind_lines_into_space_alone():
 
 @pytest.mark.parametrize("factor", [-1.0, 1e3, np.nan])
 def test_bad_factors_are_refused(factor):
-    with pytest.raises(InputError, match="night sky"):
+    with pytest.raises(InputError, match="night_sky: found"):
         skyshine.mat.spectrum(wavelength=(0.55, 0.56), night_sky=factor)

@@ -1,0 +1,109 @@
+"""Options of commands made of fields of the job's models: name, limits, choices and help are those of the key."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import click
+from click.shell_completion import CompletionItem
+from pydantic import BaseModel
+
+from skyshine.schemas.commands import Command
+from skyshine.schemas.documents import plain_value
+from skyshine.schemas.errors import InputError
+
+_NUMBERS: dict[str, Any] = {"number": click.FloatRange, "integer": click.IntRange}
+_METAVARS = {"array": "LIST", "object": "MAPPING", "string": "FILE"}
+
+
+class YamlValue(click.ParamType):  # type: ignore[type-arg]  # generic only since click 8.5
+    """A value as a job writes it: text, number, list or mapping.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Names that complete the word; where there are none, files do.
+    """
+
+    name = "yaml"
+
+    def __init__(self, names: Iterable[str]) -> None:
+        self.names = tuple(names)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
+        try:
+            return plain_value(value, "", 1)
+        except InputError as error:
+            self.fail(error.message, param, ctx)
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        if not self.names:
+            return [CompletionItem(incomplete, type="file")]
+        return [CompletionItem(name) for name in self.names if name.startswith(incomplete)]
+
+
+def model_options(
+    model: type[BaseModel], fields: Mapping[str, str], defaults: Mapping[str, str] | None = None
+) -> Callable[[Command], Command]:
+    """Adds an option for each of some fields of a model to a command, as a decorator; what is not given is None.
+
+    Parameters
+    ----------
+    model : type of pydantic.BaseModel
+    fields : mapping of str to str
+        Field by the name of the parameter, which is that of the option with dashes.
+    defaults : mapping of str to str, optional
+        What the help states as default in place of the model's, by the name of the parameter.
+
+    Examples
+    --------
+    >>> from skyshine.mat.job.site import Site
+    >>> command = model_options(Site, {"latitude": "latitude_deg"})(click.command(lambda latitude: None))
+    >>> command.params[0].opts, command.params[0].type
+    (['--latitude'], <FloatRange -90<=x<=90>)
+    """
+    schema = model.model_json_schema()
+    options = []
+    for name, field in fields.items():
+        content = schema["properties"][field]
+        default = (defaults or {}).get(name, _default(content.get("default")))
+        help_text = content.get("description", "") + (f"  [default: {default}]" if default else "")
+        metavar, kind = _kind(content)
+        options.append(
+            click.option(
+                f"--{name.replace('_', '-')}",
+                name,
+                type=kind,
+                metavar=metavar,
+                help=help_text,
+            )
+        )
+
+    def add(command: Command) -> Command:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return add
+
+
+def _default(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value or "")
+
+
+def _kind(content: Mapping[str, Any]) -> tuple[str, Any]:
+    """Placeholder and type of an option for values of a JSON Schema."""
+    kinds = [part for part in content.get("anyOf", [content]) if part.get("type") != "null"]
+    (first, *others) = kinds
+    if not others and first.get("type") in _NUMBERS:
+        closed = {"min": first.get("minimum"), "max": first.get("maximum")}
+        return "NUMBER", _NUMBERS[first["type"]](**closed)
+    if not others and "enum" in first:
+        return "NAME", click.Choice(first["enum"])
+    names = [name for kind in kinds for name in kind.get("enum", [])] + content.get("examples", [])
+    if names:
+        return "NAME|MAPPING" if others else "NAME", YamlValue(names)
+    return _METAVARS.get(first.get("type", "object" if "$ref" in first else ""), "VALUE"), YamlValue([])

@@ -47,7 +47,7 @@ class JoinedPaths:
     @property
     def node(self) -> Integers:
         """Segment end at each range, (L, R)."""
-        return np.stack([path.node for path in self.paths]) + self.depths.first[:, None]
+        return np.stack([path.node for path in self.paths]) + self.depths.starts[:, None]
 
     @property
     def beyond(self) -> Floats:

@@ -53,7 +53,7 @@ class PathLight:
                 path = lines.paths[line]
                 if path.segments.index.size:
                     at = line, path.beyond > 0
-                    along = self.along[lines.depths.first[line] :][: path.segments.distance.size]
+                    along = self.along[lines.depths.starts[line] :][: path.segments.distance.size]
                     radiance[at], absorptance[at] = _behind_ground(air, band, path, at[1], along)
         radiance /= np.where(absorptance > 0, absorptance, 1.0)[..., None]
         for line in np.flatnonzero(np.any(absorptance <= 0, axis=1)).tolist():

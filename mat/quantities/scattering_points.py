@@ -68,4 +68,4 @@ class ScatteringPoints:
         """Optical depths of segments at these points, of those at all points of the band."""
         if self.index.size == depths.per_segment.shape[1]:
             return depths
-        return Depths(np.ascontiguousarray(depths.per_segment[:, self.index]), depths.first)
+        return Depths(np.ascontiguousarray(depths.per_segment[:, self.index]), depths.starts)

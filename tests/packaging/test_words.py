@@ -24,7 +24,7 @@ PLAIN = [  # folders that hold both limits; those that are missing here are stil
     *(
         f"mat/{folder.name}"
         for folder in sorted((ROOT / "mat").iterdir())
-        if any(folder.glob("*.py")) and folder.name not in ("atmosphere", "surface")
+        if any(folder.glob("*.py")) and folder.name != "surface"
     ),
 ]
 DOCUMENTED = ast.Module, ast.ClassDef, ast.FunctionDef

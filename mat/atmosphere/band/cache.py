@@ -118,7 +118,7 @@ def cached_compile_band(
     tolerance, max_points, seed = float(tolerance), int(max_points), int(seed)
     settings = _Settings(tolerance=tolerance, max_points=max_points, seed=seed, scope=scope)
     usual, irradiance = np.asarray(usual_irradiance), np.asarray(source_irradiance)
-    airs = [over_air(one) for one in similar]
+    airs = [over_air(similar_state) for similar_state in similar]
     common = _common(table, band, grid, usual, settings)
     key = content_key(*common, over_air(state), airs, state.surface_temperature, irradiance)
     path = None if folder is None else folder / f"{key}.npz"
@@ -127,7 +127,7 @@ def cached_compile_band(
         return compiled, Origin.CACHE
 
     if airs:
-        chosen, known = _cached_choice(
+        chosen, cached = _cached_choice(
             content_key(*common, airs), band, lambda: choose_points(airs, band, grid, usual, **settings)
         )
         fit, _ = _cached_fit(
@@ -135,15 +135,15 @@ def cached_compile_band(
             lambda: points_in_air(chosen, over_air(state), band, grid, len(np.atleast_2d(usual)), seed, scope),
         )
         compiled = fit.measured(state.surface_temperature, irradiance)
-        errors, origin = compiled.errors.values(), Origin.SHARED_SIMILAR if known else Origin.SIMILAR
+        errors, origin = compiled.errors.values(), Origin.SHARED_SIMILAR if cached else Origin.SIMILAR
         if any(error["rms"] > tolerance * (_LIMITED if chosen.is_limited(tolerance) else 1.0) for error in errors):
             compiled = None
     if compiled is None:
-        fit, known = _cached_fit(
+        fit, cached = _cached_fit(
             content_key(*common, over_air(state)), lambda: fit_band(over_air(state), band, grid, usual, **settings)
         )
         compiled = fit.measured(state.surface_temperature, irradiance)
-        origin = Origin.SHARED if known else Origin.FITTED
+        origin = Origin.SHARED if cached else Origin.FITTED
     if path is not None:
         _write(path, key, compiled)
     return compiled, origin
@@ -162,7 +162,7 @@ def points_for_airs(
     scope: PathScope = ALL_PATHS,
 ) -> ChosenPoints:
     """The points that are chosen for similar airs; parameters as `cached_compile_band`."""
-    usual, airs = np.asarray(usual_irradiance), [over_air(one) for one in similar]
+    usual, airs = np.asarray(usual_irradiance), [over_air(state) for state in similar]
     settings = _Settings(tolerance=float(tolerance), max_points=int(max_points), seed=int(seed), scope=scope)
     key = content_key(*_common(table, band, grid, usual, settings), airs)
     return _cached_choice(key, band, lambda: choose_points(airs, band, grid, usual, **settings))[0]
@@ -181,27 +181,27 @@ def _cached_choice(key: str, band: BandPoints, choice: Callable[[], ChosenPoints
         return _choices[key], True
     folder = kept_folder(FOLDER)
     path = None if folder is None else folder / f"{key}.npz"
-    kept = None if path is None else _read(path, key, band)
-    if kept is None:
+    stored = None if path is None else _read(path, key, band)
+    if stored is None:
         chosen = choice()
         if path is not None:
-            few = CompiledBand(chosen.band, chosen.index, chosen.total_points, {}, chosen.dropped, chosen.ladder)
-            _write(path, key, few)
+            compiled = CompiledBand(chosen.band, chosen.index, chosen.total_points, {}, chosen.dropped, chosen.ladder)
+            _write(path, key, compiled)
     else:
-        chosen = ChosenPoints(kept.band, kept.index, kept.total_points, kept.dropped, kept.ladder)
+        chosen = ChosenPoints(stored.band, stored.index, stored.total_points, stored.dropped, stored.ladder)
     _choices[key] = chosen
-    return chosen, kept is not None
+    return chosen, stored is not None
 
 
 def _cached_fit(key: str, fit: Callable[[], FittedBand]) -> tuple[FittedBand, bool]:
     """A fit of this process, or a new one; whether it was known."""
-    known = _fits.pop(key, None)
-    fitted = known or fit()
+    cached = _fits.pop(key, None)
+    fitted = cached or fit()
     with _lock:
         _fits[key] = fitted
         while len(_fits) > _MAX_FITS:
             _fits.popitem(last=False)
-    return fitted, known is not None
+    return fitted, cached is not None
 
 
 def content_key(*parts: Any) -> str:
@@ -241,17 +241,17 @@ def _write(path: Path, key: str, compiled: CompiledBand) -> None:
 
 def _read(path: Path, key: str, band: BandPoints) -> CompiledBand | None:
     """A kept band, or None where there is none that can be believed."""
-    kept = kept_arrays(path, HEAD, key)
-    if kept is None:
+    arrays = kept_arrays(path, HEAD, key)
+    if arrays is None:
         return None
     try:
-        index, weight, ladder = kept["index"], kept["weight"], kept["ladder"]
-        about = json.loads(str(kept["about"]))
+        index, weight, ladder = arrays["index"], arrays["weight"], arrays["ladder"]
+        about = json.loads(str(arrays["about"]))
         if not _fits_band(index, weight, ladder, about, band):
             return None
-        few = BandPoints(band.points.subset(index), weight, tuple(about["gases"]))
+        reduced = BandPoints(band.points.subset(index), weight, tuple(about["gases"]))
         return CompiledBand(
-            few, index, about["total_points"], about["errors"], about["dropped"], ladder, about["absolute"]
+            reduced, index, about["total_points"], about["errors"], about["dropped"], ladder, about["absolute"]
         )
     except Exception:  # whatever a damaged file leads to, the band is compiled again
         return None

@@ -170,10 +170,10 @@ class FittedBand:
                 error = error * width
             if kind == DIRECT:
                 error = error * brightness[source]
-            lit = kind not in ("transmittance", "path_thermal")
+            sunlit = kind not in ("transmittance", "path_thermal")
             result[kind] = [
                 _by_region(error[rows], region[rows])
-                for rows in ((source == number) | (not lit) for number in range(brightness.size))
+                for rows in ((source == number) | (not sunlit) for number in range(brightness.size))
             ]
         return result
 
@@ -337,8 +337,8 @@ def _air(state: AtmosphericState, band: BandPoints, grid: PathAxes, scope: PathS
     elevations = np.array(_ELEVATIONS)
     if scope.is_part:  # those around the source
         low, high = np.maximum(grid.source_elevation_deg[[0, -1]], 0.0)
-        first = int(np.searchsorted(elevations, low - _HORIZON_DROP, side="right")) - 1
-        elevations = elevations[first : int(np.searchsorted(elevations, high + _HORIZON_DROP)) + 1]
+        start = int(np.searchsorted(elevations, low - _HORIZON_DROP, side="right")) - 1
+        elevations = elevations[start : int(np.searchsorted(elevations, high + _HORIZON_DROP)) + 1]
     air = SpectralAir.of(state, band.points, band.gases, band.weight)
     return replace(air, elevations=tuple(elevations.tolist()), azimuthal=_AZIMUTHAL, nodes=_NODES, spherical=False)
 
@@ -365,9 +365,9 @@ def _approximate(
     chosen: ChosenPoints, state: AtmosphericState, air: SpectralAir, test: Sample, sources: int
 ) -> Responses:
     """Responses of the chosen points on the test paths through the air at all points."""
-    few = chosen.band
-    few_air = replace(air, optics=spectral_optics(state, few.points, few.gases))
-    return responses(few_air, few.weight / few.weight.sum(), test, sources)
+    reduced = chosen.band
+    few_air = replace(air, optics=spectral_optics(state, reduced.points, reduced.gases))
+    return responses(few_air, reduced.weight / reduced.weight.sum(), test, sources)
 
 
 def _chosen(

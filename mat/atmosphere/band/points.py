@@ -82,10 +82,10 @@ class BandPoints:
 def micron_response(response: SpectralResponse, low: Floats, width: float | Floats) -> Floats:
     """Mean of a response over intervals that begin at `low` (I,) [cm^-1], in um per cm^-1."""
     # Samples of a whole interval would miss the ends of a band inside it, or meet them a few times.
-    first, last = (np.clip(end, low, low + width) for end in response.wavenumber_range)
-    seen = last - first
-    sample = first[:, None] + seen[:, None] * (np.arange(_RESPONSE_SAMPLES) + 0.5) / _RESPONSE_SAMPLES
-    micron: Floats = np.mean(response.at_wavenumber(sample) * 1e4 / sample**2, axis=1) * (seen / width)
+    lower, upper = (np.clip(end, low, low + width) for end in response.wavenumber_range)
+    covered = upper - lower
+    sample = lower[:, None] + covered[:, None] * (np.arange(_RESPONSE_SAMPLES) + 0.5) / _RESPONSE_SAMPLES
+    micron: Floats = np.mean(response.at_wavenumber(sample) * 1e4 / sample**2, axis=1) * (covered / width)
     return micron
 
 

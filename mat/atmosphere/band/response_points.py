@@ -58,8 +58,8 @@ def points_of_band(table: AbsorptionTable, response: SpectralResponse) -> BandPo
     0.1
     """
     low, high = response.wavenumber_range
-    own = table.with_own_continuum()  # that of the spectra
-    points, fine = own.points(low, high), own.fine
+    line_table = table.with_own_continuum()  # that of the spectra
+    points, fine = line_table.points(low, high), line_table.fine
     covered = np.zeros(len(points.interval_edges), bool) if fine is None else _covers(fine, points.interval_edges)
     if fine is None or not covered.any():
         return band_points(table.points(low, high), response)
@@ -94,8 +94,8 @@ class _Cells:
     def of(cls, fine: AbsorptionTable, response: SpectralResponse, low: float, high: float) -> _Cells:
         edges = fine.interval_edges
         margin = 5.0  # cm^-1, of intervals of the table that a band's end cuts
-        first, last = max(edges[0, 0], low - margin), min(edges[-1, 1], high + margin)
-        reference = fine.reference_spectra(first, last)
+        lower, upper = max(edges[0, 0], low - margin), min(edges[-1, 1], high + margin)
+        reference = fine.reference_spectra(lower, upper)
         width = float(np.diff(reference.cell[:2])[0])
         return cls(reference, width, micron_response(response, reference.cell - width / 2, width))
 
@@ -105,9 +105,9 @@ class _Cells:
 
     def unevenness(self, edges: Floats) -> Floats:
         """Response [um] on the wrong side of its mean in each of intervals (I, 2)."""
-        first, last = np.searchsorted(self.reference.cell, edges.T)
+        starts, stops = np.searchsorted(self.reference.cell, edges.T)
         result = np.zeros(len(edges))
-        for number, (a, b) in enumerate(zip(first, last, strict=True)):
+        for number, (a, b) in enumerate(zip(starts, stops, strict=True)):
             if b > a:
                 part = self.micron[a:b]
                 result[number] = 0.5 * np.sum(np.abs(part - part.mean())) * self.width
@@ -116,16 +116,16 @@ class _Cells:
 
 def _covers(fine: AbsorptionTable, edges: Floats) -> Booleans:
     """Whether the fine table covers each of intervals (I, 2)."""
-    inside = [(edges[:, 0] >= first) & (edges[:, 1] <= last) for first, last in fine.coverage]
+    inside = [(edges[:, 0] >= lower) & (edges[:, 1] <= upper) for lower, upper in fine.coverage]
     return np.asarray(np.any(inside, axis=0), bool)
 
 
 def _largest(uneven: Floats, allowed: float) -> Booleans:
     """The entries (I,) without which the root of the sum of squares is at most what is allowed, times `_SPREAD`."""
     order = np.argsort(-uneven)
-    rest = np.sqrt(np.cumsum(uneven[order][::-1] ** 2)[::-1])  # of an entry and all smaller ones
+    remainder = np.sqrt(np.cumsum(uneven[order][::-1] ** 2)[::-1])  # of an entry and all smaller ones
     chosen = np.zeros(uneven.size, bool)
-    chosen[order[_SPREAD * rest > allowed]] = True
+    chosen[order[_SPREAD * remainder > allowed]] = True
     return chosen
 
 
@@ -133,10 +133,10 @@ def _refined(
     fine: AbsorptionTable, points: SpectralPoints, refined: Booleans, cells: _Cells, response: SpectralResponse
 ) -> BandPoints:
     """Points of a band with narrow intervals in the place of those of `points` at `refined` (I,)."""
-    rest = np.flatnonzero(~refined[points.interval])
+    coarse = np.flatnonzero(~refined[points.interval])
     spans = points.interval_edges[refined]
-    first, last = spans[:, 0].min(), spans[:, 1].max()
-    narrow = fine.points(max(first - 1.0, fine.interval_edges[0, 0]), min(last + 1.0, fine.interval_edges[-1, 1]))
+    lowest, highest = spans[:, 0].min(), spans[:, 1].max()
+    narrow = fine.points(max(lowest - 1.0, fine.interval_edges[0, 0]), min(highest + 1.0, fine.interval_edges[-1, 1]))
     low, high = narrow.interval_edges.T
     replaced = np.any([(low >= a) & (high <= b) for a, b in spans], axis=0)
     mean = np.where(replaced, micron_response(response, low, high - low), 0.0)
@@ -151,14 +151,14 @@ def _refined(
             weight[narrow.interval == number] = 0.0
         for number in cut:
             part = np.flatnonzero(np.abs(narrow.interval[near] - number) <= 1)
-            seen = cells.inside(low[number], high[number])
-            weight[near[part]] += _fitted(values[:, part], target[:, seen], cells.micron[seen] * cells.width)
+            inside = cells.inside(low[number], high[number])
+            weight[near[part]] += _fitted(values[:, part], target[:, inside], cells.micron[inside] * cells.width)
     counts = np.flatnonzero(weight > 0)
     chosen = narrow.subset(counts)
-    if not rest.size:
+    if not coarse.size:
         return BandPoints(chosen, weight[counts], tuple(chosen.absorbing))
-    kept = band_points(points.subset(rest), response)
-    joined, weights = kept.points.joined(chosen), np.concatenate([kept.weight, weight[counts]])
+    unrefined = band_points(points.subset(coarse), response)
+    joined, weights = unrefined.points.joined(chosen), np.concatenate([unrefined.weight, weight[counts]])
     order = np.argsort(joined.wavenumber, kind="stable")
     return BandPoints(joined.subset(order), weights[order], tuple(joined.absorbing))
 
@@ -186,8 +186,8 @@ def _error(band: BandPoints, cells: _Cells) -> LineByLineError:
         [error[(emission == thermal) & (atmosphere == number)] for number in set(atmosphere)] for thermal in (0, 1)
     ]
     rms = [float(np.hypot(max(map(_likely_rms, airs)), _INTERPOLATION)) for airs in parts]
-    most = [float(np.hypot(np.abs(np.concatenate(airs)).max(), _INTERPOLATION)) for airs in parts]
-    return LineByLineError(*rms, *most)
+    largest = [float(np.hypot(np.abs(np.concatenate(airs)).max(), _INTERPOLATION)) for airs in parts]
+    return LineByLineError(*rms, *largest)
 
 
 def _likely_rms(error: Floats) -> float:

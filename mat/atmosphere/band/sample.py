@@ -123,12 +123,14 @@ class Sample:
         skies : int
             Surfaces under the sky, one of them on the ground.
         """
-        seen = SceneLines.drawn(shells, grid, count, rng)
-        some = np.arange(seen.range_km.shape[1])[::-_EVERY][::-1]  # with the last, which may be that to the ground
-        region = np.argmax([seen.regions()[name][:, some] for name in REGIONS], axis=0)
-        altitude = np.maximum(seen.altitude_km * 1e3, shells.altitude[0])
-        ranges, angles = seen.range_km[:, some] * 1e3, _source_angles(grid, count, rng)
-        lines = _lines(shells, altitude, np.radians(seen.elevation_deg), ranges, angles, region)
+        scene_lines = SceneLines.drawn(shells, grid, count, rng)
+        columns = np.arange(scene_lines.range_km.shape[1])[::-_EVERY][
+            ::-1
+        ]  # with the last, which may be that to the ground
+        region = np.argmax([scene_lines.regions()[name][:, columns] for name in REGIONS], axis=0)
+        altitude = np.maximum(scene_lines.altitude_km * 1e3, shells.altitude[0])
+        ranges, angles = scene_lines.range_km[:, columns] * 1e3, _source_angles(grid, count, rng)
+        lines = _lines(shells, altitude, np.radians(scene_lines.elevation_deg), ranges, angles, region)
         if not lines:  # of ranges of 0 alone, or of observers so far away that none drawn looks at air
             return cls.for_fit(shells, grid, -(-count // _TEST_STEPS[0]), rng, scope=scope)
         return cls._over(lines, shells, grid, rng, scope, skies, _TEST_STEPS)
@@ -172,9 +174,9 @@ class Sample:
 def lines_to_space(shells: Shells) -> tuple[SampledLine, ...]:
     """Lines from the ground to space, along which light comes to surfaces however short the paths of a scene are."""
     elevation = np.radians(_TO_SPACE)
-    none = np.zeros(elevation.size)
+    no_range = np.zeros(elevation.size)
     ranges = np.full((elevation.size, 1), _SPACE)
-    return _lines(shells, np.full(elevation.size, shells.altitude[0]), elevation, ranges, (none, none))
+    return _lines(shells, np.full(elevation.size, shells.altitude[0]), elevation, ranges, (no_range, no_range))
 
 
 def _risen(grid: PathAxes) -> Floats:
@@ -211,11 +213,11 @@ def _lines(
     for row in range(altitude.size):
         segments = Segments.of(rays, row)
         ends = np.minimum(np.searchsorted(segments.distance, ranges[row]), segments.index.size)
-        node, first = np.unique(ends, return_index=True)
+        node, index = np.unique(ends, return_index=True)
         if node[-1] > 0:
             ray, (source_elevation, source_azimuth) = rays.at(row), (angle[row : row + 1] for angle in angles)
             to_source = source_cosine(ray, source_elevation, source_azimuth)[0, segments.ends]
             deflection = scattering_cosine(ray, source_elevation, source_azimuth)[0, segments.ends]
-            where = np.full(first.size, NOWHERE) if region is None else region[row, first]
+            where = np.full(index.size, NOWHERE) if region is None else region[row, index]
             lines.append(SampledLine(segments, node[node > 0], to_source, deflection, where[node > 0]))
     return tuple(lines)

@@ -142,12 +142,12 @@ def _with_one_more(
 def _short_list(gain: Floats, count: int, rng: np.random.Generator) -> Integers:
     """The candidates with the `count` largest gains (P,), and a few at random; none with a negative gain."""
     ranked = np.argsort(-gain, kind="stable")
-    free = ranked[gain[ranked] >= 0]
-    best, others = free[:count], free[count:]
+    favourable = ranked[gain[ranked] >= 0]
+    best, others = favourable[:count], favourable[count:]
     return np.concatenate([best, rng.choice(others, min(4, others.size), replace=False)])
 
 
-def _fits(factor: Floats, rows: Floats, root: Floats, goal: Floats, last: Floats) -> Floats:
+def _fits(factor: Floats, rows: Floats, root: Floats, goal: Floats, constants: Floats) -> Floats:
     """Non-negative weights (T, k+1) of k chosen candidates and each of T further ones.
 
     factor (k, k), lower; rows (k, T), root (T,): the row that each further candidate adds below it; goal (k,),
@@ -156,7 +156,7 @@ def _fits(factor: Floats, rows: Floats, root: Floats, goal: Floats, last: Floats
     from scipy.optimize import nnls
 
     weights = np.empty((root.size, goal.size + 1))
-    weights[:, -1] = last / root
+    weights[:, -1] = constants / root
     if goal.size:
         others = goal[:, None] - rows * weights[:, -1]
         weights[:, :-1] = scipy.linalg.solve_triangular(factor, others, lower=True, trans="T", check_finite=False).T
@@ -165,7 +165,7 @@ def _fits(factor: Floats, rows: Floats, root: Floats, goal: Floats, last: Floats
     for trial in np.flatnonzero(weights.min(axis=1) < 0):
         triangle[:-1, -1], triangle[-1, -1] = rows[:, trial], root[trial]
         # The default limit of 3 n steps stops it on sets of nearly equal points.
-        weights[trial] = nnls(triangle, np.append(goal, last[trial]), maxiter=100 * goal.size + 100)[0]
+        weights[trial] = nnls(triangle, np.append(goal, constants[trial]), maxiter=100 * goal.size + 100)[0]
     return weights
 
 

@@ -61,7 +61,7 @@ class Responses:
     wavenumber : (I,) array
         Wavenumber of each interval with points, cm^-1: ground emission and source irradiance are the same at all its
         points.
-    first : (I,) int array
+    interval_start : (I,) int array
         The first point of each interval.
     surface_temperature : float
         K, of the ground in `unlit`.
@@ -78,7 +78,7 @@ class Responses:
     """
 
     wavenumber: Floats
-    first: Integers
+    interval_start: Integers
     surface_temperature: float
     unlit: dict[str, Floats]
     ground: dict[str, Floats]
@@ -103,9 +103,12 @@ class Responses:
         ValueError
             An irradiance is not the same at all points of an interval.
         """
-        sources = irradiance[:, self.first]
+        sources = irradiance[:, self.interval_start]
         if not np.allclose(
-            np.repeat(sources, np.diff(self.first, append=irradiance.shape[1]), axis=1), irradiance, rtol=1e-9, atol=0.0
+            np.repeat(sources, np.diff(self.interval_start, append=irradiance.shape[1]), axis=1),
+            irradiance,
+            rtol=1e-9,
+            atol=0.0,
         ):
             raise ValueError("irradiance must be the same at all points of an interval")
         emission, reference, unit = (
@@ -114,8 +117,8 @@ class Responses:
         means = {}
         for kind in KINDS:
             light = sources / brightness[:, None] if kind == DIRECT else sources
-            lit = np.sum(self.light[kind] * light[self.source[kind]], axis=1)
-            means[kind] = self.unlit[kind] + self.ground[kind] @ ((emission - reference) / unit) + lit
+            sunlight = np.sum(self.light[kind] * light[self.source[kind]], axis=1)
+            means[kind] = self.unlit[kind] + self.ground[kind] @ ((emission - reference) / unit) + sunlight
         return _without_dark(means)
 
 
@@ -132,9 +135,9 @@ class _Rows:
     source: Integers | None = None
     region: Integers | None = None
 
-    def through(self, transmittance: Floats, place: Integers, region: Integers) -> _Rows:
+    def through(self, transmittance: Floats, indices: Integers, region: Integers) -> _Rows:
         """The rows at places (n,), counted cyclically, each times the transmittance (n, P) of a path to a region."""
-        rows = place % len(self.unlit)
+        rows = indices % len(self.unlit)
         ground, light = (None if part is None else part[rows] * transmittance for part in (self.ground, self.light))
         source = None if self.source is None else self.source[rows]
         return _Rows(self.kind, self.unlit[rows] * transmittance, ground, light, source, region)
@@ -243,7 +246,7 @@ def responses(air: SpectralAir, share: Floats, sample: Sample, sources: int) -> 
     -------
     Responses
     """
-    first = _first_of_intervals(air.optics.wavenumber)
+    interval_start = _first_of_intervals(air.optics.wavenumber)
     unlit, ground, light = (_empty_parts() for _ in range(3))
     source, region = ({kind: list[Integers]() for kind in KINDS} for _ in range(2))
     for rows in _rows(air, sample, sources, with_ground=True):
@@ -251,14 +254,16 @@ def responses(air: SpectralAir, share: Floats, sample: Sample, sources: int) -> 
         unlit[rows.kind].append(rows.unlit @ share)
         for part, values in ((ground, rows.ground), (light, rows.light)):
             by_interval = (
-                np.zeros((count, first.size)) if values is None else np.add.reduceat(values * share, first, axis=1)
+                np.zeros((count, interval_start.size))
+                if values is None
+                else np.add.reduceat(values * share, interval_start, axis=1)
             )
             part[rows.kind].append(by_interval)
         source[rows.kind].append(np.zeros(count, int) if rows.source is None else rows.source)
         region[rows.kind].append(np.full(count, NOWHERE) if rows.region is None else rows.region)
     return Responses(
-        air.optics.wavenumber[first],
-        first,
+        air.optics.wavenumber[interval_start],
+        interval_start,
         air.state.surface_temperature,
         {kind: np.concatenate(unlit[kind]) for kind in KINDS},
         {kind: np.concatenate(ground[kind]) for kind in KINDS},
@@ -285,10 +290,10 @@ def _first_of_intervals(wavenumber: Floats) -> Integers:
 
 def _edges(wavenumber: Floats) -> Integers:
     """Edges of the groups of points whose targets are computed together, each of whole intervals."""
-    count, first = wavenumber.size, _first_of_intervals(wavenumber)
+    count, interval_start = wavenumber.size, _first_of_intervals(wavenumber)
     groups = 2 * -(-count // (2 * _CHUNK)) if count > _CHUNK // 2 else 1  # even in number, for threads in pairs
     equal = np.linspace(0, count, groups, endpoint=False)
-    return np.append(np.unique(first[np.searchsorted(first, equal, side="right") - 1]), count)
+    return np.append(np.unique(interval_start[np.searchsorted(interval_start, equal, side="right") - 1]), count)
 
 
 def _joined(parts: Sequence[Responses], edges: Integers) -> Responses:
@@ -298,9 +303,18 @@ def _joined(parts: Sequence[Responses], edges: Integers) -> Responses:
         {kind: np.concatenate([getattr(part, name)[kind] for part in parts], axis=1) for kind in KINDS}
         for name in ("ground", "light")
     )
-    first = np.concatenate([part.first + start for part, start in zip(parts, edges[:-1], strict=True)])
+    interval_start = np.concatenate(
+        [part.interval_start + start for part, start in zip(parts, edges[:-1], strict=True)]
+    )
     wavenumber = np.concatenate([part.wavenumber for part in parts])
-    return replace(parts[0], wavenumber=wavenumber, first=first, unlit=unlit, ground=ground, light=light)
+    return replace(
+        parts[0],
+        wavenumber=wavenumber,
+        interval_start=interval_start,
+        unlit=unlit,
+        ground=ground,
+        light=light,
+    )
 
 
 def _without_dark(means: Mapping[str, Floats]) -> dict[str, Floats]:
@@ -339,8 +353,8 @@ def _rows(air: SpectralAir, sample: Sample, sources: int, with_ground: bool = Fa
         depths = Depths(segments.column(extinction))
         transmittance = np.exp(-depths.cumulative[node].astype(float))
         yield _Rows("transmittance", transmittance, region=line.region)
-        some = np.unique(np.linspace(node.size - 1, 0, _LIT_RANGES, endpoint=False).round().astype(int))
-        region = np.tile(line.region[some], sources)
+        ranges = np.unique(np.linspace(node.size - 1, 0, _LIT_RANGES, endpoint=False).round().astype(int))
+        region = np.tile(line.region[ranges], sources)
         if number % sample.emission_step == 0:
             within = (np.arange(segments.index.size) < node[:, None]).astype(np.float32)
             thermal = (within @ air.thermal_radiance(segments, depths)) * per_micron
@@ -348,14 +362,14 @@ def _rows(air: SpectralAir, sample: Sample, sources: int, with_ground: bool = Fa
             yield _Rows("path_thermal", thermal, ground, region=line.region)
             if number % sample.scattering_step == 0:
                 of_segments = air.scattered_light.of_segments(segments, depths, line.to_source, line.deflection)
-                light = (within[some] @ of_segments) * per_micron
-                of_ground = None if ground is None else np.tile(ground[some], (sources, 1))
-                lit = np.tile(thermal[some], (sources, 1)), of_ground, np.tile(light, (sources, 1))
-                yield _Rows("path_radiance", *lit, np.repeat(np.arange(sources), some.size), region)
+                light = (within[ranges] @ of_segments) * per_micron
+                of_ground = None if ground is None else np.tile(ground[ranges], (sources, 1))
+                terms = np.tile(thermal[ranges], (sources, 1)), of_ground, np.tile(light, (sources, 1))
+                yield _Rows("path_radiance", *terms, np.repeat(np.arange(sources), ranges.size), region)
         # The products of (20) and (36): sky light on the ground, and direct light at the end of the path, through it.
-        yield sky.through(transmittance[some], number + some, line.region[some])
-        direct = np.tile(_beam_at_ends(air, line, node[some]) * transmittance[some] * per_micron, (sources, 1))
-        yield _Rows(DIRECT, np.zeros_like(direct), None, direct, np.repeat(np.arange(sources), some.size), region)
+        yield sky.through(transmittance[ranges], number + ranges, line.region[ranges])
+        direct = np.tile(_beam_at_ends(air, line, node[ranges]) * transmittance[ranges] * per_micron, (sources, 1))
+        yield _Rows(DIRECT, np.zeros_like(direct), None, direct, np.repeat(np.arange(sources), ranges.size), region)
 
 
 def _beam_at_ends(air: SpectralAir, line: SampledLine, node: Integers) -> Floats:

@@ -83,8 +83,8 @@ def _continuum_file(name: str) -> tuple[Floats, dict[str, Floats]]:
 @lru_cache(maxsize=1)
 def default_water_continuum() -> str:
     """Name of the water vapour continuum that is taken where none is named."""
-    own = packaged_water_continuum()
-    return PREFERRED_CONTINUUM if own == FIRST_CONTINUUM else own
+    packaged = packaged_water_continuum()
+    return PREFERRED_CONTINUUM if packaged == FIRST_CONTINUUM else packaged
 
 
 FINE_TABLE = "absorption_fine.h5"  # narrow intervals beside those of the packaged table
@@ -189,10 +189,10 @@ class AbsorptionTable:
 
     def terms(self, gas: str) -> list[str]:
         """Licence or terms of the sources that a gas's cross sections come from, each once."""
-        used = [
+        terms = [
             text for code, text in enumerate(self._terms[gas], start=NEGLIGIBLE + 1) if code in self._source_codes[gas]
         ]
-        return list(dict.fromkeys(used))
+        return list(dict.fromkeys(terms))
 
     def count_between(self, low: float, high: float) -> int:
         """Number of points in the intervals that overlap [low, high] (cm^-1)."""
@@ -210,16 +210,16 @@ class AbsorptionTable:
         low, high = float(low), float(high)
         if not low < high:
             raise InputError(f"wavenumbers {low:g} to {high:g} cm^-1 are no range; give low:high with low < high")
-        if not any(first <= low and high <= last for first, last in self.coverage):
-            ranges = ", ".join(f"{first:g} to {last:g}" for first, last in self.coverage)
+        if not any(start <= low and high <= stop for start, stop in self.coverage):
+            ranges = ", ".join(f"{start:g} to {stop:g}" for start, stop in self.coverage)
             raise InputError(
                 f"wavenumbers {low:g} to {high:g} cm^-1 are not covered by the absorption table; allowed: {ranges}"
                 " cm^-1"
             )
         overlapping = np.flatnonzero((self.interval_edges[:, 1] > low) & (self.interval_edges[:, 0] < high))
-        first, last = overlapping[0], overlapping[-1] + 1
+        start, stop = overlapping[0], overlapping[-1] + 1
         with open_database(self.path, FILETYPE) as file, sound(self.path):
-            return self._read(file, first, last)
+            return self._read(file, start, stop)
 
     def reference_spectra(self, low: float, high: float) -> ReferenceSpectra:
         """Line-by-line spectra between two wavenumbers [cm^-1] of a table that has them."""
@@ -230,23 +230,23 @@ class AbsorptionTable:
         """The same table with its own water vapour continuum, that of its reference spectra."""
         if self.water_continuum is None:
             return self
-        other = copy(self)
-        other.water_continuum = None
-        other.fine = None if self.fine is None else self.fine.with_own_continuum()
-        return other
+        table = copy(self)
+        table.water_continuum = None
+        table.fine = None if self.fine is None else self.fine.with_own_continuum()
+        return table
 
     def in_continuum(self, points: SpectralPoints) -> SpectralPoints:
         """Points of the table with its own continuum, in the one it is opened with."""
         return replace(points, _continuum=self._with_continuum(points.wavenumber, points._continuum))
 
-    def _read(self, file: h5py.File, first: int, last: int) -> SpectralPoints:
-        begin, end = self._first[first], self._first[last]
+    def _read(self, file: h5py.File, start: int, stop: int) -> SpectralPoints:
+        begin, end = self._first[start], self._first[stop]
         points = file["points"]
-        interval = np.repeat(np.arange(last - first), np.diff(self._first[first : last + 1]))
-        width = np.diff(self.interval_edges[first:last], axis=1)[:, 0]
+        interval = np.repeat(np.arange(stop - start), np.diff(self._first[start : stop + 1]))
+        width = np.diff(self.interval_edges[start:stop], axis=1)[:, 0]
         weight = points["weight"][begin:end].astype(float)
         weight *= (width / np.bincount(interval, weight))[interval]  # single precision undone
-        gases = {name: _read_gas(group, self._first, first, last) for name, group in file["gases"].items()}
+        gases = {name: _read_gas(group, self._first, start, stop) for name, group in file["gases"].items()}
         any_group = next(iter(file["gases"].values()))
         nodes = CrossSectionNodes(any_group["pressure"][()], any_group["temperature"][()])
         water = file["gases/H2O"]
@@ -256,7 +256,7 @@ class AbsorptionTable:
             wavenumber=wavenumber,
             weight=weight,
             interval=interval,
-            interval_edges=self.interval_edges[first:last],
+            interval_edges=self.interval_edges[start:stop],
             _continuum=self._with_continuum(
                 wavenumber, np.array([points[name][begin:end] for name in COEFFICIENTS], dtype=float)
             ),
@@ -280,13 +280,13 @@ class AbsorptionTable:
         return coefficients
 
 
-def _read_gas(group: h5py.Group, first_point: Integers, first: int, last: int) -> GasPoints:
+def _read_gas(group: h5py.Group, first_point: Integers, start: int, stop: int) -> GasPoints:
     """The rows of a gas in intervals first to last; a gas has rows only where it absorbs."""
     present = group["source"][()] > NEGLIGIBLE
     counts = np.where(present, np.diff(first_point), 0)
     row = np.concatenate([[0], np.cumsum(counts)])
-    begin, end = row[first], row[last]
-    inside = np.repeat(present[first:last], np.diff(first_point[first : last + 1]))
+    begin, end = row[start], row[stop]
+    inside = np.repeat(present[start:stop], np.diff(first_point[start : stop + 1]))
     humid = _unpacked(group["log_moist_ratio"], begin, end) if "log_moist_ratio" in group else None
     return GasPoints(np.flatnonzero(inside), _unpacked(group["log_cross_section"], begin, end), humid)
 

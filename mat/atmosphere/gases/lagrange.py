@@ -22,8 +22,8 @@ def lagrange_weights(nodes: npt.ArrayLike, x: npt.ArrayLike) -> Floats:
     """
     nodes, x = np.asarray(nodes, float), np.asarray(x, float)
     size = min(4, nodes.size)
-    first = np.clip(np.searchsorted(nodes, x, side="right") - size // 2, 0, nodes.size - size)
-    index = first[..., None] + np.arange(size)
+    start = np.clip(np.searchsorted(nodes, x, side="right") - size // 2, 0, nodes.size - size)
+    index = start[..., None] + np.arange(size)
     stencil = nodes[index]
     weights = np.zeros((*x.shape, nodes.size))
     for k in range(size):

@@ -73,8 +73,8 @@ def slab_emission(depth: Singles, source: Floats) -> Singles:
     (K,) float32 array, in the unit of `source`
     """
     through = np.exp(-np.vstack([np.zeros((1, depth.shape[1]), np.float32), np.cumsum(depth, axis=0)]))
-    first = len(source) - 1 - len(depth)
-    mean = 0.5 * (source[first:-1] + source[first + 1 :])
+    start = len(source) - 1 - len(depth)
+    mean = 0.5 * (source[start:-1] + source[start + 1 :])
     emitted = -np.diff(through, axis=0)
     if mean.ndim == 1:
         return np.asarray(mean.astype(np.float32) @ emitted, dtype=np.float32)

@@ -42,8 +42,8 @@ class ReferenceSpectra:
     def read(cls, group: h5py.Group, low: float, high: float) -> ReferenceSpectra:
         """The cells between two wavenumbers [cm^-1] of the group of a table."""
         cell = group["cell"][()]
-        first, last = np.searchsorted(cell, (low, high))
-        value = group["value"][:, first:last] * float(group["value"].attrs["scale_factor"])
+        start, stop = np.searchsorted(cell, (low, high))
+        value = group["value"][:, start:stop] * float(group["value"].attrs["scale_factor"])
         names = [name.decode() if isinstance(name, bytes) else str(name) for name in group["gas"][()]]
         arrays = {name: group[name][()].astype(float) for name in ("pressure", "temperature", "columns", "slabs")}
         states = []
@@ -64,7 +64,7 @@ class ReferenceSpectra:
         fit = group["fitted"][()].astype(bool)
         rows = [np.arange(len(state.columns) + len(state.emission)) >= len(state.columns) for state in states]
         atmosphere = np.repeat(np.arange(len(rows)), [row.size for row in rows])
-        return cls(tuple(states), fit[atmosphere], np.concatenate(rows), atmosphere, cell[first:last], value)
+        return cls(tuple(states), fit[atmosphere], np.concatenate(rows), atmosphere, cell[start:stop], value)
 
     def at_points(self, points: SpectralPoints, *, fitted: bool) -> Floats:
         """The same rows of the fitted states, or of the others, at spectral points (P,): (m, P).
@@ -74,14 +74,14 @@ class ReferenceSpectra:
         gases = [name for name in points.absorbing if name == CONTINUUM or name in self.states[0].fraction]
         middle = points.interval_edges.mean(axis=1)[points.interval]
         rows = []
-        first = 0
+        start = 0
         for state in self.states:
             size = len(state.columns) + len(state.emission)
-            if self.fitted[first] == fitted:
+            if self.fitted[start] == fitted:
                 sections = points.cross_sections(state.pressure, state.temperature, state.h2o_fraction, gases)
                 total = np.zeros((state.pressure.size, points.wavenumber.size))
                 for name, section in sections.items():
                     total += section * state.fraction["H2O" if name == CONTINUUM else name][:, None]
                 rows.append(state.values(total, middle))
-            first += size
+            start += size
         return np.concatenate(rows).astype(float)

@@ -160,25 +160,25 @@ class SpectralPoints:
             _gases={name: gas.subset(chosen, self.wavenumber.size) for name, gas in self._gases.items()},
         )
 
-    def joined(self, other: SpectralPoints) -> SpectralPoints:
+    def joined(self, appended: SpectralPoints) -> SpectralPoints:
         """These points and then those of intervals of another table with the same gases and nodes."""
         size, intervals = self.wavenumber.size, len(self.interval_edges)
 
         def both(name: str) -> GasPoints:
-            one, two = self._gases[name], other._gases[name]
+            a, two = self._gases[name], appended._gases[name]
             humid = None
-            if one.humid is not None and two.humid is not None:
-                humid = np.concatenate([one.humid, two.humid])
-            position = np.concatenate([one.position, two.position + size])
-            return GasPoints(position, np.concatenate([one.table, two.table]), humid)
+            if a.humid is not None and two.humid is not None:
+                humid = np.concatenate([a.humid, two.humid])
+            position = np.concatenate([a.position, two.position + size])
+            return GasPoints(position, np.concatenate([a.table, two.table]), humid)
 
         return replace(
             self,
-            wavenumber=np.concatenate([self.wavenumber, other.wavenumber]),
-            weight=np.concatenate([self.weight, other.weight]),
-            interval=np.concatenate([self.interval, other.interval + intervals]),
-            interval_edges=np.concatenate([self.interval_edges, other.interval_edges]),
-            _continuum=np.concatenate([self._continuum, other._continuum], axis=1),
+            wavenumber=np.concatenate([self.wavenumber, appended.wavenumber]),
+            weight=np.concatenate([self.weight, appended.weight]),
+            interval=np.concatenate([self.interval, appended.interval + intervals]),
+            interval_edges=np.concatenate([self.interval_edges, appended.interval_edges]),
+            _continuum=np.concatenate([self._continuum, appended._continuum], axis=1),
             _gases={name: both(name) for name in self._gases},
         )
 

@@ -213,9 +213,9 @@ def _interpolate_visibility(columns: dict[float, Floats], visibility: float) -> 
     """Profile (N,) of a visibility [km], linear in 1 / visibility between (and beyond) the tabulated ones."""
     nodes = np.array(sorted(columns, reverse=True))
     upper = int(np.clip(np.searchsorted(1 / nodes, 1 / visibility), 1, len(nodes) - 1))
-    first, second = nodes[upper - 1], nodes[upper]
-    fraction = (1 / visibility - 1 / first) / (1 / second - 1 / first)
-    profile: Floats = columns[first] + fraction * (columns[second] - columns[first])
+    near, far = nodes[upper - 1], nodes[upper]
+    fraction = (1 / visibility - 1 / near) / (1 / far - 1 / near)
+    profile: Floats = columns[near] + fraction * (columns[far] - columns[near])
     return profile
 
 

@@ -58,12 +58,12 @@ class AngstromModel:
 
     def optics(self, wavenumber: npt.ArrayLike, relative_humidity: npt.ArrayLike) -> AerosolOptics:
         """As `aerosol.AerosolModel.optics`."""
-        own = self.model.optics(wavenumber, relative_humidity)
+        tabulated = self.model.optics(wavenumber, relative_humidity)
         joint = self.model.optics(1e4 / LONGEST, relative_humidity)
         wavelength = 1e4 / np.atleast_1d(np.asarray(wavenumber, dtype=float))
         by_power = (np.minimum(wavelength, LONGEST) / REFERENCE) ** -self.exponent
-        extinction = by_power * np.where(wavelength > LONGEST, own.extinction / joint.extinction, 1.0)
-        return AerosolOptics(extinction, own.single_scattering_albedo, own.asymmetry)
+        extinction = by_power * np.where(wavelength > LONGEST, tabulated.extinction / joint.extinction, 1.0)
+        return AerosolOptics(extinction, tabulated.single_scattering_albedo, tabulated.asymmetry)
 
     def phase_function(
         self, cos_angle: npt.ArrayLike, wavenumber: npt.ArrayLike, relative_humidity: npt.ArrayLike

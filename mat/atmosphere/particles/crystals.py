@@ -120,5 +120,5 @@ class CrystalModel(SpectralModel):
         )
 
 
-def _faded(values: Floats, whole: float, none: float) -> Floats:
-    return np.clip((none - values) / (none - whole), 0.0, 1.0)
+def _faded(values: Floats, full: float, zero: float) -> Floats:
+    return np.clip((zero - values) / (zero - full), 0.0, 1.0)

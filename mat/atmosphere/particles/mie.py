@@ -179,12 +179,12 @@ def _sorted_spheres(x: Floats, m: Complexes, cosine: Floats) -> tuple[Floats, Fl
     amplitude = np.zeros((2, 2, x.size, cosine.size))
     last_a, last_b = np.zeros(x.size, complex), np.zeros(x.size, complex)
     angular = _angular_functions(cosine, int(terms[-1]))
-    for first, a, b in _coefficients(x, m, terms):
-        n = np.arange(first, first + a.shape[1], dtype=float)
+    for start, a, b in _coefficients(x, m, terms):
+        n = np.arange(start, start + a.shape[1], dtype=float)
         sums[0] += (a.real + b.real) @ (2 * n + 1)
         sums[1] += (a.real**2 + a.imag**2 + b.real**2 + b.imag**2) @ (2 * n + 1)
         sums[2] += (a * b.conj()).real @ ((2 * n + 1) / (n * (n + 1)))
-        before = [np.column_stack([last, part[:, :-1]]) for last, part in ((last_a, a), (last_b, b))]
+        before = [np.column_stack([previous, part[:, :-1]]) for previous, part in ((last_a, a), (last_b, b))]
         sums[2] += (before[0] * a.conj() + before[1] * b.conj()).real @ ((n - 1) * (n + 1) / n)
         last_a, last_b = a[:, -1], b[:, -1]
         if cosine.size:
@@ -212,10 +212,10 @@ def _coefficients(x: Floats, m: Complexes, terms: npt.NDArray[np.int64]) -> Iter
             derivative[n - 1] = value
     psi_before, psi = np.cos(x), np.sin(x)
     chi_before, chi = -np.sin(x), np.cos(x)
-    for first in range(1, int(terms[-1]) + 1, _TERMS_AT_ONCE):
-        count = min(_TERMS_AT_ONCE, int(terms[-1]) + 1 - first)
+    for begin in range(1, int(terms[-1]) + 1, _TERMS_AT_ONCE):
+        count = min(_TERMS_AT_ONCE, int(terms[-1]) + 1 - begin)
         a, b = np.zeros((x.size, count), complex), np.zeros((x.size, count), complex)
-        for n in range(first, first + count):
+        for n in range(begin, begin + count):
             # Upward recurrence holds up to a sphere's own number of terms only.
             on = slice(int(np.searchsorted(terms, n)), None)
             size = x[on]
@@ -224,17 +224,17 @@ def _coefficients(x: Floats, m: Complexes, terms: npt.NDArray[np.int64]) -> Iter
             xi, xi_now = psi[on] - 1j * chi[on], psi_now - 1j * chi_now
             electric = derivative[n, on] / m[on] + n / size
             magnetic = derivative[n, on] * m[on] + n / size
-            a[on, n - first] = (electric * psi_now - psi[on]) / (electric * xi_now - xi)
-            b[on, n - first] = (magnetic * psi_now - psi[on]) / (magnetic * xi_now - xi)
+            a[on, n - begin] = (electric * psi_now - psi[on]) / (electric * xi_now - xi)
+            b[on, n - begin] = (magnetic * psi_now - psi[on]) / (magnetic * xi_now - xi)
             psi_before[on], psi[on], chi_before[on], chi[on] = psi[on].copy(), psi_now, chi[on].copy(), chi_now
-        yield first, a, b
+        yield begin, a, b
 
 
 def _angular_functions(cosine: Floats, terms: int) -> Iterator[tuple[Floats, Floats]]:
     """Functions pi and tau (n, A) of the terms, part by part as `_coefficients`."""
     before, now = np.zeros(cosine.size), np.ones(cosine.size)
-    for first in range(1, terms + 1, _TERMS_AT_ONCE):
-        numbers = range(first, min(first + _TERMS_AT_ONCE, terms + 1))
+    for start in range(1, terms + 1, _TERMS_AT_ONCE):
+        numbers = range(start, min(start + _TERMS_AT_ONCE, terms + 1))
         pi, tau = np.empty((len(numbers), cosine.size)), np.empty((len(numbers), cosine.size))
         for row, n in enumerate(numbers):
             if n > 1:

@@ -193,10 +193,10 @@ def between_wavelengths(
     log_extinction = np.log(extinction)
     between = np.exp((1 - share) * log_extinction[..., upper - 1] + share * log_extinction[..., upper])
     absorbed = absorption / extinction
-    first, second = absorbed[..., upper - 1], absorbed[..., upper]
-    absorbing = (first > 0) & (second > 0)
-    by_power = np.where(absorbing, first, 1.0) ** (1 - share) * np.where(absorbing, second, 1.0) ** share
-    absorbed = np.where(absorbing, by_power, (1 - share) * first + share * second)
+    left_value, right_value = absorbed[..., upper - 1], absorbed[..., upper]
+    absorbing = (left_value > 0) & (right_value > 0)
+    by_power = np.where(absorbing, left_value, 1.0) ** (1 - share) * np.where(absorbing, right_value, 1.0) ** share
+    absorbed = np.where(absorbing, by_power, (1 - share) * left_value + share * right_value)
     return between * np.minimum(1.0, nodes[-1] / wavelength), 1.0 - absorbed
 
 
@@ -218,9 +218,9 @@ def interpolated_table(table: Columns, value: float) -> tuple[Floats, Floats, Fl
     nodes, *columns = table.values()
     nodes = np.unique(nodes)
     wavelength, extinction, absorption, asymmetry = (column.reshape(nodes.size, -1) for column in columns)
-    place = np.interp(np.log(value), np.log(nodes), np.arange(nodes.size))
-    lower = min(int(place), nodes.size - 2)
-    share = place - lower
+    position = np.interp(np.log(value), np.log(nodes), np.arange(nodes.size))
+    lower = min(int(position), nodes.size - 2)
+    share = position - lower
 
     def between(values: Floats) -> Floats:
         mean: Floats = (1 - share) * values[lower] + share * values[lower + 1]

@@ -125,15 +125,15 @@ def scattering_of_modes(modes: tuple[LogNormalMode, ...], wavelength: Floats, an
     for mode in modes:
         radius = mode.radii()
         number = mode.number_per_radius(radius)[None]
-        for place, index in enumerate(mode.refractive_index.at(wavelength)):
+        for row, index in enumerate(mode.refractive_index.at(wavelength)):
             sections, at_angle, legendre = phase_of_spheres(
-                radius, number, complex(index), float(wavelength[place]), np.radians(angle), MOMENTS
+                radius, number, complex(index), float(wavelength[row]), np.radians(angle), MOMENTS
             )
             scattering = min(sections[1, 0], sections[0, 0])
-            extinction[place] += sections[0, 0]
-            absorption[place] += sections[0, 0] - scattering
-            phase[:, place] += scattering * at_angle[0]
-            moments[:, place] += scattering * legendre[0]
+            extinction[row] += sections[0, 0]
+            absorption[row] += sections[0, 0] - scattering
+            phase[:, row] += scattering * at_angle[0]
+            moments[:, row] += scattering * legendre[0]
     scattered = moments[0].copy()
     return ModeScattering(extinction, absorption, phase / scattered, moments / scattered)
 

@@ -47,10 +47,10 @@ def index_of(times: Sequence[datetime | None], choice: Choice, file: Path) -> in
     """
     if choice.time is None:
         return _only(times, choice, file)
-    known = [(abs(hours(time, choice.time)), index) for index, time in enumerate(times) if time is not None]
-    if not known:
+    distances = [(abs(hours(time, choice.time)), index) for index, time in enumerate(times) if time is not None]
+    if not distances:
         raise InputError("does not say when it was measured; allowed: a sounding without a time; remove it", file=file)
-    apart, index = min(known)
+    apart, index = min(distances)
     if apart > FARTHEST_HOURS:
         raise InputError(
             f"found no sounding within {FARTHEST_HOURS:g} h of {shown(choice.time)}; the nearest is of"
@@ -76,9 +76,9 @@ def _only(times: Sequence[datetime | None], choice: Choice, file: Path) -> int:
     )
 
 
-def hours(one: datetime, other: datetime) -> float:
+def hours(earlier: datetime, later: datetime) -> float:
     """From one time to another."""
-    return float((other - one).total_seconds() / 3600)
+    return float((later - earlier).total_seconds() / 3600)
 
 
 def shown(time: datetime | None) -> str:

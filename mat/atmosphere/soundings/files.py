@@ -40,8 +40,8 @@ def read_levels(file: Path, choice: Choice | None = None) -> Levels:
     choice = choice or Choice()
     if is_netcdf(file):
         return levels_of(read_column(file, choice))
-    found = _in_file(file, file.stat().st_mtime_ns, file.stat().st_size)
-    return levels_of(_readings(found[index_of([sounding.time for sounding in found], choice, file)]))
+    soundings = _in_file(file, file.stat().st_mtime_ns, file.stat().st_size)
+    return levels_of(_readings(soundings[index_of([sounding.time for sounding in soundings], choice, file)]))
 
 
 def levels_in_text(text: str, file: Path) -> Levels:
@@ -52,8 +52,8 @@ def levels_in_text(text: str, file: Path) -> Levels:
     InputError
         As `read_levels`.
     """
-    found = _soundings(text, file)
-    return levels_of(_readings(found[index_of([sounding.time for sounding in found], Choice(), file)]))
+    soundings = _soundings(text, file)
+    return levels_of(_readings(soundings[index_of([sounding.time for sounding in soundings], Choice(), file)]))
 
 
 def times_of(file: Path) -> list[datetime | None]:

@@ -50,27 +50,27 @@ class IgraSounding:
             With file:line:column of what is no number.
         """
         numbers: dict[str, list[float]] = {name: [] for name in _FIELDS}
-        places: dict[tuple[int, str], tuple[int, int]] = {}
+        positions: dict[tuple[int, str], tuple[int, int]] = {}
         for row, text in enumerate(self.lines):
-            for name, (first, last, _) in _FIELDS.items():
-                cell = text[first - 1 : last]
-                places[row, name] = (self.header + 1 + row, first)
+            for name, (start, stop, _) in _FIELDS.items():
+                cell = text[start - 1 : stop]
+                positions[row, name] = (self.header + 1 + row, start)
                 if not re.fullmatch(r" *-?\d+", cell):
                     raise InputError(
-                        f"{name}: found '{cell.strip()[:40]}'; allowed: a whole number in characters {first} to {last};"
+                        f"{name}: found '{cell.strip()[:40]}'; allowed: a whole number in characters {start} to {stop};"
                         " take the file as it was downloaded",
                         file=self.file,
-                        line=places[row, name][0],
-                        column=first,
+                        line=positions[row, name][0],
+                        column=start,
                     )
                 numbers[name].append(np.nan if int(cell) in _MISSING else int(cell))
-        written = {name: np.array(column, float) for name, column in numbers.items()}
-        values = {name: written[name] * factor for name, (_, _, factor) in _FIELDS.items()}
+        raw = {name: np.array(column, float) for name, column in numbers.items()}
+        values = {name: raw[name] * factor for name, (_, _, factor) in _FIELDS.items()}
         values["temperature"] += ZERO_CELSIUS
         values["dew_point"] = values["temperature"] - values.pop("dew_point_depression")
-        written["dew_point"] = written.pop("dew_point_depression")
-        places |= {(row, "dew_point"): places[row, "dew_point_depression"] for row in range(len(self.lines))}
-        return Readings(self.file, values, "any", self.time, written, places)
+        raw["dew_point"] = raw.pop("dew_point_depression")
+        positions |= {(row, "dew_point"): positions[row, "dew_point_depression"] for row in range(len(self.lines))}
+        return Readings(self.file, values, "any", self.time, raw, positions)
 
 
 def igra_soundings(text: str, file: Path) -> list[IgraSounding]:
@@ -84,7 +84,7 @@ def igra_soundings(text: str, file: Path) -> list[IgraSounding]:
     lines = text.rstrip().splitlines()
     if not lines or not _HEADER.match(lines[0]):
         return []
-    found, at = [], 0
+    soundings, at = [], 0
     while at < len(lines):
         head = _HEADER.match(lines[at])
         count = int(head[6]) if head is not None and head[6].strip() else -1
@@ -97,9 +97,9 @@ def igra_soundings(text: str, file: Path) -> list[IgraSounding]:
                 line=at + 1,
                 column=1,
             )
-        found.append(IgraSounding(file, at + 1, levels, _moment(head)))
+        soundings.append(IgraSounding(file, at + 1, levels, _moment(head)))
         at += 1 + count
-    return found
+    return soundings
 
 
 def _moment(head: re.Match[str]) -> datetime | None:

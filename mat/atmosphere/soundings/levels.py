@@ -125,17 +125,17 @@ def _rising_rows(readings: Readings) -> tuple[npt.NDArray[np.intp], list[str]]:
     if readings.order == "any":
         rows = rows[np.argsort(-pressure[rows], kind="stable")]
     if readings.order != "sorted":
-        kept, lowest, highest = [], np.inf, -np.inf
+        rising, lowest, highest = [], np.inf, -np.inf
         for row in rows:
             if pressure[row] < lowest and not altitude[row] <= highest:
-                kept.append(row)
+                rising.append(row)
                 lowest, highest = pressure[row], max(highest, np.nan_to_num(altitude[row], nan=-np.inf))
-        if len(kept) < rows.size:
+        if len(rising) < rows.size:
             notes.append(
-                f"has {rows.size - len(kept)} of {rows.size} levels that do not rise above those before; they are left"
-                " out"
+                f"has {rows.size - len(rising)} of {rows.size} levels that do not rise above those before; they are"
+                " not read"
             )
-        rows = np.array(kept, dtype=np.intp)
+        rows = np.array(rising, dtype=np.intp)
     if rows.size < 2:
         raise InputError(
             f"found {rows.size} levels with pressure and temperature; allowed: 2 or more", file=readings.file
@@ -155,20 +155,20 @@ def _altitude_as_written(values: Mapping[str, Floats]) -> Floats:
 def _altitudes(file: Path, values: Mapping[str, Floats], water: Floats) -> tuple[Floats, list[str]]:
     """Altitudes of all levels: written, or by hydrostatic balance of moist air between those that are."""
     altitude = _altitude_as_written(values)
-    known = np.isfinite(altitude)
-    if np.all(known):
+    finite = np.isfinite(altitude)
+    if np.all(finite):
         return altitude, []
-    if not np.any(known):
+    if not np.any(finite):
         raise InputError(
             "has no altitude at any level; allowed: altitude or geopotential height, once at least", file=file
         )
     virtual = values["temperature"] / (1 - (1 - MASS_RATIO) * water)
     scale = GAS_CONSTANT / (DRY_AIR_MOLAR_MASS * STANDARD_GRAVITY)
     height = np.append(0.0, np.cumsum(scale * _middle(virtual) * -np.diff(np.log(values["pressure"]))))  # gpm
-    given = altitude[known] * EARTH_RADIUS / (EARTH_RADIUS + altitude[known])
-    shift = np.interp(height, height[known], given - height[known])
+    geometric = altitude[finite] * EARTH_RADIUS / (EARTH_RADIUS + altitude[finite])
+    shift = np.interp(height, height[finite], geometric - height[finite])
     filled = EARTH_RADIUS * (height + shift) / (EARTH_RADIUS - height - shift)
-    return np.where(known, altitude, filled), []
+    return np.where(finite, altitude, filled), []
 
 
 def _water(values: Mapping[str, Floats]) -> Floats:
@@ -176,18 +176,18 @@ def _water(values: Mapping[str, Floats]) -> Floats:
     water = np.full(values["pressure"].shape, np.nan)
     for name in HUMIDITY:
         if name in values:
-            given = mole_fraction(name, values[name], values["pressure"], values["temperature"])
-            water = np.where(np.isfinite(water), water, given)
+            stated = mole_fraction(name, values[name], values["pressure"], values["temperature"])
+            water = np.where(np.isfinite(water), water, stated)
     return water
 
 
 def _bridged(altitude: Floats, values: Floats) -> Floats:
     """Values with gaps closed by interpolation and continued down to the ground; NaN above the highest."""
-    known = np.isfinite(values)
-    if not np.any(known):
+    finite = np.isfinite(values)
+    if not np.any(finite):
         return values
-    filled = np.interp(altitude, altitude[known], values[known])
-    return np.where(altitude > altitude[known][-1], np.nan, filled)
+    filled = np.interp(altitude, altitude[finite], values[finite])
+    return np.where(altitude > altitude[finite][-1], np.nan, filled)
 
 
 def _check_order(readings: Readings, rows: npt.NDArray[np.intp], values: Mapping[str, Floats]) -> None:

@@ -217,14 +217,14 @@ def _at_time(times: list[datetime | None], choice: Choice, file: Path) -> dict[i
         return {index_of(times, choice, file): 1.0}
     nearest = index_of(times, choice, file)
     apart = np.array([np.nan if time is None else hours(choice.time, time) for time in times])
-    found = weights(np.where(np.isnan(apart), np.inf, apart), 0.0, interpolated=True)
-    nodes = apart[list(found)]
-    return found if np.ptp(nodes) <= FARTHEST_HOURS else {nearest: 1.0}
+    nearest_times = weights(np.where(np.isnan(apart), np.inf, apart), 0.0, interpolated=True)
+    nodes = apart[list(nearest_times)]
+    return nearest_times if np.ptp(nodes) <= FARTHEST_HOURS else {nearest: 1.0}
 
 
 def _at_place(data: Any, axes: dict[str, str], choice: Choice, file: Path) -> dict[str, dict[int, float]]:
     """Weights of the columns around a place, by dimension."""
-    found: dict[str, dict[int, float]] = {}
+    selected: dict[str, dict[int, float]] = {}
     for kind, here in zip(("latitude", "longitude"), choice.place or (None, None), strict=True):
         if kind not in axes:
             continue
@@ -235,7 +235,7 @@ def _at_place(data: Any, axes: dict[str, str], choice: Choice, file: Path) -> di
                     f"holds columns at {nodes.size} nodes of {kind}; allowed: one, or a job whose site is the place",
                     file=file,
                 )
-            found[axes[kind]] = {0: 1.0}
+            selected[axes[kind]] = {0: 1.0}
             continue
         apart = nodes - here if kind == "latitude" else (nodes - here + 180.0) % 360.0 - 180.0
         if not np.all(np.isfinite(apart)):
@@ -247,8 +247,8 @@ def _at_place(data: Any, axes: dict[str, str], choice: Choice, file: Path) -> di
                 " allowed: a site inside the grid or within a step of it",
                 file=file,
             )
-        found[axes[kind]] = weights(apart, 0.0, choice.interpolated)
-    return found
+        selected[axes[kind]] = weights(apart, 0.0, choice.interpolated)
+    return selected
 
 
 def _pressure(data: Any, dimension: str, file: Path) -> Floats:
@@ -260,12 +260,12 @@ def _pressure(data: Any, dimension: str, file: Path) -> Floats:
 
 def _in_si(file: Path, name: str, variable: Any, values: Floats) -> Floats:
     """Values of a variable in SI units; geopotential as height, ozone as mass fraction."""
-    written = str(getattr(variable, "units", ""))
+    unit_name = str(getattr(variable, "units", ""))
     choices = _UNITS.get(name, UNITS.get(name, {}))
-    unit = unit_of(_SPELLINGS.get(written, written), choices)
+    unit = unit_of(_SPELLINGS.get(unit_name, unit_name), choices)
     if unit is None:
         raise InputError(
-            f"found the unit '{written[:40]}' of {variable.name}; allowed: {', '.join(choices)}", file=file
+            f"found the unit '{unit_name[:40]}' of {variable.name}; allowed: {', '.join(choices)}", file=file
         )
     if name in _UNITS:
         return values * _UNITS[name][unit]

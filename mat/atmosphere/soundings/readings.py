@@ -30,9 +30,9 @@ class Readings:
     order : str
     time : datetime or None
         UTC; None where the file does not say.
-    written : dict of str to (N,) array
+    raw : dict of str to (N,) array
         Values in the units of the file, for messages.
-    places : dict of (row, quantity) to (line, column)
+    positions : dict of (row, quantity) to (line, column)
         Empty where the file has no lines.
     amounts : GasAmounts
         Amounts of gases that the file states beside its levels, which are scaled to them.
@@ -44,21 +44,21 @@ class Readings:
     values: Mapping[str, Floats]
     order: Order
     time: datetime | None = None
-    written: Mapping[str, Floats] = field(default_factory=dict)
-    places: Mapping[tuple[int, str], tuple[int, int]] = field(default_factory=dict)
+    raw: Mapping[str, Floats] = field(default_factory=dict)
+    positions: Mapping[tuple[int, str], tuple[int, int]] = field(default_factory=dict)
     amounts: GasAmounts = field(default_factory=GasAmounts)
     notes: tuple[str, ...] = ()
 
     def number(self, row: int, name: str) -> float:
         """A value as the file has it."""
-        return float(self.written.get(name, self.values[name])[row])
+        return float(self.raw.get(name, self.values[name])[row])
 
     def error(self, row: int, name: str, message: str) -> InputError:
         """An `InputError` at the place of a value."""
-        place = self.places.get((row, name))
-        if place is None:
+        position = self.positions.get((row, name))
+        if position is None:
             return InputError(f"level {row + 1}: {message}", file=self.file)
-        return InputError(message, file=self.file, line=place[0], column=place[1])
+        return InputError(message, file=self.file, line=position[0], column=position[1])
 
     @property
     def size(self) -> int:

@@ -56,30 +56,30 @@ def read_table(text: str, file: Path) -> Readings:
     heads = cells(line, delimiter)
     columns = _columns(file, number, heads)
     clock = next((i for i, (head, _) in enumerate(heads) if folded(re.split(r"[\[(]", head)[0]) in _CLOCKS), None)
-    written: dict[str, list[float]] = {name: [] for name in columns}
-    places: dict[tuple[int, str], tuple[int, int]] = {}
+    raw: dict[str, list[float]] = {name: [] for name in columns}
+    positions: dict[tuple[int, str], tuple[int, int]] = {}
     time = None
     for row, (number, line) in enumerate(lines[1:]):
-        found = row_cells(file, number, line, len(heads), delimiter)
+        words = row_cells(file, number, line, len(heads), delimiter)
         if clock is not None and row == 0:
-            time = _moment(found[clock][0])
+            time = _moment(words[clock][0])
         for name, (index, _) in columns.items():
-            cell, column = found[index]
-            places[row, name] = (number, column)
-            written[name].append(_number(file, name, cell, places[row, name]))
-    as_written = {name: np.array(numbers) for name, numbers in written.items()}
+            cell, column = words[index]
+            positions[row, name] = (number, column)
+            raw[name].append(_number(file, name, cell, positions[row, name]))
+    as_written = {name: np.array(numbers) for name, numbers in raw.items()}
     values = {}
     for name, (_, unit) in columns.items():
         factor, offset = to_si(name, unit)
         values[name] = as_written[name] * factor + offset
-    return Readings(file, values, "sorted" if clock is None else "flown", time, as_written, places)
+    return Readings(file, values, "sorted" if clock is None else "flown", time, as_written, positions)
 
 
 def _columns(file: Path, line: int, heads: Sequence[tuple[str, int]]) -> dict[str, tuple[int, str]]:
     """Index and unit of each column that is read, by quantity or gas."""
     columns: dict[str, tuple[int, str]] = {}
     for index, (head, column) in enumerate(heads):
-        name, written = column_of(head, _NAMES, _UNITS)
+        name, unit_name = column_of(head, _NAMES, _UNITS)
         plain = re.split(r"[\[(]", head)[0].strip()
         if name is None:
             if difflib.get_close_matches(folded(plain), [*_NAMES], n=1, cutoff=_SLIP) and len(plain) > 4:
@@ -94,18 +94,18 @@ def _columns(file: Path, line: int, heads: Sequence[tuple[str, int]]) -> dict[st
                 line=line,
                 column=column,
             )
-        unit = unit_of(written, _UNITS[name])
+        unit = unit_of(unit_name, _UNITS[name])
         if unit is None:
             raise InputError(
-                f"found {f'the unit {written!r}' if written else 'no unit'} of {name};"
-                f" {nearest(written, _UNITS[name])}; write {name}[unit]",
+                f"found {f'the unit {unit_name!r}' if unit_name else 'no unit'} of {name};"
+                f" {nearest(unit_name, _UNITS[name])}; write {name}[unit]",
                 file=file,
                 line=line,
                 column=column,
             )
         columns[name] = (index, unit)
     for name, others in (("altitude", ["geopotential_height"]), ("pressure", []), ("temperature", [])):
-        if not any(wanted in columns for wanted in (name, *others)):
+        if not any(alternative in columns for alternative in (name, *others)):
             message = f"the column '{name}' is missing; add it, with its unit: {name}[{next(iter(UNITS[name]))}]"
             raise InputError(message, file=file, line=line, column=1)
     if not any(name in columns for name in HUMIDITY):
@@ -114,7 +114,7 @@ def _columns(file: Path, line: int, heads: Sequence[tuple[str, int]]) -> dict[st
     return columns
 
 
-def _number(file: Path, name: str, cell: str, place: tuple[int, int]) -> float:
+def _number(file: Path, name: str, cell: str, position: tuple[int, int]) -> float:
     if _MISSING.fullmatch(cell):
         return np.nan
     try:
@@ -123,8 +123,8 @@ def _number(file: Path, name: str, cell: str, place: tuple[int, int]) -> float:
         raise InputError(
             f"{name}: found '{cell[:40]}'; allowed: a finite number, or nothing; fix or remove the line",
             file=file,
-            line=place[0],
-            column=place[1],
+            line=position[0],
+            column=position[1],
         ) from None
     return np.nan if value in _CODES and name != "altitude" else value
 

@@ -33,7 +33,7 @@ class WyomingList:
     """Lines of one sounding with the number of the first, counted from 1, and its time; the header is the first."""
 
     file: Path
-    first: int
+    line_number: int
     lines: tuple[str, ...]
     time: datetime | None
 
@@ -47,16 +47,16 @@ class WyomingList:
         """
         columns = _columns(self)
         numbers: dict[str, list[float]] = {name: [] for name in columns}
-        places: dict[tuple[int, str], tuple[int, int]] = {}
+        positions: dict[tuple[int, str], tuple[int, int]] = {}
         count = 0
-        for line, text in enumerate(self.lines[2:], self.first + 2):
+        for line, text in enumerate(self.lines[2:], self.line_number + 2):
             if not text.strip() or not text.strip("-= "):
                 continue
             if re.match(r"\s*[A-Za-z]", text) or _TITLE.search(text):
                 break
             for name, (begin, end, _) in columns.items():
                 cell = text[begin:end]
-                places[count, name] = (line, begin + len(cell) - len(cell.lstrip()) + 1)
+                positions[count, name] = (line, begin + len(cell) - len(cell.lstrip()) + 1)
                 if _cut(text, begin) or _cut(text, end):
                     raise InputError(
                         f"{name}: found '{text.strip()[:40]}', whose columns do not stand below their names; allowed:"
@@ -65,27 +65,27 @@ class WyomingList:
                         line=line,
                         column=begin + 1,
                     )
-                numbers[name].append(_number(self.file, name, cell, places[count, name]))
+                numbers[name].append(_number(self.file, name, cell, positions[count, name]))
             count += 1
-        written = {name: np.array(column, float) for name, column in numbers.items()}
+        raw = {name: np.array(column, float) for name, column in numbers.items()}
         values = {}
         for name, (_, _, unit) in columns.items():
             factor, offset = to_si(name, unit)
-            values[name] = written[name] * factor + offset
-        return Readings(self.file, values, "any", self.time, written, places)
+            values[name] = raw[name] * factor + offset
+        return Readings(self.file, values, "any", self.time, raw, positions)
 
 
 def wyoming_lists(text: str, file: Path) -> list[WyomingList]:
     """The soundings of a text, as it is or inside a page; none where it is no such list."""
     lines = [_TAG.sub("", line) for line in text.splitlines()]
     heads = [n for n, line in enumerate(lines) if _HEADER.match(line)]
-    found = []
+    sounding_lists = []
     for n, after in pairwise([*heads, len(lines)]):
         before = "\n".join(lines[max(n - 8, 0) : n])
         titles = _TITLE.findall(before)
         end = next((m for m in range(n + 1, after) if re.match(r"\s*Station information", lines[m])), after)
-        found.append(WyomingList(file, n + 1, tuple(lines[n:end]), _moment(titles[-1]) if titles else None))
-    return found
+        sounding_lists.append(WyomingList(file, n + 1, tuple(lines[n:end]), _moment(titles[-1]) if titles else None))
+    return sounding_lists
 
 
 def _columns(sounding: WyomingList) -> dict[str, tuple[int, int, str]]:
@@ -96,29 +96,29 @@ def _columns(sounding: WyomingList) -> dict[str, tuple[int, int, str]]:
         raise InputError(
             f"found {len(units)} units below {len(names)} names of columns; allowed: one for each",
             file=sounding.file,
-            line=sounding.first + 1,
+            line=sounding.line_number + 1,
             column=1,
         )
     columns: dict[str, tuple[int, int, str]] = {}
-    for index, ((written, end), unit) in enumerate(zip(names, units, strict=True)):
-        name = NAMES.get(written.lower())
+    for index, ((heading, end), unit) in enumerate(zip(names, units, strict=True)):
+        name = NAMES.get(heading.lower())
         if name is None or name in columns:
             continue
-        known = unit_of(unit, UNITS[name])
-        if known is None:
+        factor_offset = unit_of(unit, UNITS[name])
+        if factor_offset is None:
             raise InputError(
-                f"found the unit '{unit}' of {written}; {nearest(unit, UNITS[name])}",
+                f"found the unit '{unit}' of {heading}; {nearest(unit, UNITS[name])}",
                 file=sounding.file,
-                line=sounding.first + 1,
+                line=sounding.line_number + 1,
                 column=1,
             )
-        columns[name] = (names[index - 1][1] if index else 0, end, known)
+        columns[name] = (names[index - 1][1] if index else 0, end, factor_offset)
     for name in ("pressure", "geopotential_height", "temperature"):
         if name not in columns:
             raise InputError(
                 f"the column of {name} is missing; allowed: PRES, HGHT, TEMP and a humidity",
                 file=sounding.file,
-                line=sounding.first,
+                line=sounding.line_number,
                 column=1,
             )
     return columns
@@ -129,7 +129,7 @@ def _cut(text: str, at: int) -> bool:
     return 0 < at < len(text) and not text[at - 1].isspace() and text[at] not in "- \t"
 
 
-def _number(file: Path, name: str, cell: str, place: tuple[int, int]) -> float:
+def _number(file: Path, name: str, cell: str, position: tuple[int, int]) -> float:
     if not cell.strip():
         return float(np.nan)
     try:
@@ -138,8 +138,8 @@ def _number(file: Path, name: str, cell: str, place: tuple[int, int]) -> float:
         raise InputError(
             f"{name}: found '{cell.strip()[:40]}'; allowed: a finite number, or nothing",
             file=file,
-            line=place[0],
-            column=place[1],
+            line=position[0],
+            column=position[1],
         ) from None
 
 

@@ -89,17 +89,17 @@ def position(
 def _row(astronomy: Any, source: str, moment: Any, observer: Any) -> tuple[float, float, float, float, bool, float]:
     """The six numbers of a `SourcePosition` at one moment."""
     body = astronomy.Body.Sun if source == "sun" else astronomy.Body.Moon
-    seen = astronomy.Equator(body, moment, observer, ofdate=True, aberration=True)
-    horizon = astronomy.Horizon(moment, observer, seen.ra, seen.dec, astronomy.Refraction.Airless)
-    place = horizon.altitude, horizon.azimuth, seen.dist * ASTRONOMICAL_UNIT
+    equator = astronomy.Equator(body, moment, observer, ofdate=True, aberration=True)
+    horizon = astronomy.Horizon(moment, observer, equator.ra, equator.dec, astronomy.Refraction.Airless)
+    direction = horizon.altitude, horizon.azimuth, equator.dist * ASTRONOMICAL_UNIT
     if source == "sun":
-        return *place, 0.0, False, seen.dist
+        return *direction, 0.0, False, equator.dist
     sun = astronomy.Equator(astronomy.Body.Sun, moment, observer, ofdate=True, aberration=True)
-    to_observer = -_vector(seen)
+    to_observer = -_vector(equator)
     to_sun = _vector(sun) + to_observer
     # From the cross product as well: the cosine alone loses the phase near full and new Moon.
     phase = np.degrees(np.arctan2(np.linalg.norm(np.cross(to_observer, to_sun)), to_observer @ to_sun))
-    return *place, float(phase), astronomy.MoonPhase(moment) < 180, float(np.linalg.norm(to_sun))
+    return *direction, float(phase), astronomy.MoonPhase(moment) < 180, float(np.linalg.norm(to_sun))
 
 
 def _vector(equatorial: Any) -> Floats:

@@ -82,18 +82,18 @@ def _facets(phase_angle: float, rms_slope: float) -> tuple[Floats, Floats]:
     to_sun = sin_sun[:, None, None] * slope * np.cos(aspect - azimuth[:, None, None])
     cos_slope = 1 / np.sqrt(1 + slope**2)
     incidence = (cos_sun[:, None, None] + to_sun) * cos_slope
-    seen, lit = _unshadowed(cos_observer, axis_slope), _unshadowed(cos_sun, axis_slope)
+    visible, sunlit = _unshadowed(cos_observer, axis_slope), _unshadowed(cos_sun, axis_slope)
     # Share that the Sun reaches of what the observer sees: independent of one another at large azimuths.
     apart = 4.41 * azimuth / (4.41 * azimuth + 1)
-    lit = apart * lit + (1 - apart) * np.minimum(lit / seen, 1.0)
-    area = (level_area * seen)[:, None, None] * np.maximum(facing, 0) * slope_weight[:, None] / ASPECTS
-    lit_area = area * np.where(incidence > 0, lit[:, None, None], 0.0)
+    sunlit = apart * sunlit + (1 - apart) * np.minimum(sunlit / visible, 1.0)
+    area = (level_area * visible)[:, None, None] * np.maximum(facing, 0) * slope_weight[:, None] / ASPECTS
+    lit_area = area * np.where(incidence > 0, sunlit[:, None, None], 0.0)
     from_ground = np.broadcast_to((1 - cos_slope) / 2 * np.maximum(cos_sun, 0)[:, None, None], area.shape)
     power = np.concatenate([(from_ground + np.maximum(incidence, 0)).ravel(), from_ground.ravel()])
     areas = np.concatenate([lit_area.ravel(), (area - lit_area).ravel()])
-    place = np.minimum((power * CLASSES / max(power.max(), 1e-9)).astype(int), CLASSES - 1)
-    in_class = np.bincount(place, areas, CLASSES).astype(float)
-    mean = np.bincount(place, areas * power, CLASSES) / np.where(in_class > 0, in_class, 1.0)
+    class_number = np.minimum((power * CLASSES / max(power.max(), 1e-9)).astype(int), CLASSES - 1)
+    in_class = np.bincount(class_number, areas, CLASSES).astype(float)
+    mean = np.bincount(class_number, areas * power, CLASSES) / np.where(in_class > 0, in_class, 1.0)
     return mean, in_class
 
 

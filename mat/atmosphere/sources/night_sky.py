@@ -44,12 +44,12 @@ def airglow_radiance(wavenumber: npt.ArrayLike) -> Floats:
     """
     table = night_sky_table()
     nodes = table["wavelength[um]"]
-    whole = table["zero_point[W m-2 um-1]"] * 10 ** (-0.4 * table["brightness[mag arcsec-2]"]) / SQUARE_ARCSECOND
+    total = table["zero_point[W m-2 um-1]"] * 10 ** (-0.4 * table["brightness[mag arcsec-2]"]) / SQUARE_ARCSECOND
     # The Sun's spectrum within a broad band, about a seventh of the wavelength wide.
     middle = 1e4 / nodes
     zodiacal = ZODIACAL_AT_THE_POLE * TENTH_MAGNITUDE * solar_irradiance(middle, middle / 7) * middle**2 * 1e-4
     wavelength = 1e4 / np.asarray(wavenumber, dtype=float)
-    per_um = np.exp(np.interp(wavelength, nodes, np.log(whole - zodiacal)))
+    per_um = np.exp(np.interp(wavelength, nodes, np.log(total - zodiacal)))
     radiance: Floats = np.where(wavelength <= LONGEST, per_um * wavelength**2 * 1e-4, 0.0)
     return radiance
 

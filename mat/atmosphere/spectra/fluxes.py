@@ -203,13 +203,13 @@ def sunlight_shares(
     direct = direct_transmittance(air.source_paths, altitude, elevation)
     diffuse = np.maximum(np.sin(elevation), 0.0)[:, None] * forward_scattered(air, altitude, elevation, direct)
     levels = state.altitude
-    place = np.clip(np.searchsorted(levels, altitude, side="right") - 1, 0, levels.size - 2)
-    share = ((altitude - levels[place]) / np.diff(levels)[place])[:, None, None]
+    lower = np.clip(np.searchsorted(levels, altitude, side="right") - 1, 0, levels.size - 2)
+    share = ((altitude - levels[lower]) / np.diff(levels)[lower])[:, None, None]
     sine = np.sin(elevation)
     _, falling = level_light(
         state, air.shells, air.optics, air.delta_fraction, air.scaled_source_paths, sine, ground_albedo, air.nodes
     )
-    diffuse += falling[place] * (1 - share) + falling[place + 1] * share
+    diffuse += falling[lower] * (1 - share) + falling[lower + 1] * share
     return direct, diffuse
 
 

@@ -181,11 +181,11 @@ def _parts(
         air = SpectralAir.of(state, points.subset(np.arange(points.wavenumber.size)[part]))
         lines = [_Line.of(air, *row) for row in rows.tolist()]
         air = _of_lines(air, lines, *source)
-        surfaces, place = np.unique([line.surface for line in lines], return_inverse=True)
+        surfaces, surface_number = np.unique([line.surface for line in lines], return_inverse=True)
         light = _light_on(air, surfaces, irradiance[part], source[0], dark)
         for number, line in enumerate(lines):
             depths = Depths(line.segments.column(air.optics.extinction))
-            values = _along(air, line, depths) | {name: rows[place[number]] for name, rows in light.items()}
+            values = _along(air, line, depths) | {name: rows[surface_number[number]] for name, rows in light.items()}
             values["path_scattered"] = np.zeros(air.optics.wavenumber.size)
             if line.segments.index.size and not dark:
                 values["path_scattered"] = _scattered(air, line, depths, *source) * irradiance[part]
@@ -327,8 +327,8 @@ def _bins(points: SpectralPoints, resolution: float | None) -> tuple[Integers, F
             f"resolution {resolution:g} cm^-1 is not a multiple of the {width:g} cm^-1 of the absorption table;"
             " give one, or line_by_line with a folder of HITRAN records for finer bins"
         )
-    place = np.floor((low - low[0]) / resolution + 1e-9).astype(int)
-    _, number = np.unique(place, return_inverse=True)
+    bin_number = np.floor((low - low[0]) / resolution + 1e-9).astype(int)
+    _, number = np.unique(bin_number, return_inverse=True)
     count = number.max() + 1
     centre = 0.5 * (
         np.array([low[number == b].min() for b in range(count)])

@@ -48,7 +48,7 @@ def profile_weights(latitude: float, date: datetime.date) -> dict[str, float]:
     day = date.timetuple().tm_yday - COLDEST_DAY + (0.0 if latitude >= 0 else _YEAR / 2)
     summer = 0.5 - 0.5 * np.cos(2 * np.pi * day / _YEAR)
     belts = [LATITUDES[name] for name in ("tropical", "midlatitude_summer", "subarctic_summer")]
-    tropical, middle, subarctic = (float(np.interp(abs(latitude), belts, one)) for one in np.eye(3))
+    tropical, middle, subarctic = (float(np.interp(abs(latitude), belts, unit)) for unit in np.eye(3))
     weights = {
         "tropical": tropical,
         "midlatitude_summer": middle * summer,

@@ -124,16 +124,16 @@ def gas_factors(gases: Mapping[str, Floats], scale: Mapping[str, float], ppm: Ma
     return factors
 
 
-def mean_exponential(first: npt.ArrayLike, second: npt.ArrayLike) -> Floats:
-    """Mean of a quantity that runs exponentially from `first` to `second`; linear where one of them is 0."""
-    first, second = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
-    high, low = np.maximum(first, second), np.minimum(first, second)
+def mean_exponential(start: npt.ArrayLike, stop: npt.ArrayLike) -> Floats:
+    """Mean of a quantity that runs exponentially from `start` to `stop`; linear where one of them is 0."""
+    start, stop = np.asarray(start, dtype=float), np.asarray(stop, dtype=float)
+    high, low = np.maximum(start, stop), np.minimum(start, stop)
     usable = low > 0
     ratio = np.where(usable, high / np.where(usable, low, 1.0), 2.0)
     log = np.log(ratio)
     close = log < 1e-4
     exact = (high - low) / np.where(close, 1.0, log)
-    mean: Floats = np.where(usable & ~close, exact, 0.5 * (first + second))
+    mean: Floats = np.where(usable & ~close, exact, 0.5 * (start + stop))
     return mean
 
 
@@ -158,20 +158,20 @@ def columns_above(levels: Floats, density: Floats, per_molecule: Floats, altitud
     -------
     array, x m^-2
     """
-    place, weight = np.polynomial.legendre.leggauss(8)
+    abscissa, weight = np.polynomial.legendre.leggauss(8)
     log_density, depth = np.log(density), np.diff(levels)
 
-    def upper_part(layer: Integers, first: Floats) -> Floats:
+    def upper_part(layer: Integers, passed: Floats) -> Floats:
         """From a share of a layer's depth to its top."""
-        remaining = 1.0 - first
-        share = first[..., None] + remaining[..., None] * 0.5 * (place + 1)
+        remaining = 1.0 - passed
+        share = passed[..., None] + remaining[..., None] * 0.5 * (abscissa + 1)
         air = np.exp((1 - share) * log_density[layer][..., None] + share * log_density[layer + 1][..., None])
         value = (1 - share) * per_molecule[layer][..., None] + share * per_molecule[layer + 1][..., None]
         part: Floats = depth[layer] * remaining * (air * value @ (0.5 * weight))
         return part
 
-    whole = upper_part(np.arange(depth.size), np.zeros(depth.size))
-    above = np.append(np.cumsum(whole[::-1])[::-1], 0.0)
+    layer_columns = upper_part(np.arange(depth.size), np.zeros(depth.size))
+    above = np.append(np.cumsum(layer_columns[::-1])[::-1], 0.0)
     inside: Floats = np.clip(np.asarray(altitude, dtype=float), levels[0], levels[-1])
     layer = np.clip(np.searchsorted(levels, inside, side="right") - 1, 0, depth.size - 1)
     column: Floats = above[layer + 1] + upper_part(layer, (inside - levels[layer]) / depth[layer])

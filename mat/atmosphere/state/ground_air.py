@@ -184,10 +184,10 @@ def _water(profile: Profile, altitude: Floats, mixed: Booleans, air: GroundAir) 
     else:
         station = _station_pressure(profile, air.altitude) if air.pressure is None else air.pressure
         if max(air.vapour_pressure, air.mean_vapour_pressure) >= 0.5 * station:
-            most = max(air.vapour_pressure, air.mean_vapour_pressure)
+            largest = max(air.vapour_pressure, air.mean_vapour_pressure)
             raise InputError(
-                f"found air of {station / 100:.0f} hPa that holds water vapour of {most / 100:.0f} hPa by the weather;"
-                " allowed: less than half; fix temperature, humidity or pressure"
+                f"found air of {station / 100:.0f} hPa that holds water vapour of {largest / 100:.0f} hPa in the"
+                " weather; allowed: less than half; fix temperature, humidity or pressure"
             )
         at_ground, mean = (part / (station - part) for part in (air.vapour_pressure, air.mean_vapour_pressure))
         if mean > 0 and ratio[0] <= 0:

@@ -50,7 +50,7 @@ def level_altitudes(surface_altitude: float, profile: Profile, edges: Sequence[f
         return altitude
     water = np.maximum(profile.mole_fraction["H2O"], 1e-9)
     structure = ((profile.temperature, _TEMPERATURE_TOLERANCE), (np.log(water), _WATER_TOLERANCE))
-    kept = list(edges)
+    protected = list(edges)
     for _ in range(_MAX_ADDED):
         # How far the straight lines between the levels are from the profile at its own levels, in tolerances.
         deviation = np.zeros(candidates.size)
@@ -61,8 +61,8 @@ def level_altitudes(surface_altitude: float, profile: Profile, edges: Sequence[f
         if deviation.max() <= 1.0:
             break
         level = candidates[np.argmax(deviation)]
-        altitude = _with(altitude, [level], keep=kept)
-        kept.append(level)  # close levels of a profile are its structure: none gives way to another
+        altitude = _with(altitude, [level], keep=protected)
+        protected.append(level)  # close levels of a profile are its structure: none gives way to another
     return altitude
 
 
@@ -91,17 +91,17 @@ def with_particles(altitude: Floats, extinction: Floats) -> Floats:
     steps = [0.0]
     while steps[-1] < 0.5 * total:
         steps.append(steps[-1] + max(_EDGE_DEPTH, _DEPTH_SHARE * steps[-1]))
-    wanted = np.unique(np.clip([*steps, *(total - np.array(steps))], 0.0, total))
+    targets = np.unique(np.clip([*steps, *(total - np.array(steps))], 0.0, total))
     fine = np.linspace(0.0, 1.0, 65)[:-1]
     added: list[float] = []
     for k in np.flatnonzero(coarse):
         # Depth is a square of altitude inside a layer; a table of it is inverted.
         slope = 0.5 * (extinction[k + 1] - extinction[k]) * fine
         through = depth[k] + (extinction[k] + slope) * fine * (altitude[k + 1] - altitude[k])
-        for level in np.interp(wanted[(wanted > depth[k]) & (wanted < depth[k + 1])], through, fine):
-            place = altitude[k] + level * (altitude[k + 1] - altitude[k])
-            if np.min(np.abs(np.append(altitude, added) - place)) >= _LEAST_STEP:
-                added.append(float(place))
+        for level in np.interp(targets[(targets > depth[k]) & (targets < depth[k + 1])], through, fine):
+            height = altitude[k] + level * (altitude[k + 1] - altitude[k])
+            if np.min(np.abs(np.append(altitude, added) - height)) >= _LEAST_STEP:
+                added.append(float(height))
     return np.sort(np.append(altitude, added))
 
 

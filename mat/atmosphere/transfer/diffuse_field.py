@@ -157,15 +157,15 @@ class ScaledLayers:
         beam = self.parts.between(beam)
         shape = (len(beam), *self.ordinates.at_nodes.shape[::2], sine.size, beam.shape[2])
         rising, falling = np.empty(shape), np.empty(shape)
-        for solve, some in ((scattering_orders.sunlight, self.thin), (adding.sunlight, ~self.thin)):
-            if np.any(some):
-                rising[..., some], falling[..., some] = solve(
+        for solve, selected in ((scattering_orders.sunlight, self.thin), (adding.sunlight, ~self.thin)):
+            if np.any(selected):
+                rising[..., selected], falling[..., selected] = solve(
                     self.ordinates,
-                    self.part_depth[:, some],
-                    self._part_weighted[..., some],
-                    beam[..., some],
+                    self.part_depth[:, selected],
+                    self._part_weighted[..., selected],
+                    beam[..., selected],
                     sine,
-                    albedo[some],
+                    albedo[selected],
                 )
         return rising, falling
 
@@ -176,15 +176,15 @@ class ScaledLayers:
         emission = self.parts.between(emission)
         shape = (len(emission), 1, self.ordinates.node.size, 1, emission.shape[1])
         rising, falling = np.empty(shape), np.empty(shape)
-        for solve, some in ((scattering_orders.thermal, self.thin), (adding.thermal, ~self.thin)):
-            if np.any(some):
-                rising[..., some], falling[..., some] = solve(
+        for solve, selected in ((scattering_orders.thermal, self.thin), (adding.thermal, ~self.thin)):
+            if np.any(selected):
+                rising[..., selected], falling[..., selected] = solve(
                     self.ordinates,
-                    self.part_depth[:, some],
-                    self._part_weighted[..., some],
-                    emission[:, some],
-                    ground[some],
-                    albedo[some],
+                    self.part_depth[:, selected],
+                    self._part_weighted[..., selected],
+                    emission[:, selected],
+                    ground[selected],
+                    albedo[selected],
                 )
         return rising, falling
 
@@ -204,12 +204,12 @@ class ScaledLayers:
         azimuth, degree = self.ordinates.pairs
         source = np.empty((self.parts.places, moments.shape[3], degree.size, moments.shape[4]), moments.dtype)
         levels = len(self.at_levels)
-        for places, ends, weighted in (
+        for rows, ends, weighted in (
             (slice(0, levels), self.parts.levels, self.at_levels),
             (slice(levels, None), end, self.weighted[layer]),
         ):
-            some = np.swapaxes(moments[ends][:, azimuth, degree], 1, 2)
-            source[places] = some * weighted[:, None, degree].astype(some.dtype)
+            coefficients = np.swapaxes(moments[ends][:, azimuth, degree], 1, 2)
+            source[rows] = coefficients * weighted[:, None, degree].astype(coefficients.dtype)
         if emission is not None:
             source[:levels, 0, 0] += (1 - self.at_levels[:, 0]) * emission
             source[levels:, 0, 0] += (1 - self.weighted[layer, 0]) * self.parts.between(emission)[end]
@@ -253,12 +253,12 @@ class ScaledLayers:
         if not parts.is_cut:
             return None
         number = np.arange(parts.layer.size) - parts.levels[parts.layer]
-        first = np.flatnonzero((parts.count[parts.layer] > 1) & (number % 2 == 0))
+        even = np.flatnonzero((parts.count[parts.layer] > 1) & (number % 2 == 0))
         depth = np.maximum(self.part_depth, np.finfo(float).tiny)[:, None, None]
         slope = (above - below) / depth
         bend = np.zeros_like(slope)
-        bend[first] = (slope[first + 1] - slope[first]) / (depth[first + 1] + depth[first])
-        bend[first + 1] = bend[first]
+        bend[even] = (slope[even + 1] - slope[even]) / (depth[even + 1] + depth[even])
+        bend[even + 1] = bend[even]
         return bend
 
 

@@ -42,16 +42,16 @@ def direction_cubics(angles: tuple[float, ...]) -> tuple[NodeCubics, int]:
     """Cubics through directions at increasing angles, and the number of those above the horizon."""
     cosine = np.cos(angles)
     above = int(np.count_nonzero(cosine > 0))
-    place = _even(cosine)
-    nodes = np.concatenate([place[:above], _TURN - place[above:]])
+    coordinate = _even(cosine)
+    nodes = np.concatenate([coordinate[:above], _TURN - coordinate[above:]])
     return NodeCubics.of(nodes, [above] if 0 < above < len(angles) else []), above
 
 
 def _even(cosine: Floats) -> Floats:
     """What directions are even in, from 0 at the vertical on."""
     sine = np.sqrt(np.maximum(1 - cosine**2, 0.0))
-    place: Floats = np.arctanh(np.minimum(sine, 1 - 1e-12))
-    return place
+    coordinate: Floats = np.arctanh(np.minimum(sine, 1 - 1e-12))
+    return coordinate
 
 
 def along_directions(cosine: Floats, depth: Floats, emitted: Reals, ground: Floats) -> Reals:

@@ -92,11 +92,11 @@ class ForwardPeak:
     @cached_property
     def few(self) -> Integers:
         """Spectral points (Q,) at which the change is computed, by wavenumber."""
-        number, first = np.unique(self.optics.wavenumber, return_index=True)
-        place = np.log(number / number[0]) / np.log(_STEP)
-        wanted = np.linspace(0, place[-1], min(int(np.ceil(place[-1])) + 1, number.size))
-        nearest = np.abs(place[:, None] - wanted).argmin(axis=0)
-        few: Integers = first[np.union1d(nearest, self.optics.phase_share[:, first].argmax(axis=1))]
+        number, unique = np.unique(self.optics.wavenumber, return_index=True)
+        coordinate = np.log(number / number[0]) / np.log(_STEP)
+        targets = np.linspace(0, coordinate[-1], min(int(np.ceil(coordinate[-1])) + 1, number.size))
+        nearest = np.abs(coordinate[:, None] - targets).argmin(axis=0)
+        few: Integers = unique[np.union1d(nearest, self.optics.phase_share[:, unique].argmax(axis=1))]
         return few
 
     @property
@@ -116,10 +116,10 @@ class ForwardPeak:
         """The first of two of `few` between which all points (P,) lie in the logarithm of wavenumber, and the share
         (P,) of the second.
         """
-        known, number = np.log(self.optics.wavenumber[self.few]), np.log(self.optics.wavenumber)
-        place = np.interp(number, known, np.arange(known.size))
-        first = np.minimum(place.astype(int), max(known.size - 2, 0))
-        return first, place - first
+        nodes, number = np.log(self.optics.wavenumber[self.few]), np.log(self.optics.wavenumber)
+        position = np.interp(number, nodes, np.arange(nodes.size))
+        lower = np.minimum(position.astype(int), max(nodes.size - 2, 0))
+        return lower, position - lower
 
     @cached_property
     def scattering(self) -> Floats:
@@ -152,8 +152,8 @@ class ForwardPeak:
         cosine = np.cos(np.radians(_DEGREES))
         legendre = legvander(cosine, _ORDERS - 1) * (2 * np.arange(_ORDERS) + 1)  # (angles, L)
         at_angles = np.interp(np.radians(_DEGREES), PHASE_ANGLES, np.arange(PHASE_ANGLES.size)).round().astype(int)
-        known = np.tensordot(legendre[:, : len(self.solved)], self.solved - self.limit, axes=1)
-        once = (phase[at_angles] - known) / fraction  # (angles, N, C)
+        truncated = np.tensordot(legendre[:, : len(self.solved)], self.solved - self.limit, axes=1)
+        once = (phase[at_angles] - truncated) / fraction  # (angles, N, C)
         triangle = (_DEGREES == 0) / _moment_weights()[0, 0]
         weight = self._particles()
         change = np.empty((fraction.shape[1], fraction.shape[0], _DEGREES.size, _DEPTHS.size))
@@ -166,8 +166,8 @@ class ForwardPeak:
             table[:] = np.tensordot(both[..., None] * legendre.T[:, None], bent, axes=(0, 0))
             one_bend = once[..., c] @ weight[:, c] - legendre @ mean  # (angles,)
             table += (core[:, c, None] * one_bend)[..., None] * rise
-            first = once[..., c].T + core[:, c, None] * triangle  # (N, angles)
-            table += first[..., None] * (straight - 1)
+            excess = once[..., c].T + core[:, c, None] * triangle  # (N, angles)
+            table += excess[..., None] * (straight - 1)
             # Light is never negative, whatever the series leaves between its waves.
             table[:] = np.maximum(table, -(self.optics.phase[at_angles, :, c] / fraction[:, c]).T[..., None])
         change *= _taper(_DEGREES)[:, None]

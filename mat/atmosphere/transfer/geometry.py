@@ -215,8 +215,10 @@ def _portions(shells: Shells, altitude: Floats, elevation: Floats) -> _Portions:
     outside = observer > radius[-1]
     down = elevation[:, None] < 0
     # An observer exactly on a level looks down into the layer below it and up into the one above.
-    place = np.where(down, np.searchsorted(radius, observer, "left"), np.searchsorted(radius, observer, "right")) - 1
-    home = np.clip(place, 0, count - 1)
+    layer_number = (
+        np.where(down, np.searchsorted(radius, observer, "left"), np.searchsorted(radius, observer, "right")) - 1
+    )
+    home = np.clip(layer_number, 0, count - 1)
     stretch = (observer / radius[home]) ** (1 - q[home])  # rho of the observer in its layer
     invariant = np.where(outside, observer, shells.index[home] * radius[home] * stretch) * np.cos(elevation)[:, None]
 
@@ -227,13 +229,13 @@ def _portions(shells: Shells, altitude: Floats, elevation: Floats) -> _Portions:
     high = np.sqrt(np.maximum((outer - offset) * (outer + offset), 0.0))
     here = np.where(outside, 0.0, stretch * np.sin(elevation)[:, None])  # x of the observer in its layer
 
-    met = outer > offset
+    crossed = outer > offset
     below = (layer < home) | outside
-    falls = down & met & (below | (layer == home))
+    falls = down & crossed & (below | (layer == home))
     start_down = np.where(falls, np.where(below, -high, here), 0.0)
     end_down = np.where(falls, np.maximum(-low, start_down), 0.0)
     ground = (down[:, 0] & (offset[:, 0] < 1.0)) | (down[:, 0] & (observer[:, 0] <= radius[0]))
-    rises = np.where(down, met & ~ground[:, None], (layer >= home) & ~outside)
+    rises = np.where(down, crossed & ~ground[:, None], (layer >= home) & ~outside)
     start_up = np.where(rises, np.where(~down & (layer == home), here, low), 0.0)
     end_up = np.where(rises, np.maximum(high, start_up), 0.0)
 
@@ -293,28 +295,28 @@ def _measure(
     layer, start, end = take(portions.layer), take(portions.start), take(portions.end)
     offset, metre, origin = take(portions.offset), take(portions.metre), take(portions.distance[:, :-1])
     stretch = 1 - shells.bending[layer]
-    first = np.clip(start + (distance[:, :-1] - origin) / metre, start, end)
-    last = np.clip(start + (distance[:, 1:] - origin) / metre, start, end)
+    start_height = np.clip(start + (distance[:, :-1] - origin) / metre, start, end)
+    stop_height = np.clip(start + (distance[:, 1:] - origin) / metre, start, end)
 
-    lower, upper = _air(shells, layer, first, last, offset, metre)
-    used = np.diff(distance, axis=1) > 0
-    zenith = np.arctan2(offset, first), np.arctan2(offset, last)
-    turn = np.where(used, (zenith[0] - zenith[1]) / stretch, 0.0)
+    lower, upper = _air(shells, layer, start_height, stop_height, offset, metre)
+    nonempty = np.diff(distance, axis=1) > 0
+    zenith = np.arctan2(offset, start_height), np.arctan2(offset, stop_height)
+    turn = np.where(nonempty, (zenith[0] - zenith[1]) / stretch, 0.0)
     central = np.concatenate([portions.entry_angle[:, None], turn], axis=1).cumsum(axis=1)
-    bent = np.where(used, turn + zenith[1] - zenith[0], 0.0)
+    bent = np.where(nonempty, turn + zenith[1] - zenith[0], 0.0)
     start_direction = (np.pi / 2 - elevation)[:, None]
     direction = np.concatenate([start_direction, bent], axis=1).cumsum(axis=1)
-    heights = _altitude(shells, layer, last, offset)
+    heights = _altitude(shells, layer, stop_height, offset)
     entered = np.where(portions.distance[:, 0] > 0, shells.top, np.maximum(altitude, shells.altitude[0]))
-    heights = _hold(np.concatenate([entered[:, None], np.where(used, heights, np.nan)], axis=1))
+    heights = _hold(np.concatenate([entered[:, None], np.where(nonempty, heights, np.nan)], axis=1))
     return Rays(
         distance,
         heights,
         central,
         direction,
         layer,
-        np.where(used, lower, 0.0),
-        np.where(used, upper, 0.0),
+        np.where(nonempty, lower, 0.0),
+        np.where(nonempty, upper, 0.0),
         portions.distance[:, -1],
         portions.ground,
     )
@@ -330,15 +332,15 @@ def _altitude(shells: Shells, layer: Integers, x: Floats, offset: Floats) -> Flo
 
 
 def _air(
-    shells: Shells, layer: Integers, first: Floats, last: Floats, offset: Floats, metre: Floats
+    shells: Shells, layer: Integers, start: Floats, stop: Floats, offset: Floats, metre: Floats
 ) -> tuple[Floats, Floats]:
     """Air of segments [molecules m^-2], shared between the lower and the upper level of their layer."""
     depth = np.diff(shells.altitude)[layer]
     log_ratio = np.diff(np.log(shells.number_density))[layer]
-    lower, upper = np.zeros(first.shape), np.zeros(first.shape)
-    half = 0.5 * (last - first)
+    lower, upper = np.zeros(start.shape), np.zeros(start.shape)
+    half = 0.5 * (stop - start)
     for point, weight in zip(_POINT, _WEIGHT, strict=True):
-        height = _altitude(shells, layer, 0.5 * (first + last) + point * half, offset) - shells.altitude[layer]
+        height = _altitude(shells, layer, 0.5 * (start + stop) + point * half, offset) - shells.altitude[layer]
         share = np.clip(height / depth, 0.0, 1.0)
         air = weight * half * metre * shells.number_density[layer] * np.exp(log_ratio * share)
         lower += air * (1.0 - share)

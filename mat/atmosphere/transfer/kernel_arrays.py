@@ -97,7 +97,11 @@ class KernelArrays:
     def cubics(self, cubics: NodeCubics) -> CubicsStructure:
         """Cubics between nodes."""
         _, width, _ = cubics.coefficient.shape
-        addresses = self.address(cubics.nodes), self.address(cubics.first, np.int64), self.address(cubics.coefficient)
+        addresses = (
+            self.address(cubics.nodes),
+            self.address(cubics.first_node, np.int64),
+            self.address(cubics.coefficient),
+        )
         return CubicsStructure(cubics.nodes.size, width, *addresses)
 
     def layers(
@@ -106,9 +110,9 @@ class KernelArrays:
         """Layers between levels (N,) [m] with so many points, Legendre and azimuthal moments, their parts, and the
         directions (X,) [rad] of light scattered straight forward.
         """
-        edges, places, shares = parts.pairs
-        addresses = self.address(parts.count, np.int64), self.address(edges), self.address(places, np.int64)
-        of_parts = PartsStructure(len(places), *addresses, self.address(shares))
+        edges, positions, shares = parts.pairs
+        addresses = self.address(parts.count, np.int64), self.address(edges), self.address(positions, np.int64)
+        of_parts = PartsStructure(len(positions), *addresses, self.address(shares))
         cubics, above = direction_cubics(tuple(angles.tolist()))
         return LayersStructure(
             levels.size,
@@ -122,11 +126,11 @@ class KernelArrays:
             self.cubics(cubics),
         )
 
-    def rays(self, segments: Segments, first: Integers) -> RaysStructure:
+    def rays(self, segments: Segments, starts: Integers) -> RaysStructure:
         """The segments of joined lines whose first ends are (L,)."""
-        integers = (self.address(numbers, np.int64) for numbers in (first, segments.layer))
+        integers = (self.address(numbers, np.int64) for numbers in (starts, segments.layer))
         reals = (segments.lower, segments.upper, segments.altitude, segments.upward_cosine)
-        return RaysStructure(first.size, segments.layer.size, *integers, *map(self.address, reals))
+        return RaysStructure(starts.size, segments.layer.size, *integers, *map(self.address, reals))
 
     def _kept(self, array: npt.NDArray[Any]) -> int:
         self._arrays.append(array)
@@ -139,8 +143,8 @@ def _has_rows(array: Reals) -> bool:
     shape = (*array.shape[:-1], padded(array.shape[-1]))
     if array.shape == shape:
         return array.flags.c_contiguous
-    whole = array.base
-    return isinstance(whole, np.ndarray) and whole.shape == shape and whole.flags.c_contiguous
+    base = array.base
+    return isinstance(base, np.ndarray) and base.shape == shape and base.flags.c_contiguous
 
 
 class Scratch(threading.local):

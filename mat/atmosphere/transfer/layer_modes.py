@@ -111,15 +111,15 @@ class LayerModes:
             return part
 
         to_modes = np.swapaxes(self.mode, -1, -2)
-        first = to_modes @ np.linalg.solve(self.lower, phase(~directions.even))
-        second = to_modes @ (self.upper @ phase(directions.even))
+        odd = to_modes @ np.linalg.solve(self.lower, phase(~directions.even))
+        even = to_modes @ (self.upper @ phase(directions.even))
         k, k_tau = (np.swapaxes(part, -1, -2) for part in (self.k, self.k_tau))
         fall = np.maximum(beam[:-1] - beam[1:], 0.0)[:, :, None, None]
         entering = np.exp(-beam[1:])[:, :, None, None] * self.depth[..., None, None, None]
         joint_depth = k_tau + fall
-        at_top = -(k * first + second) * mean_attenuation(np.zeros_like(joint_depth), joint_depth) * entering
+        at_top = -(k * odd + even) * mean_attenuation(np.zeros_like(joint_depth), joint_depth) * entering
         at_bottom = (
-            (k * first - second)
+            (k * odd - even)
             * mean_attenuation(np.broadcast_to(k_tau, joint_depth.shape), np.broadcast_to(fall, joint_depth.shape))
             * entering
         )

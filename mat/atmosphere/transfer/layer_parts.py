@@ -91,10 +91,10 @@ class LayerParts:
     @cached_property
     def first_place(self) -> Integers:
         """Place of the lowest end inside each layer (N-1,); -1 in layers that are not cut."""
-        first = np.full(self.count.size, -1)
+        result = np.full(self.count.size, -1)
         layer = self.inside[0]
-        first[layer[::-1]] = self.count.size + 1 + np.arange(layer.size)[::-1]
-        return first
+        result[layer[::-1]] = self.count.size + 1 + np.arange(layer.size)[::-1]
+        return result
 
     @property
     def places(self) -> int:
@@ -113,38 +113,38 @@ class LayerParts:
         shares : (J, 3) array
             Of the layer's optical depth, at these places.
         """
-        edges, places, shares = [], [], []
-        for layer, (count, first) in enumerate(zip(self.count, self.first_place, strict=True)):
+        edges, positions, shares = [], [], []
+        for layer, (count, first_position) in enumerate(zip(self.count, self.first_place, strict=True)):
             ends = self.shares(layer) if count > 1 else np.array([0.0, 0.5, 1.0])
             start = np.arange(0, ends.size - 1, 2)
             edges.append(layer + ends[start])
-            places.append((first + start)[:, None] + np.arange(3))
+            positions.append((first_position + start)[:, None] + np.arange(3))
             shares.append(ends[start[:, None] + np.arange(3)])
-        return np.append(np.concatenate(edges), self.count.size), np.concatenate(places), np.concatenate(shares)
+        return np.append(np.concatenate(edges), self.count.size), np.concatenate(positions), np.concatenate(shares)
 
     def at(self, layer: int, share: float) -> tuple[Integers, Floats]:
         """Places and their weights in a source function inside a layer, at a share of it from below."""
         if self.count[layer] == 1:
             return np.array([layer, layer + 1]), np.array([1 - share, share])
-        edges, places, shares = self.pairs
+        edges, positions, shares = self.pairs
         pair = int(np.searchsorted(edges, layer + min(share, 1 - 1e-9), side="right")) - 1
-        return places[pair], through_three(shares[pair : pair + 1], np.array([share]), np.zeros(1))[0, :, 0]
+        return positions[pair], through_three(shares[pair : pair + 1], np.array([share]), np.zeros(1))[0, :, 0]
 
 
-def through_three(known: Floats, start: Floats, step: Floats) -> Floats:
+def through_three(nodes: Floats, start: Floats, step: Floats) -> Floats:
     """Coefficients (T, 3, 3) of the powers 0 to 2 of u in each of three values' weights, of a quadratic through them.
 
     Parameters
     ----------
-    known : (T, 3) array
+    nodes : (T, 3) array
         Points at which the values are known.
     start, step : (T,) arrays
         The quadratic is taken at start + u step.
     """
-    result = np.empty((*known.shape, 3))
+    result = np.empty((*nodes.shape, 3))
     for i in range(3):
-        a, b = (known[:, (i + other) % 3] for other in (1, 2))
-        divisor = (known[:, i] - a) * (known[:, i] - b)
+        a, b = (nodes[:, (i + offset) % 3] for offset in (1, 2))
+        divisor = (nodes[:, i] - a) * (nodes[:, i] - b)
         result[:, i] = np.stack([(start - a) * (start - b), step * (2 * start - a - b), step**2], axis=1)
         result[:, i] /= divisor[:, None]
     return result

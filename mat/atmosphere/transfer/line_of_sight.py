@@ -113,15 +113,15 @@ class LineOfSight:
 
 def _ends(rays: Rays, row: int, segments: Segments) -> Rays:
     """The ends of the segments of one ray as `Rays` without segments."""
-    none = np.zeros((1, 0))
+    empty = np.zeros((1, 0))
     return Rays(
         segments.distance[None],
         segments.altitude[None],
         segments.central_angle[None],
         segments.direction[None],
-        none.astype(int),
-        none,
-        none,
+        empty.astype(int),
+        empty,
+        empty,
         rays.end[row : row + 1],
         rays.ground[row : row + 1],
     )
@@ -136,16 +136,16 @@ def _end_altitude(segments: Segments, node: Integers, length: Floats, altitude: 
         altitude: Floats = start + gain / (radius + np.sqrt(radius**2 + gain))
         return altitude
 
-    first, last = segments.distance[0], segments.distance[-1]
+    nearest, farthest = segments.distance[0], segments.distance[-1]
     if not segments.index.size:
         return straight(altitude, np.sin(elevation), length)
     end: Floats = segments.altitude[node]
-    before, beyond = length < first, length > last
+    before, beyond = length < nearest, length > farthest
     if before.any():
         end[before] = straight(altitude, np.sin(elevation), length[before])
     if beyond.any():
         leaving = np.cos(segments.direction[-1] - segments.central_angle[-1])
-        end[beyond] = straight(segments.altitude[-1], leaving, length[beyond] - last)
+        end[beyond] = straight(segments.altitude[-1], leaving, length[beyond] - farthest)
     return end
 
 

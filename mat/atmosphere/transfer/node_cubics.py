@@ -20,11 +20,11 @@ class NodeCubics:
     ----------
     nodes : (X,) array
         Increasing.
-    first : (X,) int array
+    first_node : (X,) int array
         First of the W nodes that have a weight from each node on.
     coefficient : (X, W, 4) array
         Coefficients of the powers, from 0 on, of the distance from each node, in the weights of the W nodes from
-        `first` on.
+        `first_node` on.
 
     Examples
     --------
@@ -34,32 +34,32 @@ class NodeCubics:
     """
 
     nodes: Floats
-    first: Integers
+    first_node: Integers
     coefficient: Floats
 
     @classmethod
     def of(cls, nodes: Floats, ends: Sequence[int] = ()) -> NodeCubics:
         """Cubics through nodes; each part, up to the next of `ends`, has cubics of its own."""
         width = min(_WIDTH, nodes.size)
-        first, coefficient = np.zeros(nodes.size, int), np.zeros((nodes.size, width, _WIDTH))
+        first_node, coefficient = np.zeros(nodes.size, int), np.zeros((nodes.size, width, _WIDTH))
         start = 0
         for stop in (*ends, nodes.size):
             for lower in range(start, stop):
                 count = _WIDTH if stop - start >= _WIDTH else min(stop - start, 2)
                 low = min(max(lower - (count - 1) // 2, start), stop - count)
-                first[lower] = min(low, nodes.size - width)
+                first_node[lower] = min(low, nodes.size - width)
                 there = nodes[low : low + count] - nodes[lower]
                 for i in range(count):
                     others = np.delete(there, i)
                     polynomial = np.polynomial.polynomial.polyfromroots(others) / np.prod(there[i] - others)
-                    coefficient[lower, low - first[lower] + i, :count] = polynomial
+                    coefficient[lower, low - first_node[lower] + i, :count] = polynomial
             start = stop
-        return cls(nodes, first, coefficient)
+        return cls(nodes, first_node, coefficient)
 
-    def weights(self, places: Floats) -> tuple[Integers, Floats]:
+    def weights(self, coordinates: Floats) -> tuple[Integers, Floats]:
         """First node (K,) and weights (K, W) of the W nodes from it on, for places (K,) no farther than the nodes."""
-        lower = np.maximum(np.searchsorted(self.nodes, places, side="right") - 1, 0)
-        step = places - self.nodes[lower]
+        lower = np.maximum(np.searchsorted(self.nodes, coordinates, side="right") - 1, 0)
+        step = coordinates - self.nodes[lower]
         square = step * step
         powers = np.stack([np.ones_like(step), step, square, square * step], axis=1)
-        return self.first[lower], (self.coefficient[lower] @ powers[:, :, None])[:, :, 0]
+        return self.first_node[lower], (self.coefficient[lower] @ powers[:, :, None])[:, :, 0]

@@ -163,19 +163,19 @@ class OrdinateLight:
         """The same at some of the points."""
         parts: dict[str, Any] = {}
         for name in ("extinction", "scaled", "source", "straight", "falling"):
-            whole = getattr(self, name)
-            if whole is not None:
-                some = whole[..., points]
-                whole = empty_rows(some.shape, whole.dtype)
-                whole[:] = some
-            parts[name] = whole
+            values = getattr(self, name)
+            if values is not None:
+                selected = values[..., points]
+                values = empty_rows(selected.shape, values.dtype)
+                values[:] = selected
+            parts[name] = values
         return replace(self, **parts)
 
     def sky(self, altitude: Floats, source_elevation: Floats) -> Floats:
         """`falling` at altitudes (Z,) [m] and source elevations (S,) [rad]: (Z, S, P)."""
-        place = np.clip(np.searchsorted(self.levels, altitude, side="right") - 1, 0, self.levels.size - 2)
-        share = np.clip((altitude - self.levels[place]) / np.diff(self.levels)[place], 0.0, 1.0)[:, None, None]
-        flux = self.falling[place] * (1 - share) + self.falling[place + 1] * share
+        lower = np.clip(np.searchsorted(self.levels, altitude, side="right") - 1, 0, self.levels.size - 2)
+        share = np.clip((altitude - self.levels[lower]) / np.diff(self.levels)[lower], 0.0, 1.0)[:, None, None]
+        flux = self.falling[lower] * (1 - share) + self.falling[lower + 1] * share
         nodes, weight = source_nodes(self.sine, np.broadcast_to(np.sin(source_elevation), (2, source_elevation.size)))
         sky: Floats = np.maximum(weight[0].astype(float) @ flux[:, nodes], 0.0)
         return sky

@@ -40,9 +40,9 @@ class PathScope:
         """Whether scenes read less than all paths."""
         return self.share < 1
 
-    def lines(self, count: int, least: int = _LEAST_LINES) -> int:
+    def lines(self, count: int, minimum: int = _LEAST_LINES) -> int:
         """How many lines sample this part where `count` sample all."""
-        return max(math.ceil(max(self.share, _LEAST_SHARE) * count), min(least, count))
+        return max(math.ceil(max(self.share, _LEAST_SHARE) * count), min(minimum, count))
 
     def heights(self, nodes: Sequence[float] | Floats) -> Floats:
         """Of ascending heights above the ground [m] those that are read: up to the first at or above the highest."""

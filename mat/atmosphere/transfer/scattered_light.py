@@ -168,7 +168,7 @@ class ScatteredLight:
         `phase` (L, N, S, C) is the phase function of the particles at the levels, at the C wavelengths of
         `SpectralOptics.phase`, in place of the one at the scattering angle; other arguments as of `in_band`.
         """
-        light = np.empty((depths.first.size, to_source.shape[1], self._points))
+        light = np.empty((depths.starts.size, to_source.shape[1], self._points))
         self._compute(segments, depths, to_source, deflection, _OF_LINES, light, phase=phase)
         return light
 
@@ -191,7 +191,7 @@ class ScatteredLight:
     ) -> None:
         arrays = KernelArrays()
         sources = to_source.shape[1]
-        tables = arrays.rays(segments, depths.first), self._layers, self._tables, sources
+        tables = arrays.rays(segments, depths.starts), self._layers, self._tables, sources
         size = function("scattered_light_scratch", (*_TABLES, c_int64), c_int64)(*tables, kind)
         function("scattered_light", _ARGUMENTS, None)(
             *tables,

@@ -66,7 +66,7 @@ class SceneLines:
         """Which ends (n, R) of the lines lie in each of `REGIONS`, one for each: on the ground, on upward lines above
         `SKY_KM`, on lines that look down past the ground, and all other.
         """
-        last = np.arange(self.range_km.shape[1]) == self.range_km.shape[1] - 1
+        farthest = np.arange(self.range_km.shape[1]) == self.range_km.shape[1] - 1
         meets, start = self.on_ground[:, None], _RADIUS_KM + self.altitude_km[:, None]
         sine = np.sin(np.radians(self.elevation_deg))[:, None]
         # Ends of straight lines over a round Earth.
@@ -74,7 +74,7 @@ class SceneLines:
         # Lines that meet the ground beyond the longest range look down steeply, but from space.
         dip = np.degrees(np.arccos(_RADIUS_KM / (_RADIUS_KM + np.maximum(self.altitude_km, 0.0))))[:, None]
         elevation = self.elevation_deg[:, None]
-        ground, sky = meets & last, (elevation >= 0) & (end >= SKY_KM)
+        ground, sky = meets & farthest, (elevation >= 0) & (end >= SKY_KM)
         limb = np.broadcast_to((elevation < 0) & (elevation > -dip) & ~meets, ground.shape)
         return dict(zip(REGIONS, (ground, ~(ground | limb | sky), sky, limb), strict=True))
 
@@ -188,12 +188,12 @@ def _in_cell(nodes: Floats, cell: Integers, generator: np.random.Generator) -> F
     """A random place in each of some cells of an axis; an axis of one node gives that node."""
     if nodes.size == 1:
         return np.full(np.shape(cell), nodes[0])
-    places: Floats = nodes[cell] + generator.random(np.shape(cell)) * (nodes[cell + 1] - nodes[cell])
-    return places
+    values: Floats = nodes[cell] + generator.random(np.shape(cell)) * (nodes[cell + 1] - nodes[cell])
+    return values
 
 
 def spread(nodes: Floats, count: int, generator: np.random.Generator) -> Floats:
     """Random places (count,) on an axis, one in each of as many equal parts of its cells, in random order."""
-    place = (generator.permutation(count) + generator.random(count)) / max(count, 1) * (nodes.size - 1)
-    places: Floats = np.interp(place, np.arange(nodes.size), nodes)
-    return places
+    position = (generator.permutation(count) + generator.random(count)) / max(count, 1) * (nodes.size - 1)
+    values: Floats = np.interp(position, np.arange(nodes.size), nodes)
+    return values

@@ -55,13 +55,13 @@ class Segments:
     def of(cls, rays: Rays, row: int) -> Segments:
         """The segments of one ray that are longer than 0."""
         index = np.flatnonzero(rays.lower[row] + rays.upper[row] > 0)
-        some: Integers | slice = index
+        rows: Integers | slice = index
         ends: Integers | slice = _ends(index)
         if index.size and index[-1] - index[0] < index.size:  # one after the other: no copies
-            some, ends = slice(index[0], index[-1] + 1), slice(index[0], index[-1] + 2)
+            rows, ends = slice(index[0], index[-1] + 1), slice(index[0], index[-1] + 2)
         return cls(
             index,
-            *(numbers[row][some] for numbers in (rays.layer, rays.lower, rays.upper)),
+            *(numbers[row][rows] for numbers in (rays.layer, rays.lower, rays.upper)),
             *(numbers[row][ends] for numbers in (rays.altitude, rays.central_angle, rays.direction, rays.distance)),
         )
 
@@ -72,12 +72,12 @@ class Segments:
         """
         if len(lines) == 1:
             return lines[0], np.zeros(1, int)
-        first = np.concatenate([[0], np.cumsum([line.altitude.size for line in lines[:-1]])])
+        starts = np.concatenate([[0], np.cumsum([line.altitude.size for line in lines[:-1]])])
 
         def of_segments(name: str) -> Any:
             parts = [getattr(line, name) for line in lines]
-            none = np.zeros(1, parts[0].dtype)
-            return np.concatenate([array for part in parts for array in (part, none)][:-1])
+            gap = np.zeros(1, parts[0].dtype)
+            return np.concatenate([array for part in parts for array in (part, gap)][:-1])
 
         def of_ends(name: str) -> Floats:
             return np.concatenate([getattr(line, name) for line in lines])
@@ -85,7 +85,7 @@ class Segments:
         return cls(
             *(of_segments(name) for name in ("index", "layer", "lower", "upper")),
             *(of_ends(name) for name in ("altitude", "central_angle", "direction", "distance")),
-        ), first
+        ), starts
 
     @property
     def ends(self) -> Integers:
@@ -148,12 +148,12 @@ class Depths:
     ----------
     per_segment : (K, P) array
         Single or double precision.
-    first : (L,) int array
+    starts : (L,) int array
         First segment end of each line, of `Segments.joined`.
     """
 
     per_segment: Reals
-    first: Integers = field(default_factory=lambda: np.zeros(1, int))
+    starts: Integers = field(default_factory=lambda: np.zeros(1, int))
 
     @cached_property
     def cumulative(self) -> Reals:
@@ -163,7 +163,7 @@ class Depths:
     def summed(self, by_segment: Reals) -> Reals:
         """Sum over the segments (K, P) from the observer of each line to each segment end, (K+1, P)."""
         result = np.zeros((len(by_segment) + 1, by_segment.shape[1]), dtype=by_segment.dtype)
-        for start, stop in zip(self.first, np.append(self.first[1:], len(result)), strict=True):
+        for start, stop in zip(self.starts, np.append(self.starts[1:], len(result)), strict=True):
             part, line = by_segment[start : stop - 1], result[start:stop]
             if by_segment.shape[1] < _WIDE:
                 np.cumsum(part, axis=0, out=line[1:])
@@ -174,9 +174,9 @@ class Depths:
 
     def by_line(self, by_segment: Reals) -> Reals:
         """Sum over the segments (K, ...) of each line, (L, ...)."""
-        stops = np.append(self.first[1:], len(by_segment) + 1) - 1
+        stops = np.append(self.starts[1:], len(by_segment) + 1) - 1
         result: Reals = np.stack(
-            [by_segment[start:stop].sum(axis=0) for start, stop in zip(self.first, stops, strict=True)]
+            [by_segment[start:stop].sum(axis=0) for start, stop in zip(self.starts, stops, strict=True)]
         )
         return result
 
@@ -216,16 +216,16 @@ def source_weights(optical_depth: Reals) -> tuple[Reals, Reals]:
     return absorbed - far, far
 
 
-def mean_attenuation(first: Floats, last: Floats) -> Floats:
-    """Mean of exp(-x) over segments in which x runs linearly from `first` to `last`; same shapes.
+def mean_attenuation(start: Floats, stop: Floats) -> Floats:
+    """Mean of exp(-x) over segments in which x runs linearly from `start` to `stop`; same shapes.
 
     It is exp(-smaller) (1 - exp(-d)) / d with the difference d, exact to rounding at any d; the tiny number added to d
     makes it 1 at d = 0.
     """
-    difference: Floats = np.subtract(last, first)
+    difference: Floats = np.subtract(stop, start)
     np.abs(difference, out=difference)
     difference += 1e-20
-    mean: Floats = np.minimum(first, last)
+    mean: Floats = np.minimum(start, stop)
     np.exp(np.negative(mean, out=mean), out=mean)
     share = np.negative(difference)
     np.expm1(share, out=share)

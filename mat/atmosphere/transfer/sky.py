@@ -73,24 +73,24 @@ def zenith_angles(zeniths: int = ZENITHS) -> tuple[float, ...]:
 
 def _thermal(air: SpectralAir, altitude: Floats, zeniths: int) -> Floats:
     """Thermal sky irradiance (Z, P) from radiances along lines of sight."""
-    known = air.thermal_skies
-    missing = np.unique([height for height in altitude.tolist() if (height, zeniths) not in known])
+    cache = air.thermal_skies
+    missing = np.unique([height for height in altitude.tolist() if (height, zeniths) not in cache])
     for start in range(0, missing.size, _TOGETHER):
         heights = missing[start : start + _TOGETHER]
         for height, irradiance in zip(heights.tolist(), _thermal_at(air, heights, zeniths), strict=True):
-            known[height, zeniths] = irradiance
-    return np.stack([known[height, zeniths] for height in altitude.tolist()])
+            cache[height, zeniths] = irradiance
+    return np.stack([cache[height, zeniths] for height in altitude.tolist()])
 
 
 def _thermal_at(air: SpectralAir, altitude: Floats, zeniths: int) -> Floats:
     """`_thermal` of few altitudes, whose lines of sight are joined."""
     cosine, weight = _half_range(zeniths)
     rays = trace(air.shells, np.repeat(altitude, zeniths), np.tile(np.arcsin(cosine), altitude.size))
-    segments, first = Segments.joined([Segments.of(rays, row) for row in range(altitude.size * zeniths)])
+    segments, starts = Segments.joined([Segments.of(rays, row) for row in range(altitude.size * zeniths)])
     if not segments.index.size:
         return np.zeros((altitude.size, air.optics.wavenumber.size))
-    depths = Depths(segments.column(air.optics.extinction), first)
-    radiance = depths.summed(air.thermal_radiance(segments, depths))[np.append(first[1:], segments.altitude.size) - 1]
+    depths = Depths(segments.column(air.optics.extinction), starts)
+    radiance = depths.summed(air.thermal_radiance(segments, depths))[np.append(starts[1:], segments.altitude.size) - 1]
     thermal: Floats = 2 * np.pi * (weight * cosine) @ radiance.reshape(altitude.size, zeniths, -1)
     return thermal
 

@@ -56,8 +56,8 @@ def source_nodes(sine: Floats, cosine: Floats) -> tuple[Integers, Singles]:
         Of each in the middle of each segment; single precision.
     """
     weight = elevation_weights(sine, 0.5 * (cosine[:-1] + cosine[1:]))
-    used = np.flatnonzero(np.any(weight != 0, axis=(0, 1)))
-    nodes = np.arange(used[0], used[-1] + 1) if used.size else used
+    nonzero = np.flatnonzero(np.any(weight != 0, axis=(0, 1)))
+    nodes = np.arange(nonzero[0], nonzero[-1] + 1) if nonzero.size else nonzero
     return nodes, weight[..., nodes].astype(np.float32)
 
 
@@ -67,21 +67,21 @@ def elevation_weights(sine: Floats, cosine: Floats) -> Floats:
     """
     inside = np.clip(np.ravel(cosine), sine[0], sine[-1])
     weight = np.zeros((inside.size, sine.size))
-    first = first_smooth(sine)
-    cubics = elevation_cubics(sine, first)
-    high = np.zeros(inside.size, bool) if cubics is None else inside >= sine[first]
+    smooth_start = first_smooth(sine)
+    cubics = elevation_cubics(sine, smooth_start)
+    high = np.zeros(inside.size, bool) if cubics is None else inside >= sine[smooth_start]
     (low,) = np.nonzero(~high)
     if low.size:
-        place = np.interp(inside[low], sine, np.arange(sine.size))
-        below = np.minimum(place.astype(int), max(sine.size - 2, 0))
+        position = np.interp(inside[low], sine, np.arange(sine.size))
+        below = np.minimum(position.astype(int), max(sine.size - 2, 0))
         light, at_nodes = typical_light(inside[low]), typical_light(sine)
-        weight[low, below] = (1 - (place - below)) * light / at_nodes[below]
+        weight[low, below] = (1 - (position - below)) * light / at_nodes[below]
         above = np.minimum(below + 1, sine.size - 1)
-        weight[low, above] += (place - below) * light / at_nodes[above]
+        weight[low, above] += (position - below) * light / at_nodes[above]
     if cubics is not None and low.size < inside.size:
         (above,) = np.nonzero(high)
         nodes, near = cubics.weights(np.arcsin(inside[above]))
-        rows = above[:, None] * sine.size + first + nodes[:, None] + np.arange(near.shape[1])
+        rows = above[:, None] * sine.size + smooth_start + nodes[:, None] + np.arange(near.shape[1])
         weight.reshape(-1)[rows] = near
     return weight.reshape(*np.shape(cosine), sine.size)
 
@@ -91,9 +91,9 @@ def first_smooth(sine: Floats) -> int:
     return int(np.searchsorted(sine, np.sin(np.radians(_SMOOTH)) - 1e-9))
 
 
-def elevation_cubics(sine: Floats, first: int) -> NodeCubics | None:
+def elevation_cubics(sine: Floats, start: int) -> NodeCubics | None:
     """Cubics through the elevations from the first smooth one on; None where these are too few."""
-    return _cubics(tuple(sine[first:].tolist())) if sine.size - first >= 4 else None
+    return _cubics(tuple(sine[start:].tolist())) if sine.size - start >= 4 else None
 
 
 @lru_cache(maxsize=64)

@@ -61,8 +61,8 @@ class LowSun:
             return None
         directions = ordinates(nodes, MOMENTS)
         lowest = np.degrees(np.arcsin(np.min(sine))) - _BEHIND
-        first = max(int(np.searchsorted(ELEVATIONS, lowest, side="right")) - 1, 0)
-        return cls(SphericalPaths.of(shells, directions, ELEVATIONS[first:]), directions)
+        start = max(int(np.searchsorted(ELEVATIONS, lowest, side="right")) - 1, 0)
+        return cls(SphericalPaths.of(shells, directions, ELEVATIONS[start:]), directions)
 
     def corrected(
         self,
@@ -91,24 +91,24 @@ class LowSun:
         """
         share = _spherical_share(sine)
         low = np.flatnonzero(share > 0)
-        known, levels = self.paths.sine, source_paths.levels
-        both, places = np.unique(np.append(known, sine[low]), return_inverse=True)
+        node_sines, levels = self.paths.sine, source_paths.levels
+        both, inverse = np.unique(np.append(node_sines, sine[low]), return_inverse=True)
         beam = source_paths.optical_depth(levels, np.broadcast_to(both, (levels.size, both.size))).astype(float)
         flat = ordinates(self.ordinates.node.size, 1)
         parts = first_orders(flat, layers.depth, layers.weighted, beam, both, albedo, ORDERS)
-        orders = [np.concatenate(part, axis=2)[:, 0][:, :, places] for part in parts]  # (N, 2 n, U, P) each
+        orders = [np.concatenate(part, axis=2)[:, 0][:, :, inverse] for part in parts]  # (N, 2 n, U, P) each
         radiance = np.concatenate([part[..., low, :] for part in plane], axis=2)
-        first = [order[:, :, known.size :] for order in orders]
+        computed = [order[:, :, node_sines.size :] for order in orders]
         # Of both sides together: a side that is dark in the last order need not be so in those after it.
-        rest = np.maximum(np.sum(radiance[:, 0] - sum(first), axis=1, keepdims=True), 0.0)
-        last = np.sum(first[-1], axis=1, keepdims=True)
-        growth = 1 + rest / np.where(last > _DARK, last, np.inf)
+        remainder = np.maximum(np.sum(radiance[:, 0] - sum(computed), axis=1, keepdims=True), 0.0)
+        highest_order = np.sum(computed[-1], axis=1, keepdims=True)
+        growth = 1 + remainder / np.where(highest_order > _DARK, highest_order, np.inf)
         spherical = np.zeros(radiance.shape)
         in_shells = self.orders(layers, extinction, source_paths, albedo, len(orders))
         for number, (order, of_paths) in enumerate(zip(orders, in_shells, strict=True)):
             modes = self._modes(of_paths, radiance.shape[1])
-            ratio, shape, around = self._ratios(modes, order[:, :, : known.size], levels, sine[low])
-            light = np.minimum(order[:, :, known.size :] * ratio, _BRIGHTER * around)
+            ratio, shape, limit = self._ratios(modes, order[:, :, : node_sines.size], levels, sine[low])
+            light = np.minimum(order[:, :, node_sines.size :] * ratio, _BRIGHTER * limit)
             spherical += (light * (growth if number == len(orders) - 1 else 1.0))[:, None] * shape
         spherical = self._deep(spherical, radiance, layers.depth)
         radiance += (spherical - radiance) * share[low][:, None]
@@ -141,26 +141,26 @@ class LowSun:
         """
         sine = self.paths.sine
         direct = np.exp(-source_paths.optical_depth(source_paths.levels[:1], sine[None])[0])
-        lit = np.maximum(sine, 0.0)[:, None] * direct  # irradiance of the ground, (U, P)
+        ground_irradiance = np.maximum(sine, 0.0)[:, None] * direct  # irradiance of the ground, (U, P)
         once = _Once.of(source_paths, layers)
-        orders = [self._travelled(extinction, albedo, lit, once.along)]
+        orders = [self._travelled(extinction, albedo, ground_irradiance, once.along)]
         while len(orders) < count:
             again = _Again(self._source(layers, source_paths.levels, orders[-1]))
-            orders.append(self._travelled(extinction, albedo, np.zeros_like(lit), again.along))
+            orders.append(self._travelled(extinction, albedo, np.zeros_like(ground_irradiance), again.along))
         return orders
 
     def _travelled(
         self,
         extinction: Floats,
         albedo: Floats,
-        lit: Floats,
+        ground_irradiance: Floats,
         along: Callable[[Line, Singles, Singles], Singles],
     ) -> Singles:
         """Radiance (Z, 2 n, A, U, P) of one order, and what the ground reflects of it and of its irradiance (U, P)."""
         nodes, points = self.ordinates.node.size, extinction.shape[1]
         cases = self.paths.azimuth.size, self.paths.sine.size
         light = np.zeros((len(self.paths.lines), 2 * nodes, cases[0] * cases[1], points), np.float32)
-        ground = np.zeros(lit.shape, np.float32)
+        ground = np.zeros(ground_irradiance.shape, np.float32)
         for going in (slice(nodes, None), slice(0, nodes)):  # down to the ground first
             for result, lines in zip(light[:, going], self.paths.lines, strict=True):
                 for radiance, line in zip(result, lines[going], strict=True):
@@ -173,7 +173,9 @@ class LowSun:
                     if line.ground is not None:
                         radiance += (line.ground @ ground) * np.exp(-depths.cumulative[-1]).astype(np.float32)
             mean = light[0, nodes:].reshape(nodes, *cases, points).mean(axis=1)
-            ground = ((lit + self.ordinates.flux(mean[None, None])[0]) * (albedo / np.pi)).astype(np.float32)
+            ground = ((ground_irradiance + self.ordinates.flux(mean[None, None])[0]) * (albedo / np.pi)).astype(
+                np.float32
+            )
         return light.reshape(*light.shape[:2], *cases, points)
 
     def _source(self, layers: ScaledLayers, levels: Floats, radiance: Singles) -> Singles:
@@ -208,18 +210,18 @@ class LowSun:
             The order in plane layers, averaged over azimuth.
         """
         mean, flat = modes[:, 0], plane[self.paths.level]
-        lit = (flat > _DARK) & (mean > _DARK)
-        ratio = np.log(np.where(lit, mean, 1.0) / np.where(lit, flat, 1.0))
+        bright = (flat > _DARK) & (mean > _DARK)
+        ratio = np.log(np.where(bright, mean, 1.0) / np.where(bright, flat, 1.0))
         shape = modes / np.where(mean > _DARK, mean, 1.0)[:, None]
-        known = self.paths.sine
-        place = np.interp(np.clip(sine, known[0], known[-1]), known, np.arange(known.size))
-        first = np.minimum(place.astype(int), known.size - 2)
-        share = (place - first).astype(np.float32)[:, None]
+        nodes = self.paths.sine
+        position = np.interp(np.clip(sine, nodes[0], nodes[-1]), nodes, np.arange(nodes.size))
+        lower = np.minimum(position.astype(int), nodes.size - 2)
+        share = (position - lower).astype(np.float32)[:, None]
         results, altitude = [], levels[self.paths.level]
         for values in (ratio, shape):
-            near, far = (values[..., first + step, :] for step in (0, 1))
+            near, far = (values[..., lower + step, :] for step in (0, 1))
             results.append(_at_levels(near + (far - near) * share, altitude, levels))
-        brightest = np.maximum(mean[..., first, :], mean[..., first + 1, :])
+        brightest = np.maximum(mean[..., lower, :], mean[..., lower + 1, :])
         level = np.minimum(np.searchsorted(altitude, levels, side="right") - 1, altitude.size - 2)
         return np.exp(results[0]), results[1], np.maximum(brightest[level], brightest[level + 1])
 
@@ -258,9 +260,9 @@ class _Once:
         polynomials = np.polynomial.legendre.legvander(line.deflection, degree - 1).astype(np.float32)
         phase = polynomials @ np.swapaxes(scattering, 0, 1).reshape(degree, -1)
         table = beam.reshape(-1, beam.shape[-1])
-        lit = table[line.beam]
-        lit += (table[line.beam + 1] - lit) * line.next_beam
-        radiance: Singles = np.einsum("skp,skp->sp", phase.reshape(lit.shape), lit)
+        beam_light = table[line.beam]
+        beam_light += (table[line.beam + 1] - beam_light) * line.next_beam
+        radiance: Singles = np.einsum("skp,skp->sp", phase.reshape(beam_light.shape), beam_light)
         return np.maximum(radiance, 0.0, out=radiance)
 
 
@@ -298,8 +300,8 @@ def _spherical_share(sine: Floats) -> Floats:
 
 def _at_levels(values: Singles, altitude: Floats, levels: Floats) -> Singles:
     """Values (Z, ...) at altitudes (Z,), linear between them, at the levels (N,)."""
-    place = np.interp(levels, altitude, np.arange(altitude.size))
-    first = np.minimum(place.astype(int), altitude.size - 2)
-    share = (place - first).astype(np.float32).reshape(-1, *(1,) * (values.ndim - 1))
-    between: Singles = values[first] + (values[first + 1] - values[first]) * share
+    position = np.interp(levels, altitude, np.arange(altitude.size))
+    lower = np.minimum(position.astype(int), altitude.size - 2)
+    share = (position - lower).astype(np.float32).reshape(-1, *(1,) * (values.ndim - 1))
+    between: Singles = values[lower] + (values[lower + 1] - values[lower]) * share
     return between

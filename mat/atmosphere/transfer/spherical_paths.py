@@ -96,7 +96,7 @@ class SphericalPaths:
             ends = segments.ends
             hits = bool(rays.ground[row])
             lines.append(_line(segments, cosine[row, ends], deflection[row, ends], sine, hits))
-        grouped = tuple(tuple(lines[first : first + look.size]) for first in range(0, len(lines), look.size))
+        grouped = tuple(tuple(lines[start : start + look.size]) for start in range(0, len(lines), look.size))
         return cls(level, sine, azimuth, grouped)
 
 
@@ -112,7 +112,7 @@ def _line(segments: Segments, cosine: Floats, deflection: Floats, sine: Floats, 
     weights = elevation_weights(sine, middle)  # (K, S, U)
     table = (moments[..., None] * weights[:, :, None]).astype(np.float32)
     beam = np.interp(np.degrees(np.arcsin(np.clip(middle, -1, 1))), BEAM_ELEVATIONS, np.arange(BEAM_ELEVATIONS.size))
-    first = np.minimum(beam.astype(int), BEAM_ELEVATIONS.size - 2)
+    lower = np.minimum(beam.astype(int), BEAM_ELEVATIONS.size - 2)
     direction = np.arccos(np.clip(segments.upward_cosine, -1.0, 1.0)) / DIRECTIONS[1]
     first_direction = np.minimum(direction.astype(int), DIRECTIONS.size - 2)
     return Line(
@@ -120,8 +120,8 @@ def _line(segments: Segments, cosine: Floats, deflection: Floats, sine: Floats, 
         deflection[0] if count else np.zeros(cases),
         first_direction,
         (direction - first_direction).astype(np.float32).reshape(-1, 1, 1, 1),
-        (first + BEAM_ELEVATIONS.size * np.arange(count)[:, None]).T,
-        (beam - first).astype(np.float32).T[..., None],
+        (lower + BEAM_ELEVATIONS.size * np.arange(count)[:, None]).T,
+        (beam - lower).astype(np.float32).T[..., None],
         np.ascontiguousarray(table.transpose(1, 0, 2, 3)).reshape(cases, -1),
         elevation_weights(sine, cosine[-1]).astype(np.float32) if hits else None,
     )
@@ -131,8 +131,8 @@ def _levels(altitude: Floats) -> Integers:
     """Some of the levels, with the lowest and the highest."""
     chosen = [0]
     for number, height in enumerate(altitude - altitude[0]):
-        last = altitude[chosen[-1]] - altitude[0]
-        if height - last >= _LEAST_STEP + _STEP * last:
+        highest = altitude[chosen[-1]] - altitude[0]
+        if height - highest >= _LEAST_STEP + _STEP * highest:
             chosen.append(number)
     if chosen[-1] != altitude.size - 1:
         chosen.append(altitude.size - 1)

@@ -62,7 +62,7 @@ class ThermalLight:
     def of_segments(self, segments: Segments, depths: Depths) -> Reals:
         """Radiance of each segment of joined lines at the observer, (K, P), of depths in this precision."""
         arrays = KernelArrays()
-        rays = arrays.rays(segments, depths.first)
+        rays = arrays.rays(segments, depths.starts)
         depth = arrays.address(depths.per_segment, self._real)
         radiance = np.zeros(depths.per_segment.shape, self._real)
         row = padded(self._points) * self._real.itemsize

@@ -81,7 +81,7 @@ def level_emission(
     rising, falling = np.empty((2, state.altitude.size, optics.wavenumber.size))
     parts = layer_parts(shells, optics, delta_fraction(optics, nodes), molecules=False)
 
-    def take(part: slice, few: SpectralOptics, layers: ScaledLayers, up: Floats, down: Floats) -> None:
+    def take(part: slice, reduced: SpectralOptics, layers: ScaledLayers, up: Floats, down: Floats) -> None:
         rising[:, part] = layers.ordinates.flux(up[parts.levels])[:, 0]
         falling[:, part] = layers.ordinates.flux(down[parts.levels])[:, 0]
 
@@ -108,9 +108,9 @@ def _solve(
 
     def solve(start: int) -> None:
         part = slice(start, start + together)
-        few = optics.at(part)
-        layers = ScaledLayers.of(shells, few, moments, fraction[:, part], molecules=False, azimuthal=1, parts=parts)
-        take(part, few, layers, *layers.thermal(few.emission, ground[part], albedo[part]))
+        reduced = optics.at(part)
+        layers = ScaledLayers.of(shells, reduced, moments, fraction[:, part], molecules=False, azimuthal=1, parts=parts)
+        take(part, reduced, layers, *layers.thermal(reduced.emission, ground[part], albedo[part]))
 
     parallel_map(solve, range(0, points, together))
 
@@ -153,9 +153,9 @@ class ThermalField:
         source = np.empty((parts.places, directions.pairs[0].size, points))
         straight = np.empty((state.altitude.size, angles.size, points))
 
-        def take(part: slice, few: SpectralOptics, layers: ScaledLayers, up: Floats, down: Floats) -> None:
-            source[..., part] = layers.source(up, down, few.emission)[:, 0]
-            straight[..., part] = layers.radiance(np.cos(angles), up, down, few.emission)[:, :, 0, 0]
+        def take(part: slice, reduced: SpectralOptics, layers: ScaledLayers, up: Floats, down: Floats) -> None:
+            source[..., part] = layers.source(up, down, reduced.emission)[:, 0]
+            straight[..., part] = layers.radiance(np.cos(angles), up, down, reduced.emission)[:, :, 0, 0]
 
         _solve(state, shells, optics, nodes, parts, take)
         scaled = optics.extinction - optics.aerosol_scattering * fraction

@@ -68,7 +68,7 @@ class Lines:
     def of_depth(self, depth):
         """The same lines, all segments of which have one optical depth."""
         per_segment = np.where(self.air[:, None], depth, np.zeros_like(self.depths.per_segment))
-        return replace(self, depths=Depths(per_segment, self.depths.first))
+        return replace(self, depths=Depths(per_segment, self.depths.starts))
 
     def of_source(self, source):
         """Arguments with one of the sources."""

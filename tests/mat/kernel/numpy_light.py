@@ -63,7 +63,7 @@ def upper_share_of(segments, per_molecule):
 
 def line_of(depths):
     """Number of the line of each segment, (K,); between two lines that of the first."""
-    return np.repeat(np.arange(depths.first.size), np.diff(depths.first, append=len(depths.per_segment) + 1))[:-1]
+    return np.repeat(np.arange(depths.starts.size), np.diff(depths.starts, append=len(depths.per_segment) + 1))[:-1]
 
 
 # ---- Weights of a source function in the light of segments
@@ -155,13 +155,13 @@ def straight_at(table, segments, levels, angles):
 def thermal(air, segments, depths):
     """Thermal radiance (K, P) of each segment at the observer, W m^-2 sr^-1 (cm^-1)^-1."""
     source, field = air.thermal, air.thermal.field
-    depths = Depths(depths.per_segment.astype(float), depths.first)
+    depths = Depths(depths.per_segment.astype(float), depths.starts)
     if field is None:
         emission, layer = source.emission.astype(float), segments.layer
         near, far = source_ends(segments, emission[layer], emission[layer + 1], source.levels)
         of_near, of_far = source_weights(depths.per_segment)
         return (of_near * near + of_far * far) * depths.transmittance
-    scaled = Depths(segments.column(field.scaled), depths.first)
+    scaled = Depths(segments.column(field.scaled), depths.starts)
     radiance = straight_weights(depths, scaled) * straight_at(field.straight, segments, source.levels, field.angles)
     functions = field.ordinates.functions(segments.upward_cosine)
     weights = source_weights_along(segments, depths, scaled, source.levels, field.scaled, field.parts)
@@ -242,16 +242,16 @@ def peak_depth(peak, segments, depths, to_source):
     """Depth of peak scattering (K + 1, S, Q) from the source by each segment end to the observer."""
     source = source_depth(peak.paths, segments.altitude, to_source)
     source[source >= HIDDEN] = 0
-    along = Depths(segments.column(peak.scattering[:, peak.few].astype(float)), depths.first).cumulative
+    along = Depths(segments.column(peak.scattering[:, peak.few].astype(float)), depths.starts).cumulative
     return source + along[:, None]
 
 
 def peak_is_near(peak, segments, depths, to_source, deflection):
     """Sources so close to a line, through so much peak scattering, that the peak matters, (L, S)."""
-    along = Depths(segments.column(peak.scattering[:, peak.few].astype(float)), depths.first).cumulative
+    along = Depths(segments.column(peak.scattering[:, peak.few].astype(float)), depths.starts).cumulative
     source = peak_depth(peak, segments, depths, to_source) - along[:, None]
     near = []
-    for first, stop in zip(depths.first, np.append(depths.first[1:], len(to_source)), strict=True):
+    for first, stop in zip(depths.starts, np.append(depths.starts[1:], len(to_source)), strict=True):
         close = deflection[first:stop].max(axis=0) > np.cos(np.radians(peak.degrees[-1]))
         whole = np.maximum(source[first], source[stop - 1]) + along[stop - 1]
         near.append(close & np.any(whole > NONE, axis=1))
@@ -290,8 +290,8 @@ def peak_change(peak, segments, depths, to_source, deflection, near):
 def again(air, segments, depths, to_source, deflection):
     """Light scattered more than once, of each segment at the observer, (K, S, P) sr^-1."""
     field = air.diffuse_light
-    depths = Depths(depths.per_segment.astype(float), depths.first)
-    scaled = Depths(segments.column(field.scaled), depths.first)
+    depths = Depths(depths.per_segment.astype(float), depths.starts)
+    scaled = Depths(segments.column(field.scaled), depths.starts)
     middle, angle = (0.5 * (part[:-1] + part[1:]) for part in (to_source, deflection))
     nodes = elevation_weights(field.sine, middle)  # (K, S, U)
     turns = multiples(segments.upward_cosine[:, None], middle, angle, field.ordinates.azimuthal)  # (K, S, M)
@@ -336,9 +336,9 @@ class Scattered:
     def of(cls, air, segments, depths, to_source, deflection, phase=None):
         """That of a state; `phase` as of `scattering`."""
         paths = air.scaled_source_paths
-        scaled = Depths(segments.column(air.scaled_extinction), depths.first)
+        scaled = Depths(segments.column(air.scaled_extinction), depths.starts)
         light = scattering(segments, air.optics, deflection, phase, line_of(depths))
-        near = np.zeros((depths.first.size, to_source.shape[1]), bool)
+        near = np.zeros((depths.starts.size, to_source.shape[1]), bool)
         if np.any(air.optics.aerosol_scattering):
             near = peak_is_near(air.forward_peak, segments, depths, to_source, deflection)
         if near.any():

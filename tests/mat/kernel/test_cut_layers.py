@@ -110,7 +110,7 @@ def test_what_is_no_number_stays_none_along_its_line_and_at_its_point(synthetic_
     )
     depth = lines.depths.per_segment.copy()
     depth[3, 1] = np.nan
-    broken, shape = Depths(depth, lines.depths.first), (len(depth) + 1, 1)
+    broken, shape = Depths(depth, lines.depths.starts), (len(depth) + 1, 1)
     angles = np.full(shape, 0.5), np.full(shape, 0.3)
     light = air.scattered_light.along(lines.segments, broken, *angles)
     assert np.isnan(light[:, 0]).tolist() == [[False, True, False], [False] * 3]

@@ -24,7 +24,7 @@ print(digest(*pickle.load(open(sys.argv[1], "rb"))))
 
 def digest(air, lines):
     """Of all that the kernel computes."""
-    single = Depths(lines.depths.per_segment.astype(np.float32), lines.depths.first)
+    single = Depths(lines.depths.per_segment.astype(np.float32), lines.depths.starts)
     results = (
         air.scattered_light.along(*lines.arguments),
         air.scattered_light.in_band(*lines.arguments, np.linspace(1.0, 2.0, air.optics.wavenumber.size)),

@@ -85,7 +85,7 @@ def test_the_cases_have_what_they_are_for(lit):
 def test_any_number_of_points_gives_the_light_of_all(case, points):
     air, lines = case("haze", MANY)
     some = np.arange(points) * 3
-    part, few = air.part(some), Depths(lines.depths.per_segment[:, some], lines.depths.first)
+    part, few = air.part(some), Depths(lines.depths.per_segment[:, some], lines.depths.starts)
     few_lines = replace(lines, depths=few)
     light = part.scattered_light.along(*few_lines.arguments)
     assert_close(light, Scattered.of(part, *few_lines.arguments).along(), axis=(0, 1))
@@ -93,7 +93,7 @@ def test_any_number_of_points_gives_the_light_of_all(case, points):
 
 def test_depths_in_single_precision(case):
     air, lines = case("cloud")
-    single = replace(lines, depths=Depths(lines.depths.per_segment.astype(np.float32), lines.depths.first))
+    single = replace(lines, depths=Depths(lines.depths.per_segment.astype(np.float32), lines.depths.starts))
     light = air.scattered_light.along(*single.arguments)
     assert_close(light, Scattered.of(air, *lines.arguments).along(), axis=2)
 
@@ -134,7 +134,7 @@ def test_no_segment_and_no_source_give_no_light(case):
 @pytest.mark.parametrize("name", ["clear", "fog"])
 def test_lines_joined_in_any_groups_send_the_same_bytes(case, name):
     air, lines = case(name)
-    weight, first = np.linspace(1.0, 2.0, FEW), np.append(lines.depths.first, len(lines.to_source))
+    weight, first = np.linspace(1.0, 2.0, FEW), np.append(lines.depths.starts, len(lines.to_source))
     light, band = (
         air.scattered_light.along(*lines.arguments),
         air.scattered_light.in_band(*lines.arguments, weight),
@@ -168,7 +168,7 @@ def test_nothing_is_read_of_memory_before_it_is_written(case, name, monkeypatch)
             air.forward_peak if np.any(air.optics.aerosol_scattering) else None,
             air.diffuse_light,
         )
-        single = Depths(lines.depths.per_segment.astype(np.float32), lines.depths.first)
+        single = Depths(lines.depths.per_segment.astype(np.float32), lines.depths.starts)
         return (
             light.along(*lines.arguments),
             light.in_band(*lines.arguments, weight),

@@ -18,7 +18,7 @@ def assert_close(radiance, wanted, real):
 
 
 def of(depths, real):
-    return Depths(depths.per_segment.astype(real), depths.first)
+    return Depths(depths.per_segment.astype(real), depths.starts)
 
 
 @pytest.mark.parametrize("real", [np.float32, np.float64])
@@ -35,7 +35,7 @@ def test_of_segments(case, name, real):
 def test_any_number_of_points(case, points, real):
     air, lines = case("haze", MANY)
     some = np.arange(points)
-    part, few = air.part(some), Depths(lines.depths.per_segment[:, some], lines.depths.first)
+    part, few = air.part(some), Depths(lines.depths.per_segment[:, some], lines.depths.starts)
     assert_close(part.thermal_radiance(lines.segments, of(few, real)), thermal(part, lines.segments, few), real)
 
 
@@ -52,7 +52,7 @@ def test_depths_of_any_size(case, name, depth, real):
 @pytest.mark.parametrize("name", ["clear", "fog"])
 def test_lines_joined_in_any_groups_send_the_same_bytes(case, name, real):
     air, lines = case(name)
-    joined, first = air.thermal_radiance(lines.segments, of(lines.depths, real)), lines.depths.first
+    joined, first = air.thermal_radiance(lines.segments, of(lines.depths, real)), lines.depths.starts
     for number, path in enumerate(lines.paths):
         alone = air.thermal_radiance(path.segments, of(path.segment_depths, real))
         assert np.array_equal(alone, joined[first[number] :][: len(alone)])

@@ -130,8 +130,8 @@ def test_shared_points_may_miss_the_tolerance_where_their_number_is_limited(
 ):
     """By 1.3 times it, which points of the state's own air would miss too; otherwise these are fitted."""
     brighter = {kind: 1.0013 * values for kind, values in result.exact.unlit.items()}
-    approximate = replace(result.exact, unlit=brighter, first=np.arange(result.exact.first.size))
-    chosen = replace(result.chosen, index=result.exact.first, ladder=np.array([fit_error]))
+    approximate = replace(result.exact, unlit=brighter, interval_start=np.arange(result.exact.interval_start.size))
+    chosen = replace(result.chosen, index=result.exact.interval_start, ladder=np.array([fit_error]))
     for name in ("_fits", "_choices"):
         monkeypatch.setattr(band_cache, name, OrderedDict())
     monkeypatch.setattr(band_cache, "choose_points", lambda *args, **settings: chosen)

@@ -204,7 +204,7 @@ def test_rows_of_a_balloon_that_sinks_are_left_out_and_counted(tmp_path):
     flown = ["time[s]," + rows[0], *(f"{n},{row}" for n, row in enumerate([*rows[1:3], rows[1], rows[2], *rows[3:]]))]
     levels = read_levels(saved(tmp_path, "\n".join(flown) + "\n", "air.csv"))
     assert levels.altitude == pytest.approx([row[0] for row in AIR])
-    assert levels.notes == ("has 2 of 7 levels that do not rise above those before; they are left out",)
+    assert levels.notes == ("has 2 of 7 levels that do not rise above those before; they are not read",)
 
 
 def test_altitudes_that_the_archive_lacks_follow_from_hydrostatic_balance(tmp_path):

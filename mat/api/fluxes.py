@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from skyshine.mat.api.air import described_air, on_the_day, source_on_the_day, state_air, with_air_keys
 from skyshine.mat.api.arguments import numbers, wavenumber_limits
-from skyshine.mat.api.spectrum import IRRADIANCE
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, default_water_continuum
 from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
@@ -21,6 +20,7 @@ from skyshine.mat.atmosphere.spectra.level_fluxes import LevelFluxes
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.scene.sources import source_irradiance
 from skyshine.mat.tables.dataset import dataset
+from skyshine.mat.tables.spectrum_file import IRRADIANCE
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 

@@ -15,20 +15,19 @@ import yaml
 
 from skyshine.mat.api.air import described_air, on_the_day, source_on_the_day, state_air, with_air_keys
 from skyshine.mat.api.arguments import number, numbers, wavenumber_limits
+from skyshine.mat.api.spectrum_comparison import SpectrumComparison, compared
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, default_water_continuum
 from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, SpectralPoints
 from skyshine.mat.atmosphere.spectra.spectrum import LineSpectrum, line_spectrum
 from skyshine.mat.tables.dataset import Column, dataset
-from skyshine.mat.tables.spectrum_file import write_spectrum, write_spectrum_csv
+from skyshine.mat.tables.other_spectra import read_other_spectrum
+from skyshine.mat.tables.spectrum_file import IRRADIANCE, RADIANCE, write_spectrum, write_spectrum_csv
 from skyshine.schemas.errors import InputError
 
 if TYPE_CHECKING:
     import xarray
 
     from skyshine.mat.spectroscopy.line_points import LineByLinePoints
-
-RADIANCE = "W m^-2 sr^-1 (cm^-1)^-1"
-IRRADIANCE = "W m^-2 (cm^-1)^-1"
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +115,37 @@ class Spectrum(LineSpectrum):
             )
         else:
             raise InputError("is no name for a spectrum; allowed: a name that ends in .h5 or .csv", file=path)
+
+    def compare(self, file: str | os.PathLike[str]) -> SpectrumComparison:
+        """The spectrum beside that of a file, in bins that both cover.
+
+        Parameters
+        ----------
+        file : path
+            tape7, ``.tp7``, tape7.scn or ``.7sc`` of MODTRAN 4 and 5 (its first spectrum), or CSV of
+            ``wavenumber[cm^-1]`` or ``wavelength[um]``, ``transmittance``, ``path_thermal`` and ``path_scattered``.
+
+        Returns
+        -------
+        SpectrumComparison
+            Both spectra, their difference, its rms and their means over the bins.
+
+        Raises
+        ------
+        InputError
+            The file cannot be read or has no bin in common, or there are several lines of sight.
+
+        Examples
+        --------
+        >>> import skyshine.mat
+        >>> line = skyshine.mat.spectrum(range=1, wavenumber=(900, 1000))
+        >>> line.save("line.csv")
+        >>> line.compare("line.csv").rms["transmittance"] < 1e-7
+        True
+        """
+        if self.coords:
+            raise InputError(f"found lines of sight over {', '.join(self.coords)}; allowed: a single one; compare each")
+        return compared(self, read_other_spectrum(file))
 
     def __repr__(self) -> str:
         bins = f"<Spectrum {self.wavenumber[0]:g} to {self.wavenumber[-1]:g} cm^-1, {self.wavenumber.size} bins,"

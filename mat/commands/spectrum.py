@@ -20,6 +20,7 @@ from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
     from skyshine.mat.api.spectrum import Spectrum
+    from skyshine.mat.api.spectrum_comparison import SpectrumComparison
     from skyshine.mat.tables.dataset import Column
 
 
@@ -77,6 +78,12 @@ def air_options(function: Command) -> Command:
     "the whole range, in K; with --job and no range, over the job's only band.",
 )
 @click.option(
+    "--compare",
+    type=click.Path(),
+    help="Spectrum of another program: tape7, .tp7, tape7.scn or .7sc of MODTRAN, or CSV. Both and their difference are"
+    " printed or drawn, with band means and rms; the range is the file's by default.",
+)
+@click.option(
     "--fluxes",
     "level_fluxes",
     is_flag=True,
@@ -122,6 +129,7 @@ def command(
     source_elevation: float,
     water_continuum: str | None,
     compare_continua: bool,
+    compare: str | None,
     level_fluxes: bool,
     source_azimuth: float,
     line_by_line: str | None,
@@ -144,6 +152,8 @@ def command(
 
     Example: mat spectrum --job demo/job.yaml --state 2 --range 5 --wavelength 8:12 --out spectrum.h5
 
+    Example: mat spectrum --sounding tape5 --range 5 --compare tape7 --out comparison.png
+
     Example: mat spectrum --fluxes --profile tropical --source-elevation 60
 
     Example: mat spectrum --range 1 --wavenumber 2380:2400 --line-by-line hitran --resolution 0.1
@@ -153,6 +163,11 @@ def command(
     if level_fluxes:
         _print_fluxes(click.get_current_context(), as_json)
         return
+    if compare is not None and wavenumber is wavelength is None:
+        from skyshine.mat.tables.other_spectra import read_other_spectrum
+
+        covered = read_other_spectrum(compare).wavenumber
+        wavenumber = f"{covered[0]:.10g}:{covered[-1]:.10g}"
     if (wavenumber is None) == (wavelength is None) and not (compare_continua and job is not None and not wavenumber):
         raise InputError("give either --wavenumber LO:HI (cm-1) or --wavelength LO:HI (um)")
     if continua is not None and line_by_line is None:
@@ -177,7 +192,7 @@ def command(
     if compare_continua:
         from skyshine.mat.commands.continua import print_comparison
 
-        others = {"--line-by-line": line_by_line, "--out": out}
+        others = {"--line-by-line": line_by_line, "--out": out, "--compare": compare}
         for option in (name for name, value in others.items() if value is not None):
             raise InputError(f"found --compare-continua with {option}; leave one out")
         print_comparison(arguments, as_json=as_json)
@@ -187,13 +202,17 @@ def command(
     if continua is not None:
         arguments["continua"] = continua
     result = spectrum(**arguments)
-    if out is not None and out.lower().endswith(".png"):
+    observer = "the ground" if altitude is None else f"{altitude:g} km"
+    described = ", ".join(f"{key.replace('_', ' ')} {value}" for key, value in air.items() if value is not None)
+    state_name = (described or f"profile {PROFILE}") if job is None else f"state {state} of {Path(job).name}"
+    title = f"{state_name}, from {observer} at {elevation:g}°, " + (
+        "to space" if math.isinf(result.range) else f"{result.range / 1e3:.4g} km"
+    )
+    if compare is not None:
+        _give_comparison(result.compare(compare), title, out, as_json)
+    elif out is not None and out.lower().endswith(".png"):
         from skyshine.mat.tables.pictures import draw_spectrum
 
-        observer = "the ground" if altitude is None else f"{altitude:g} km"
-        described = ", ".join(f"{key.replace('_', ' ')} {value}" for key, value in air.items() if value is not None)
-        state_name = (described or f"profile {PROFILE}") if job is None else f"state {state} of {Path(job).name}"
-        title = f"{state_name}, from {observer} at {elevation:g}°, {result.range / 1e3:.4g} km"
         click.echo(draw_spectrum(result, title, out))
     elif out is not None:
         result.save(out)
@@ -207,6 +226,31 @@ def command(
             click.echo(line)
 
 
+def _give_comparison(comparison: SpectrumComparison, title: str, out: str | None, as_json: bool) -> None:
+    """Print a comparison as CSV or JSON, or write it as CSV or a picture."""
+    from skyshine.mat.tables.spectrum_file import csv_lines, write_spectrum_csv
+
+    if out is None and as_json:
+        content: dict[str, Any] = {name: quantity(values, unit) for name, (unit, values) in comparison.columns.items()}
+        content["mean"] = {name: list(means) for name, means in comparison.means.items()}
+        emit_json(content | {"rms": comparison.rms})
+    elif out is None:
+        for line in csv_lines(comparison.columns, comparison.summary):
+            click.echo(line)
+    elif out.lower().endswith(".h5"):
+        raise InputError(f"found --compare with --out '{out}'; allowed: a name that ends in .csv or .png")
+    else:
+        if out.lower().endswith(".csv"):
+            write_spectrum_csv(out, comparison.columns, comparison.summary)
+        else:
+            from skyshine.mat.tables.pictures import draw_comparison
+
+            draw_comparison(comparison, title, out)
+        click.echo(out)
+        for name, text in comparison.summary.items():
+            click.echo(f"{name}: {text}")
+
+
 _OF_LINES = {  # options that describe a line of sight or what is done with its spectrum
     "altitude": "--altitude",
     "elevation": "--elevation",
@@ -214,6 +258,7 @@ _OF_LINES = {  # options that describe a line of sight or what is done with its 
     "resolution": "--resolution",
     "source_azimuth": "--source-azimuth",
     "compare_continua": "--compare-continua",
+    "compare": "--compare",
     "line_by_line": "--line-by-line",
     "continua": "--continua",
     "out": "--out",

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 NAMED = ("state", "band", "date", "source")  # attributes that tell databases of one type apart
 SHOWN_PARTS = 8  # absorbers drawn in a spectrum
 RADIANCE = "W m⁻² sr⁻¹"
+PER_WAVENUMBER = "W m$^{-2}$ sr$^{-1}$ (cm$^{-1}$)$^{-1}$"
 _PIXELS = 360  # across the disc of a sky, as in its picture
 SHOWN = 12  # lines in one plot beyond which colours no longer tell them apart
 
@@ -84,7 +85,7 @@ def draw_spectrum(spectrum: Any, title: str, picture: StrPath) -> Path:
         for values, label in ((spectrum.path_thermal, "path, thermal"), (spectrum.path_scattered, "path, scattered")):
             if np.any(values > 0):
                 lower.semilogy(spectrum.wavenumber, np.where(values > 0, values, np.nan), lw=0.8, label=label)
-        lower.set(xlabel="wavenumber, cm$^{-1}$", ylabel="W m$^{-2}$ sr$^{-1}$ (cm$^{-1}$)$^{-1}$")
+        lower.set(xlabel="wavenumber, cm$^{-1}$", ylabel=PER_WAVENUMBER)
         lower.set_xlim(float(np.min(spectrum.wavenumber)), float(np.max(spectrum.wavenumber)))
         brightest = float(np.max(spectrum.path_thermal + spectrum.path_scattered))
         if brightest > 0:
@@ -93,6 +94,32 @@ def draw_spectrum(spectrum: Any, title: str, picture: StrPath) -> Path:
         micrometres.set_xlabel("wavelength, µm")
         for axis in (upper, lower):
             name_lines(axis)
+        return save_figure(figure, picture)
+
+
+def draw_comparison(comparison: Any, title: str, picture: StrPath) -> Path:
+    """Draw a `SpectrumComparison` into a PNG: both spectra of each quantity, and their difference below.
+
+    Raises
+    ------
+    InputError
+        The picture cannot be written.
+    """
+    with chart_style():
+        names = list(comparison.computed)
+        figure = new_figure(12, 4 * len(names))
+        figure.suptitle(title, fontsize=10)
+        axes = figure.subplots(2 * len(names), 1, sharex=True, squeeze=False, height_ratios=[3, 1] * len(names))[:, 0]
+        for name, both, below in zip(names, axes[::2], axes[1::2], strict=True):
+            both.plot(
+                comparison.wavenumber, comparison.reference[name], color=ORANGE, lw=1.0, label=comparison.file.name
+            )
+            both.plot(comparison.wavenumber, comparison.computed[name], color=BLACK, lw=0.8, label="computed")
+            both.set(ylabel=name.replace("_", " ") + ("" if name == "transmittance" else f"\n{PER_WAVENUMBER}"))
+            below.plot(comparison.wavenumber, comparison.difference[name], color=BLUE, lw=0.8)
+            below.set(ylabel=f"difference\nrms {comparison.rms[name]:.2g}")
+            name_lines(both)
+        axes[-1].set_xlabel("wavenumber, cm$^{-1}$")
         return save_figure(figure, picture)
 
 

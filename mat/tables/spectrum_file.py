@@ -16,6 +16,8 @@ from skyshine.schemas.whole_files import write_whole
 
 Columns = Mapping[str, tuple[str, npt.NDArray[np.float64]]]  # units and values (B,) by name, wavenumber first
 
+RADIANCE = "W m^-2 sr^-1 (cm^-1)^-1"
+IRRADIANCE = "W m^-2 (cm^-1)^-1"
 LONG_NAMES = {
     "wavenumber": "middle of the bin",
     "wavelength": "of the middle of the bin",

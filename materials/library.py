@@ -107,6 +107,7 @@ class MaterialLibrary:
         self._places = {entry.entry.name: entry for entry in sorted(entries, key=lambda entry: entry.entry.code)}
         self._names = {entry.entry.code: name for name, entry in self._places.items()}
         self._loaded: dict[str, Material] = {}
+        self._given: dict[str, Material] = {}  # of no files
         self._change: Callable[[Material], Material] = lambda material: material
 
     @property
@@ -132,7 +133,7 @@ class MaterialLibrary:
             There is none of this name, or one of its files is wrong.
         """
         if name not in self._loaded:
-            self._loaded[name] = self._change(_read(self._place(name)))
+            self._loaded[name] = self._change(self._given.get(name) or _read(self._place(name)))
         return self._loaded[name]
 
     def _place(self, name: str) -> _Place:
@@ -163,7 +164,19 @@ class MaterialLibrary:
     def changed(self, change: Callable[[Material], Material]) -> MaterialLibrary:
         """The same library whose materials went through a function."""
         library = MaterialLibrary(self.version, self.references, [*self._places.values()])
+        library._given = self._given
         library._change = lambda material: change(self._change(material))
+        return library
+
+    def with_materials(self, materials_of_job: Iterable[Material]) -> MaterialLibrary:
+        """The same library with materials of other names and codes that no file has; its version ends in ``+job``."""
+        by_name = {material.name: material for material in materials_of_job}
+        entries = [
+            _Place(IndexEntry(code=m.code, name=m.name, group=m.group, description=m.description), Path(), 0)
+            for m in by_name.values()
+        ]
+        library = MaterialLibrary(f"{self.version}+job", self.references, [*self._places.values(), *entries])
+        library._given, library._change = self._given | by_name, self._change
         return library
 
     def by_code(self, code: int) -> Material:

@@ -237,6 +237,8 @@ class Material:
         Backs in operation by name, which a job may choose in place of that of `thermal`.
     moisture : float or None
         Volume fraction of water that a job has put into its soil.
+    dry : Material or None
+        The material before that water; None where there is none.
     opened : OpenStand or None
         Canopy with gaps through which soil is visible, as a job requests; the spectra are then those of leaves and soil
         together, seen from above. None: a closed surface.
@@ -261,6 +263,7 @@ class Material:
     stand: Stand | None = None
     operated: Mapping[str, Back] = field(default_factory=dict)
     moisture: float | None = None
+    dry: Material | None = None
     opened: OpenStand | None = None
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from skyshine.mat.builder.failures import unread_sites
 from skyshine.mat.job.load import JobSites, LoadedJob, job_sites
+from skyshine.mat.job.own_materials import job_materials
 from skyshine.mat.plan.cost import estimate
 from skyshine.mat.plan.left_out import LeftOut
 from skyshine.mat.plan.physics import physics_left_out
@@ -26,7 +27,6 @@ from skyshine.mat.scene.sources import source_hours
 from skyshine.mat.scene.summary import state_summaries
 from skyshine.mat.scene.surface_notes import surface_notes
 from skyshine.mat.tables.dataset import dataset
-from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 
 if TYPE_CHECKING:
@@ -139,7 +139,6 @@ def _checked_sites(sites: JobSites) -> JobCheck:
     """The plan of all sites: each is read and checked as a build does; what else is said is of the first, its processor
     seconds times the number of sites.
     """
-    library = load_library()
     failed: dict[str, InputError] = {}
     warnings: list[str] = []
     tasks: dict[tuple[str, ...], Task] = {}
@@ -147,7 +146,7 @@ def _checked_sites(sites: JobSites) -> JobCheck:
     for number, name in enumerate(sites.names):
         try:
             loaded = sites.load(number)
-            plan = make_plan(loaded, library)
+            plan = make_plan(loaded, job_materials(loaded.trimmed.own_materials))
             check_size(loaded, plan, len(sites.names))
             check_scene(loaded)
             result = result or checked(loaded)
@@ -175,7 +174,7 @@ def checked(loaded: LoadedJob) -> JobCheck:
     InputError
         The first thing in the job that does not fit.
     """
-    plan = make_plan(loaded, load_library())
+    plan = make_plan(loaded, job_materials(loaded.trimmed.own_materials))
     check_size(loaded, plan)
     check_scene(loaded)
     return JobCheck(

@@ -10,11 +10,11 @@ from typing import Any
 
 from skyshine.mat.api.check import JobCheck, checked
 from skyshine.mat.job.load import load_job
+from skyshine.mat.job.own_materials import job_materials
 from skyshine.mat.render.needs_text import needs_text, with_needs
 from skyshine.mat.render.query_limits import LEAST_SHARE, SceneNeeds, scene_needs
 from skyshine.mat.render.reads import scene_reads
 from skyshine.mat.render.scene_file import load_scene
-from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.progress import Progress, silent
 from skyshine.schemas.whole_files import part_file
@@ -115,7 +115,8 @@ def needs(
     >>> less.write("demo/less.yaml")  # doctest: +SKIP
     """
     loaded_scene, loaded = load_scene(scene), load_job(job)
-    limits = scene_needs(loaded_scene, scene_reads(loaded_scene, progress), load_library(), loaded, least_share)
+    library = job_materials(loaded.trimmed.own_materials)
+    limits = scene_needs(loaded_scene, scene_reads(loaded_scene, progress), library, loaded, least_share)
     content = dict(loaded.document.data) | {"needs": {limit.key: limit.value for limit in limits.limits}}
     reduced = load_job(content, folder=loaded.folder)
     text = needs_text(loaded_scene.document.file.name, limits)

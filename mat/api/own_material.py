@@ -11,8 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.atmosphere.sources.solar import ground_sunlight
-from skyshine.mat.radiometry.levels import blackbody_weight, odds_factor, with_odds
+from skyshine.mat.job.own_materials import BORDER, free_codes, levelled, refuse_transmitting, with_emissivity
 from skyshine.materials.files import USER
 from skyshine.materials.library import ENVIRONMENT, Material, MaterialLibrary, load_library
 from skyshine.materials.records import Back
@@ -21,12 +20,8 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.whole_files import write_whole
 
-FIRST_CODE = 1001
 NAME = r"[a-z][a-z0-9_]*"
-BORDER = 2.5  # um; sunlight below, heat beyond
 GAP = 1.2  # neighbouring points of a file further apart than this ratio leave a gap
-ROUNDS = 4  # of the two levels, each of which moves the other by the little light beyond its side of the border
-THERMAL = ("conductivity", "density", "heat_capacity", "thickness")
 
 
 @dataclass(frozen=True)
@@ -99,11 +94,8 @@ def new_material(
     target = Path(folder)
     library = refuse_taken(name, like, target)
     pattern = library[like]
-    codes = {material.code for material in library}
-    number = (
-        next(candidate for candidate in range(FIRST_CODE, 65536) if candidate not in codes) if code is None else code
-    )
-    if number in codes:
+    number = next(free_codes(library)) if code is None else code
+    if number in {library.code(known) for known in library.names}:
         raise InputError(f"code {number} is that of '{library.by_code(number).name}'; remove --code for a free one")
     wavelength, reflectance, borrowed = _joined(pattern, spectrum)
     if emissivity is not None:
@@ -111,8 +103,8 @@ def new_material(
             raise InputError(
                 "found emissivity beside a spectrum or a thermal emissivity; allowed: one; remove the others"
             )
-        reflectance = np.where(wavelength < BORDER, reflectance, 1.0 - emissivity)
-    reflectance, levels = _levelled(wavelength, reflectance, absorptance, thermal_emissivity, source)
+        reflectance = with_emissivity(wavelength, reflectance, emissivity)
+    reflectance, levels = levelled(wavelength, reflectance, absorptance, thermal_emissivity, source)
     if emissivity is not None:
         levels.append(f"beyond {BORDER:g} um an emissivity of {emissivity:g} at all wavelengths ({source})")
     text = " ".join(description.split()) if description else f"Like {like}, with values of the user"
@@ -141,15 +133,8 @@ def refuse_taken(name: str, like: str, folder: Path) -> MaterialLibrary:
     library = load_library(folder if (folder / "mat.yaml").is_file() else None)
     if name in library:
         raise InputError(f"there is a material '{name}'; choose another name, or edit its files")
-    if library[like].transmits:
-        raise InputError(f"'{like}' lets light pass, so its spectrum has two columns; choose a material that does not")
+    refuse_transmitting(library[like])
     return library
-
-
-def of_first_layer(thermal: Mapping[str, float]) -> dict[str, float]:
-    """`values` of a material whose skin and first layer have the numbers of `THERMAL`; the skin keeps its thickness."""
-    numbers = {f"layers.1.{name}": value for name, value in thermal.items()}
-    return numbers | {f"skin.{name}": value for name, value in thermal.items() if name != "thickness"}
 
 
 def default_folder() -> Path:
@@ -186,33 +171,6 @@ def _stretches(wavelength: Floats, chosen: np.ndarray) -> tuple[tuple[float, flo
     """First and last wavelength of each run of chosen nodes."""
     runs = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(int)))
     return tuple((float(wavelength[a]), float(wavelength[b - 1])) for a, b in zip(runs[::2], runs[1::2], strict=True))
-
-
-def _levelled(
-    wavelength: Floats, reflectance: Floats, absorptance: float | None, emissivity: float | None, source: str
-) -> tuple[Floats, list[str]]:
-    """The spectrum (W,) with these means, and what was done to it."""
-    fine = np.geomspace(wavelength[0], 100.0, 8000)
-    value = np.interp(fine, wavelength, reflectance)
-    light = np.interp(fine, *ground_sunlight(), left=0.0, right=0.0) * np.gradient(fine)
-    heat = blackbody_weight(fine, 300.0) * np.gradient(fine)
-    below, factors = fine < BORDER, [1.0, 1.0]
-    for _ in range(ROUNDS):
-        for side, (inside, weight, level) in enumerate(((below, light, absorptance), (~below, heat, emissivity))):
-            if level is not None:
-                beyond = with_odds(value[~inside], factors[1 - side])
-                outside = float((1.0 - beyond) @ weight[~inside])
-                share = (level * weight.sum() - outside) / weight[inside].sum()
-                if not 0.0 < share < 1.0:
-                    raise InputError(f"no scaling of the sample gives an absorptance of {level:g}; choose another")
-                factors[side] = odds_factor(value[inside], weight[inside], share)
-    scaled = np.where(wavelength < BORDER, with_odds(reflectance, factors[0]), with_odds(reflectance, factors[1]))
-    words = []
-    if absorptance is not None:
-        words.append(f"below {BORDER:g} um scaled to a solar absorptance of {absorptance:g} ({source})")
-    if emissivity is not None:
-        words.append(f"beyond {BORDER:g} um scaled to a thermal emissivity of {emissivity:g} ({source})")
-    return scaled, words
 
 
 def _spectrum_text(

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.mat.job.fields import clock_interval
 from skyshine.mat.job.leaf_area import open_stands, refuse_no_soil
+from skyshine.mat.job.own_materials import job_materials
 from skyshine.mat.job.surface import Operation
 from skyshine.mat.scene.moisture import job_library, open_library, wet_grey
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
@@ -169,7 +170,8 @@ def temperature(
         if leaf_area_index is not None and model.leaf_area_index is not None:
             raise InputError("found leaf_area_index, which the job has too; allowed: in one of them; remove it here")
         if leaf_area_index is not None:
-            model = model.model_copy(update={"leaf_area_index": _checked_gaps(material, leaf_area_index)})
+            gaps = _checked_gaps(material, leaf_area_index, job_materials(model.own_materials))
+            model = model.model_copy(update={"leaf_area_index": gaps})
         library = job_library(model)
         if depth is not None and model.leaf_area_index is None:
             library = library.changed(
@@ -185,7 +187,7 @@ def temperature(
         record = read_record(forcing, 1e3 * (altitude or 0.0))
         library = load_library()
         if leaf_area_index is not None:
-            library = open_library(library, tuple(_checked_gaps(material, leaf_area_index).items()))
+            library = open_library(library, tuple(_checked_gaps(material, leaf_area_index, library).items()))
         elif depth is None and np.any(record.values["pressure"]):
             library = open_library(library, "library")
         surface = surface_material(material, {}, optical, library, record.wetting)
@@ -205,9 +207,11 @@ def _before(period: float, spin_up: int) -> str:
     return f"no days before: the record, {period / 3600:g} h, repeats"
 
 
-def _checked_gaps(material: str | os.PathLike[str], leaf_area_index: float | str) -> dict[str, float | str]:
+def _checked_gaps(
+    material: str | os.PathLike[str], leaf_area_index: float | str, library: MaterialLibrary
+) -> dict[str, float | str]:
     """The leaf area index of a material, as a job has it."""
-    name, library = os.fspath(material), load_library()
+    name = os.fspath(material)
     stands = [entry.name for entry in library if entry.stand is not None]
     try:
         open_stands({name: leaf_area_index}, stands)

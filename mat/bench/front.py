@@ -19,10 +19,11 @@ from skyshine.mat.bench.pixel_errors import Truths, measure
 from skyshine.mat.bench.rungs import STAGES, Rung
 from skyshine.mat.bench.settings import AS_WRITTEN, CHANGED, settings_of
 from skyshine.mat.job.load import LoadedJob
+from skyshine.mat.job.own_materials import job_materials
 from skyshine.mat.plan.plan import make_plan
 from skyshine.mat.plan.size import check_size
 from skyshine.mat.scene.check import check_scene
-from skyshine.materials.library import MaterialLibrary, load_library
+from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.documents import MAPPING
 from skyshine.schemas.errors import CheckFailed, InputError
 from skyshine.schemas.quantity import quantity
@@ -94,7 +95,7 @@ def check(loaded: LoadedJob, options: Options) -> None:
     InputError
     """
     find_source(options.lowtran_path)
-    check_size(loaded, make_plan(loaded, load_library()))
+    check_size(loaded, make_plan(loaded, job_materials(loaded.trimmed.own_materials)))
     check_scene(loaded)
 
 
@@ -118,7 +119,7 @@ def measured(
     Front
         The same one, after each rung and after the peers.
     """
-    library, front = load_library(), Front(loaded, options)
+    library, front = job_materials(loaded.trimmed.own_materials), Front(loaded, options)
     rungs: list[Rung] = []
     for setting in settings_of(loaded.document.data, options.kelvins):
         try:

@@ -21,12 +21,12 @@ from skyshine.mat.builder.parts import Part
 from skyshine.mat.builder.record import merge_parts, record_of, write_part, write_record
 from skyshine.mat.builder.tasks import draw_task, run_task
 from skyshine.mat.job.load import JobSites, LoadedJob
+from skyshine.mat.job.own_materials import job_materials
 from skyshine.mat.plan.plan import Kind, Task, make_plan, texture_file, used_materials
 from skyshine.mat.plan.size import check_size
 from skyshine.mat.products.product import TaskReport
 from skyshine.mat.scene.check import check_scene
 from skyshine.mat.tables.catalog import write_catalog
-from skyshine.materials.library import load_library
 from skyshine.schemas.errors import CheckFailed, InputError
 from skyshine.schemas.progress import Progress, silent
 
@@ -159,13 +159,13 @@ def _batches(sites: JobSites, share: Part | None, outcome: Outcome) -> Iterator[
     """The tasks of each site, read when they are asked for: textures, what waits for none of them, the others. Tasks of
     all sites in common come with the first.
     """
-    library, common = load_library(), True
+    common = True
     for number, name in enumerate(sites.names):
         if share is not None and not share.has_site(number, len(sites.names)):
             continue
         try:
             loaded = sites.load(number)
-            plan = make_plan(loaded, library)
+            plan = make_plan(loaded, job_materials(loaded.trimmed.own_materials))
             check_size(loaded, plan, len(sites.names))
             check_scene(loaded)
         except InputError as error:
@@ -305,4 +305,4 @@ def _say(loaded: LoadedJob, task: Task, report: TaskReport, progress: str) -> No
 def _materials(loaded: LoadedJob, folder: Path) -> tuple[str, ...]:
     """The materials to build: those of the job, or those that its finished textures use."""
     usage = [folder / texture_file(loaded, i) for i in range(len(loaded.trimmed.texture_jobs))]
-    return used_materials(loaded, load_library(), usage or None)
+    return used_materials(loaded, job_materials(loaded.trimmed.own_materials), usage or None)

@@ -99,8 +99,10 @@ def _kind(content: Mapping[str, Any]) -> tuple[str, Any]:
     kinds = [part for part in content.get("anyOf", [content]) if part.get("type") != "null"]
     (first, *others) = kinds
     if not others and first.get("type") in _NUMBERS:
-        closed = {"min": first.get("minimum"), "max": first.get("maximum")}
-        return "NUMBER", _NUMBERS[first["type"]](**closed)
+        lower, upper = first.get("exclusiveMinimum"), first.get("exclusiveMaximum")
+        limits = {"min": first.get("minimum", lower), "min_open": lower is not None}
+        limits |= {"max": first.get("maximum", upper), "max_open": upper is not None}
+        return "NUMBER", _NUMBERS[first["type"]](**limits)
     if not others and "enum" in first:
         return "NAME", click.Choice(first["enum"])
     names = [name for kind in kinds for name in kind.get("enum", [])] + content.get("examples", [])

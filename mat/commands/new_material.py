@@ -6,12 +6,12 @@ from pathlib import Path
 
 import click
 
+from skyshine.mat.commands.model_options import model_options
+from skyshine.mat.job.own_materials import THERMAL, OwnMaterial, of_first_layer
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
 
 UNITS = ["um", "nm", "angstrom", "m", "cm-1"]
-FRACTION = click.FloatRange(0, 1, min_open=True, max_open=True)
-POSITIVE = click.FloatRange(0, min_open=True)
 
 
 @click.command(
@@ -20,12 +20,7 @@ POSITIVE = click.FloatRange(0, min_open=True)
 )
 @click.argument("name")
 @click.option("--like", required=True, metavar="NAME", help="Base material for all unspecified properties.")
-@click.option("--absorptance", type=FRACTION, help="Absorptance of sunlight at the ground.")
-@click.option(
-    "--emissivity",
-    type=FRACTION,
-    help="Emissivity in all infrared bands; with --spectrum, for blackbody radiation of 300 K.",
-)
+@model_options(OwnMaterial, {key: key for key in OwnMaterial.model_fields if key != "like"})
 @click.option(
     "--spectrum",
     type=click.Path(path_type=Path),
@@ -36,11 +31,6 @@ POSITIVE = click.FloatRange(0, min_open=True)
 @click.option("--quantity", type=click.Choice(["reflectance", "emissivity"]), help="Quantity of its values.")
 @click.option("--wavelengths", type=click.Path(path_type=Path), help="File of the wavelengths of a USGS text file.")
 @click.option("--record", help="Name of the spectrum in an ENVI library or a table of many.")
-@click.option("--conductivity", type=POSITIVE, help="Thermal conductivity of skin and first layer, W m^-1 K^-1.")
-@click.option("--density", type=POSITIVE, help="Density of skin and first layer, kg m^-3.")
-@click.option("--heat-capacity", type=POSITIVE, help="Specific heat of skin and first layer, J kg^-1 K^-1.")
-@click.option("--thickness", type=POSITIVE, help="Thickness of the first layer, m.")
-@click.option("--description", help="Description for the list of materials, one line.")
 @click.option("--code", type=click.IntRange(1, 65535), help="Material code; by default the first free one from 1001.")
 @click.option(
     "--out",
@@ -66,7 +56,7 @@ def new(
     elsewhere. --absorptance scales it below 2.5 um. --emissivity is that of all wavelengths beyond, so of every band;
     with --spectrum, whose shape stays, it is the mean over radiation of 300 K.
     """
-    from skyshine.mat.api.own_material import THERMAL, default_folder, new_material, of_first_layer
+    from skyshine.mat.api.own_material import default_folder, new_material
     from skyshine.mat.scene.material_summary import material_summary
     from skyshine.materials.library import load_library
     from skyshine.materials.spectrum_files import Said, read_spectrum

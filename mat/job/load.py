@@ -17,6 +17,7 @@ from skyshine.mat.job.default_ground import with_default_ground
 from skyshine.mat.job.leaf_area import open_stands, refuse_no_soil
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.moisture import check_moisture
+from skyshine.mat.job.own_materials import library_with, own_names
 from skyshine.mat.job.plausibility import zone_doubt
 from skyshine.mat.job.series import MEMBER_LIMIT, Series, changed, members
 from skyshine.mat.job.sites import SiteDocument, has_sites, site_documents
@@ -26,7 +27,7 @@ from skyshine.mat.job.surface import named_operation
 from skyshine.mat.job.trim import limited_axes, trimmed
 from skyshine.mat.job.warnings import merged
 from skyshine.mat.radiometry.response_table import response_notes
-from skyshine.materials.library import MaterialLibrary, load_library
+from skyshine.materials.library import MaterialLibrary, load_library, unknown_material
 from skyshine.schemas.documents import Document, parse_model, problem_text, read_document
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.paths import job_path
@@ -204,9 +205,11 @@ def load_job(
 
 
 def _loaded(document: Document, library: MaterialLibrary, site_name: str) -> LoadedJob:
-    context = {"materials": library.names, "folder": document.file.resolve().parent}
+    names = (*library.names, *own_names(document.data))
+    context = {"materials": names, "folder": document.file.resolve().parent}
     document = _with_operations(document, library)
     stated = parse_model(document, Job, context)
+    stated, library = _with_own_materials(stated, document, library)
     _refuse_shared_names(stated, document)
     job = _with_air_times(_with_series(stated, document, context, bool(site_name)), document)
     _check_query_limits(job, document)
@@ -221,6 +224,22 @@ def _loaded(document: Document, library: MaterialLibrary, site_name: str) -> Loa
     zone = [text for text in [zone_doubt(site.utc_offset_h, site.longitude_deg, "site:")] if text]
     notes = (*zone, *_response_notes(job), *remarks, *weather_doubts(job), *warnings, *seasons)
     return LoadedJob(requested, trimmed(requested), document, notes, site_name)
+
+
+def _with_own_materials(stated: Job, document: Document, library: MaterialLibrary) -> tuple[Job, MaterialLibrary]:
+    """The job with a list of its materials, and the library with those of its own."""
+    job = stated.with_own_materials()
+    if job is stated:
+        return job, library
+    for name, definition in stated.materials.items() if isinstance(stated.materials, dict) else ():
+        if definition is None and name not in library:
+            raise document.error(("materials", name), f"materials.{name}: {unknown_material(name, library.names)}")
+        if definition is not None:
+            try:
+                library_with(library, ((name, definition),))
+            except InputError as error:
+                raise document.error(("materials", name), f"materials.{error.message}") from None
+    return job, library_with(library, job.own_materials) if job.own_materials else library
 
 
 def _with_operations(document: Document, library: MaterialLibrary) -> Document:

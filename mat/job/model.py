@@ -23,6 +23,7 @@ from skyshine.mat.job.default_nodes import OBSERVER_HEIGHTS_KM
 from skyshine.mat.job.fields import Tolerance, by_hour
 from skyshine.mat.job.leaf_area import LeafAreaIndex
 from skyshine.mat.job.moisture import SoilMoisture
+from skyshine.mat.job.own_materials import Definitions, OwnMaterials
 from skyshine.mat.job.query_limits import QueryLimits
 from skyshine.mat.job.series import MEMBER_LIMIT
 from skyshine.mat.job.site import Site
@@ -51,10 +52,16 @@ def _or_its_name(schema: dict[str, Any]) -> None:
 SIX_HOLD_K = 0.15  # tests/validation/test_tilted_faces.py
 WaterContinuum = Literal["mt_ckd_4.3_closure", "mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]
 
+
+def _kind_of_choice(value: object) -> str:
+    return "names" if isinstance(value, list) else "own" if isinstance(value, dict) else "word"
+
+
 MaterialChoice = Annotated[
     Annotated[Literal["used", "all"], pydantic.Tag("word")]
-    | Annotated[list[MaterialName], Field(min_length=1), pydantic.Tag("names")],
-    pydantic.Discriminator(lambda value: "names" if isinstance(value, list) else "word"),
+    | Annotated[list[MaterialName], Field(min_length=1), pydantic.Tag("names")]
+    | Annotated[OwnMaterials, pydantic.Tag("own")],
+    pydantic.Discriminator(_kind_of_choice),
 ]
 
 
@@ -139,7 +146,13 @@ class Job(StrictModel):
     textures: Annotated[tuple[JobTexture, ...], Field(max_length=10_000)] = Field(
         (), description="Images to classify, or finished .tmm.h5 files."
     )
-    materials: MaterialChoice = Field("used", description="Those the textures use, all of the library, or names.")
+    materials: MaterialChoice = Field(
+        "used",
+        description=(
+            "Those the textures use, all of the library, or names; or a mapping of names, in which one of the job's own"
+            " is defined: mine: {like: concrete, absorptance: 0.8}, and one of the library has no value."
+        ),
+    )
     operated: dict[MaterialName, Operation] = Field(
         {},
         description=(
@@ -202,6 +215,23 @@ class Job(StrictModel):
         description="Limits of the reads of scenes; nodes and sources that none of that reads are omitted.",
     )
     output: Output = Field(Output(), description="Folder of the files, pictures, and how large they may be.")
+
+    _own_materials: Definitions = pydantic.PrivateAttr(())
+
+    @property
+    def own_materials(self) -> Definitions:
+        """Materials that the job defines, by name; a loaded job has the names of all in `materials`."""
+        return self._own_materials
+
+    def with_own_materials(self) -> Job:
+        """The job with a list in the place of a mapping of materials."""
+        if not isinstance(self.materials, dict):
+            return self
+        job = self.model_copy(update={"materials": list(self.materials)})
+        job._own_materials = tuple(
+            (name, definition) for name, definition in self.materials.items() if definition is not None
+        )
+        return job
 
     @pydantic.model_validator(mode="before")
     @classmethod
@@ -298,7 +328,7 @@ class Job(StrictModel):
         for name in self.operated:
             if name in self.temperatures_c:
                 raise ValueError(f"found '{name}' in operated and in temperatures_c; allowed: one of them; remove one")
-        if isinstance(self.materials, list):
+        if isinstance(self.materials, list | dict):
             surrounding = {name for state in self.states for name in state.surrounding_materials}
             for name in [*self.operated, *self.temperatures_c]:
                 if name not in self.materials and name not in surrounding:

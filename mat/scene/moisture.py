@@ -14,6 +14,7 @@ from skyshine.mat.atmosphere.sources.solar import ground_sunlight
 from skyshine.mat.job.by_material import value_for
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.moisture import water_fraction
+from skyshine.mat.job.own_materials import job_materials
 from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
 from skyshine.mat.radiometry.water_film import film_reflectance, moist_reflectance
 from skyshine.mat.scene.canopy import opened
@@ -31,7 +32,7 @@ def job_library(job: Job) -> MaterialLibrary:
 
     Where a job has no `leaf_area_index`, stands have the library's own, unless it operates them.
     """
-    library = load_library()
+    library = job_materials(job.own_materials)
     if job.soil_moisture is not None:
         library = _moist_library(library, _hashable(job.soil_moisture))
     if job.leaf_area_index is not None:
@@ -123,6 +124,7 @@ def moist(material: Material, moisture: float, frost: float = 0.0) -> Material:
         material,
         thermal=moist_stack(material.thermal, material.soil, moisture, frost),
         moisture=moisture,
+        dry=material.dry or material,
         surface=surface,
         reflectance=reflectance,
         absorptance=1.0 - reflectance,

@@ -27,7 +27,6 @@ from skyshine.mat.surface.horizon import Horizon
 from skyshine.mat.surface.material import Canopy, SurfaceMaterial
 from skyshine.mat.surface.sun_path import SunPath
 from skyshine.mat.surface.weather import DRY, NearSurfaceAir, Wetting
-from skyshine.materials.library import load_library
 from skyshine.materials.records import Material, OpenStand
 from skyshine.schemas.errors import InputError
 
@@ -167,10 +166,10 @@ def _surface_material(material: Material, operated: Mapping[str, Operation], wet
         return _open_stand(material.name, material.opened, wetting)
     film, by_moisture = None, None
     if wetting.soil_moisture is not None and material.soil is not None:
-        dry = load_library()[material.name]
+        dry = material.dry or material
         by_moisture, material = moist_skin(dry), moist(dry, wetting.soil_moisture, wetting.frost)
     elif wetting.frost and material.moisture:
-        material = moist(load_library()[material.name], material.moisture, wetting.frost)
+        material = moist(material.dry or material, material.moisture, wetting.frost)
     if wetting.rain:
         film = film_skin(material)
     thermal = material.thermal

@@ -7,17 +7,17 @@ from collections.abc import Sequence
 from skyshine.mat.job.by_material import value_for
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.moisture import water_fraction
+from skyshine.mat.job.own_materials import job_materials
 from skyshine.mat.scene.material_summary import material_summary
 from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.surface.canopy import gap_towards
 from skyshine.mat.surface.soil_moisture import dry_layer
-from skyshine.materials.library import load_library
 from skyshine.materials.records import Material, OpenStand
 
 
 def surface_notes(job: Job, materials: Sequence[str]) -> list[str]:
     """A line for each material that the job's soil moisture changes, on which snow lies, or whose leaves have gaps."""
-    dry, moist = load_library(), job_library(job)
+    dry, moist = job_materials(job.own_materials), job_library(job)
     names = [name for name in materials if moist[name].soil is not None and moist[name].surface != dry[name].surface]
     stands = [stand for name in materials if (stand := moist[name].opened) is not None]
     closed = [name for name in materials if dry[name].stand is not None and moist[name].opened is None]

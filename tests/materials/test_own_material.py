@@ -8,8 +8,9 @@ from click.testing import CliRunner
 
 import skyshine.mat
 from skyshine import materials
-from skyshine.mat.api.own_material import new_material, of_first_layer
+from skyshine.mat.api.own_material import new_material
 from skyshine.mat.cli import main
+from skyshine.mat.job.own_materials import of_first_layer
 from skyshine.mat.scene.material_summary import material_summary
 from skyshine.materials.files import load_thermal
 from skyshine.materials.library import load_library

@@ -1,18 +1,20 @@
 """Writing and reading of the HDF5 databases: dimension scales, units, versions, hash, whole files or none.
 
 The subset of HDF5 is the one that netCDF-4, xarray, C and browser readers share: default library version,
-gzip with shuffle and Fletcher checksums, variable-length UTF-8 text, creation order kept, no times in the file.
+gzip with shuffle and Fletcher checksums, UTF-8 text (of variable length, but in attributes of arrays), creation order
+kept, no times in the file. Small arrays lie in the headers, under the headers' checksums.
 """
 
 from __future__ import annotations
 
 import io
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import metadata
+from math import prod
 from pathlib import Path
 from typing import Any, TypeAlias, cast
 
@@ -243,7 +245,20 @@ def _write_group(target: h5py.Group, group: Group) -> dict[str, bytes]:
     return digests
 
 
-_REFERENCE, _COMPACT_LIMIT = 16, 60_000  # bytes of one to a text; that fit into a header, which holds 64 KB
+_REFERENCE, _HEADER_LIMIT = 16, 60_000  # bytes of one to a text; that fit into a header, which holds 64 KB
+_MOST_ATTRIBUTES = 64  # of an array that are kept in its header
+_SMALL = 512  # bytes of an array that takes less room in its header than as a chunk of its own
+
+
+def _describe(dataset: h5py.Dataset, attributes: Mapping[str, Any]) -> None:
+    for name, value in attributes.items():
+        text = value.encode() if isinstance(value, str) else b""
+        if not 0 < len(text) <= _HEADER_LIMIT or b"\0" in text:
+            dataset.attrs[name] = value
+            continue
+        # Of fixed length: a heap of texts takes far more room.
+        kind = h5py.string_dtype("utf-8", len(text))
+        dataset.attrs.create(name, np.array(text, kind), dtype=kind)
 
 
 def _write_array(
@@ -256,15 +271,14 @@ def _write_array(
     digests: dict[str, bytes],
 ) -> h5py.Dataset:
     kind: np.dtype[Any] = np.dtype(data.dtype)
+    creation = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    creation.set_attr_phase_change(_MOST_ATTRIBUTES, 0)
     if isinstance(data, np.ndarray) and kind.kind in "UO":
         # The library follows damaged references to text out of the file; within the header of the array they are under
         # its checksum.
-        creation = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-        if _REFERENCE * data.size <= _COMPACT_LIMIT:
+        if _REFERENCE * data.size <= _HEADER_LIMIT:
             creation.set_layout(h5py.h5d.COMPACT)
-        dataset = target.create_dataset(
-            name, data=data.astype(object), dtype=h5py.string_dtype(), track_order=True, dcpl=creation
-        )
+        dataset = target.create_dataset(name, data=data.astype(object), dtype=h5py.string_dtype(), dcpl=creation)
     else:
         kind = np.dtype(float_type if kind.kind == "f" else kind).newbyteorder("<")
         content: dict[str, Any] = {"shape": data.shape}
@@ -272,20 +286,20 @@ def _write_array(
             content = {"data": data.astype(kind, copy=False)}
             digests[f"{target.name.rstrip('/')}/{name}"] = array_digest(content["data"])
         filters: dict[str, Any] = {}
-        if np.prod(data.shape) > 1:
+        if prod(data.shape) * kind.itemsize > _SMALL:
             shape = tuple(min(c, n) for c, n in zip(chunks or _chunk_shape(data.shape), data.shape, strict=True))
             filters = {
                 "chunks": shape,
                 "compression": "gzip",
-                "compression_opts": 4,
+                "compression_opts": 6,
                 "shuffle": True,
                 "fletcher32": True,
             }
-        dataset = target.create_dataset(name, dtype=kind, track_order=True, **content, **filters)
-    dataset.attrs["units"] = described.units
-    dataset.attrs["long_name"] = described.long_name
-    for key, value in (CF_NAMES.get(name, {}) | described.attributes).items():
-        dataset.attrs[key] = value
+        elif not isinstance(data, Streamed) and data.size:
+            creation.set_layout(h5py.h5d.COMPACT)
+        dataset = target.create_dataset(name, dtype=kind, dcpl=creation, **content, **filters)
+    described_as = {"units": described.units, "long_name": described.long_name}
+    _describe(dataset, described_as | CF_NAMES.get(name, {}) | described.attributes)
     return dataset
 
 

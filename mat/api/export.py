@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from skyshine.mat.exchange.axes import export_axes
+from skyshine.mat.exchange.cube import export_cubes
 from skyshine.mat.gpu.export import Frame, export_gpu
 from skyshine.mat.job.accuracy import pixel_kelvin
 from skyshine.mat.job.fields import tolerance_parts
@@ -15,7 +16,7 @@ from skyshine.mat.tables.raw import export_raw
 from skyshine.schemas.errors import InputError, nearest
 
 StrPath = str | os.PathLike[str]
-DatabaseFormat = Literal["raw", "axes", "gpu"]
+DatabaseFormat = Literal["raw", "axes", "gpu", "netcdf"]
 
 
 def export(
@@ -34,9 +35,9 @@ def export(
     ----------
     files : path or iterable of path
         Databases of `mat build`, or folders of them.
-    to : {"raw", "axes", "gpu"}
+    to : {"raw", "axes", "gpu", "netcdf"}
         Little-endian float32 beside a JSON header; atmospheric files with tables on five axes; half-float textures with
-        the shader that evaluates a pixel.
+        the shader that evaluates a pixel; the states of folders as cubes by date, for analysis.
     out : path
         Folder to write into.
     frame : Frame, optional
@@ -69,8 +70,10 @@ def export(
         return export_gpu(sources, Path(out), frame, lambda path: say(str(path)))
     if to == "raw":
         return [_said(export_raw(database, out), say) for database in _databases(sources, "*.h5")]
+    if to == "netcdf":
+        return [_said(path, say) for folder in sources for path in export_cubes(folder, Path(out))]
     if to != "axes":
-        raise InputError(f"found the format '{to}'; {nearest(to, ('raw', 'axes', 'gpu'))}")
+        raise InputError(f"found the format '{to}'; {nearest(to, ('raw', 'axes', 'gpu', 'netcdf'))}")
     try:
         kelvin = tolerance_parts(pixel_kelvin(tolerance))[0]
     except ValueError as error:

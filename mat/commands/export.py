@@ -12,6 +12,7 @@ from skyshine.schemas.errors import InputError, nearest
 FORMS = {
     "raw": "Little-endian float32 in one file beside a JSON header, for engines without HDF5.",
     "axes": "Atmospheric files with tables on five axes, whose nodes are placed by a tolerance.",
+    "netcdf": "The states of folders as cubes by date, for analysis with xarray and other readers of CF.",
     "gpu": "Half-float textures, u16 codes and the shader that evaluates a pixel from them.",
     "gazebo": "Heat signatures for the thermal camera of Gazebo.",
     "lut": "A look-up table for ISOFIT over water vapour, aerosol and geometry.",
@@ -133,3 +134,14 @@ def raw(files: tuple[Path, ...], out: Path) -> None:
     from skyshine.mat.api.export import export
 
     export(files, "raw", out, report=click.echo)
+
+
+@command.command("netcdf", epilog="Example: mat export built --to netcdf --out cubes")
+@click.argument("folders", nargs=-1, required=True, type=click.Path(path_type=Path))
+@out_option
+def netcdf(folders: tuple[Path, ...], out: Path) -> None:
+    """Write the states of FOLDERS of `mat build` as netCDF by date: temperatures at whole hours, and the quantities of
+    each band on five axes."""
+    from skyshine.mat.api.export import export
+
+    export(folders, "netcdf", out, report=click.echo)

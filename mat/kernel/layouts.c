@@ -64,7 +64,7 @@ static const Layout AIR[] = {
     {"thermal_reference", {"channel"}, 0, INFINITE, 0},
     {"thermal_ratio", {RAY}, 0, INFINITE, 0},
     {"source_reference", {"channel"}, 0, INFINITE, 0},
-    {"scattered_ratio", {"source_part", RAY}, 0, INFINITE, 0},
+    {"scattered_ratio", {"source_part", RAY}, ANY, 0},
     {"source_factor", {"source_part", "source_elevation", "scattering_angle"}, ANY, 0},
     {"source_rise", {"target_height"}, -90, 90, 0},
     {"direct_light", {"direct_light_part", "target_height", "elevation_above_rise"}, ANY, 0},

@@ -34,7 +34,7 @@ TYPES = {
 }
 INTRODUCTION = """\
 An HDF5 file that netCDF-4 and xarray open without conversion. Arrays are little-endian, in row-major order of the axes named below,
-compressed with the filters shuffle and deflate and protected by Fletcher-32. Every axis is a dimension scale of its group, with the
+compressed with the filters shuffle and deflate and protected by Fletcher-32; small ones lie in their headers, under the headers' checksums. Every axis is a dimension scale of its group, with the
 attributes `units`, `long_name` and, where a runtime interpolates on it, `interpolation` (`linear`, `linear_periodic`,
 `linear_folded`, `exact`), `period` and `out_of_range` (`error` or `clamp`); `examples/runtimes/README.md` defines the rules. In a
 group that has the array `material_name`, the arrays on a material axis name it in their attribute `coordinates`. A reader of

@@ -30,6 +30,7 @@ from skyshine.mat.quantities.channels.source_parts import (
     SourceParts,
     all_directions,
     at_other_nodes,
+    leading_parts,
     sampled_radiance,
     source_parts,
     telling_lines,
@@ -57,7 +58,7 @@ _THROUGH = 300  # of the sample's transmittances, with which light on surfaces i
 # Of the tolerance, which the choice of absorbers and that of directions may miss, root mean square. A low Sun along the
 # horizon errs by ten times as much as all lines do on average: 0.3 K asks for 17 directions.
 _SHARE, _SOURCE_SHARE = 0.1, 0.03
-_DIGITS_SHARE = 0.01  # of the tolerance, below which digits of path radiance are not stored
+_DIGITS_SHARE = 0.1  # of the tolerance, below which digits of what a reader interpolates are not stored
 # Tolerance, of the radiance seen, for which placing starts from all of `NodeCounts`: from fewer where it is coarser, as
 # linear interpolation errs with the square of the step, but for this share of them.
 _START, FEWEST = 0.01, 0.5
@@ -349,6 +350,11 @@ class ChannelTables:
         )
         self._known.clear()
         self._known[key] = replace(fields, scattered=fields.scattered[:0])
+        step = _DIGITS_SHARE * self.tolerance / self.scale.factor
+        factor, scattered = leading_parts(
+            sources.factor, fields.scattered, _SOURCE_SHARE * self.tolerance / self.scale.factor
+        )
+        sources, fields = replace(sources, factor=factor), replace(fields, scattered=scattered)
         content = ChannelContent(
             rays,
             nodes,
@@ -364,7 +370,8 @@ class ChannelTables:
             (float(base.range_km[0]), float(base.range_km[-1])),
             ends,
             dark_elevation(ends[1]),
-            _DIGITS_SHARE * self.tolerance / self.scale.factor,
+            step / self.scale.background,
+            step,
         )
         group = channel_group(content, Group(), {})
         return AtmosphereTable(Path("in memory"), "atmq", group, group.attributes)

@@ -111,10 +111,11 @@ def shade_error(
         generator.uniform(limits.min(), limits.max(), _PLACES)
         for limits in (np.asarray(scene.altitude), np.asarray(scene.slope))
     )
+    altitudes = np.unique(altitudes)  # one where the scene has one
     if at_slopes:
         slopes = generator.choice(np.asarray(scene.slope, float), _PLACES)
     azimuths = generator.uniform(0, 360, _PLACES)
-    sunlit = Scene(scene.sun, scene.weather, scene.sky, np.sort(altitudes), slopes, azimuths)
+    sunlit = Scene(scene.sun, scene.weather, scene.sky, altitudes, slopes, azimuths)
     morning = generator.uniform(5, 16)
     wall = float(scene.weather.air_temperature.mean()) + generator.uniform(-10, 20)
     shades = [
@@ -132,7 +133,7 @@ def shade_error(
             continue
         highest = np.full(kilometres.size, table.highest[number], float)
         code = np.full(kilometres.size, number + 1)
-        faces = [code, kilometres, np.zeros(kilometres.size), np.tile(slopes, _PLACES)]
+        faces = [code, kilometres, np.zeros(kilometres.size), np.tile(slopes, sunlit.altitude.size)]
         temperature, melts = _solved(material, days)
         start, *exact_days = temperature.reshape(len(forcings), -1, FINE_STEPS)
         melting, *melting_there = melts.reshape(len(forcings), -1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -43,8 +44,10 @@ from skyshine.materials.records import Material
 from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
-# Random values of each axis at which the interpolation error is measured; all their combinations are.
+# Random values of each axis at which the interpolation error is measured; all their combinations are. Of azimuths and
+# slopes fewer, to `_FEWEST_FACES`, where many materials are measured at each: some `_COLUMNS` columns are enough.
 PROBES = {"altitude_km": 3, "azimuth_deg": 5, "slope_deg": 5, "time_h": 24}
+_FEWEST_FACES, _COLUMNS = 3, 600
 FACE_AXES = ("azimuth_deg", "slope_deg")
 LEVEL_DEG, STEEP_DEG = 10.0, 60.0  # slopes of which errors are stated apart
 _SOLVER_METHOD = (
@@ -120,7 +123,8 @@ class TemperatureProduct:
             with report.stage("response"):
                 response = response_table(solver.materials, solver.scene(axes), steps=steps, given=solver.fixed)
         with report.stage("accuracy"):
-            probes = _places(requested, whole_day, random_stream(seed, Stream.TEMPERATURE_ERROR), fixed)
+            drawn = random_stream(seed, Stream.TEMPERATURE_ERROR)
+            probes = _places(requested, whole_day, drawn, len(materials), fixed)
             error, solver_error = _errors(solver, table, _rules(codes, axes, whole_day), probes, steps)
         notes = {
             "seed": seed,
@@ -309,19 +313,22 @@ def _rules(codes: Sequence[int], axes: Axes, whole_day: bool) -> list[AxisRule]:
     ]
 
 
-def _places(requested: Axes, whole_day: bool, generator: np.random.Generator, fixed: Collection[str] = ()) -> Axes:
-    """Random places on each of the job's own axes, those of a whole day and of azimuth also between last and first; of
-    fixed axes, which are read at their nodes, some of these.
+def _places(
+    requested: Axes, whole_day: bool, generator: np.random.Generator, materials: int, fixed: Collection[str] = ()
+) -> Axes:
+    """Random places on each of the job's own axes, for so many materials; those of a whole day and of azimuth also
+    between last and first; of fixed axes, which are read at their nodes, some of these.
     """
-    probes = {}
+    probes, faces = {}, int(np.clip(math.sqrt(_COLUMNS / materials), _FEWEST_FACES, PROBES["slope_deg"]))
     for name, nodes in requested.items():
+        most = min(PROBES[name], faces) if name in FACE_AXES else PROBES[name]
         if name in fixed:
-            probes[name] = np.sort(generator.choice(nodes, min(PROBES[name], nodes.size), replace=False))
+            probes[name] = np.sort(generator.choice(nodes, min(most, nodes.size), replace=False))
             continue
         period = PERIODS.get(name)
         if period is not None and nodes.size > 1 and (whole_day or name != "time_h"):
             nodes = np.append(nodes, nodes[0] + period)
-        drawn = random_coordinates(nodes, PROBES[name] if nodes.size > 1 else 1, generator)
+        drawn = random_coordinates(nodes, most if nodes.size > 1 else 1, generator)
         probes[name] = within_period(name, drawn)
     return probes
 
@@ -338,14 +345,16 @@ def _errors(
     """Errors of interpolation and of the solver's step, at all combinations of the places."""
     exact = solver.table(probes, steps).temperature.astype(float)
     other_steps, factor = _compared(steps)
-    comparison = solver.table(probes | {"altitude_km": probes["altitude_km"][:1]}, other_steps).temperature.astype(
-        float
+    few = (
+        probes | {name: probes[name][:_FEWEST_FACES] for name in FACE_AXES} | {"altitude_km": probes["altitude_km"][:1]}
     )
+    comparison = solver.table(few, other_steps).temperature.astype(float)
     mesh = np.meshgrid(rules[0].nodes, *probes.values(), indexing="ij", sparse=True)
     read = interpolate(
         table.temperature.astype(float), rules, dict(zip((rule.name for rule in rules), mesh, strict=True))
     )
-    error, difference = read - exact, factor * (exact[:, :1] - comparison)
+    error = read - exact
+    difference = factor * (exact[:, :1, :_FEWEST_FACES, :_FEWEST_FACES] - comparison)
     regions = {name: np.broadcast_to(inside, error.shape) for name, inside in _regions(solver.inputs[0], mesh).items()}
     return measure("temperature", error, error, regions=regions), measure("solver", difference, difference)
 

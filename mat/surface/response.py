@@ -29,8 +29,9 @@ from skyshine.mat.surface.relaxation import melting_cap
 from skyshine.mat.surface.solution import Method, Solution
 from skyshine.mat.surface.solver import DAY, FINE_STEPS, STEPS
 from skyshine.mat.surface.sun_path import SunPath
-from skyshine.mat.surface.table import rounded_bits
+from skyshine.mat.surface.table import FINEST
 from skyshine.schemas.arrays import Floats, Integers, Singles
+from skyshine.schemas.digits import rounded_bits, rounded_to
 
 RESPONSE_HOURS = np.arange(24.0)
 # m between altitudes at most: leaves draw water by the temperature and dryness of their air, so that what they lose at
@@ -349,13 +350,20 @@ def response_table(
         rounded_bits(table("kernel"), _DIGITS),
         table("temperature"),
         table("loss_slope"),
-        rounded_bits(table("loss_excess"), _DIGITS),
+        _rounded_loss(table("loss_excess"), table("loss_slope")),
         table("melt"),
         np.array([material.solar_absorptance - material.surface.delivered for material in materials], np.float32),
         np.array([material.thermal_emissivity for material in materials], np.float32),
         np.array([melting_cap(material) or NO_LIMIT for material in materials], np.float32),
         _film_table(materials, [response.film for response in responses], days, shape, given),
     )
+
+
+def _rounded_loss(excess: Singles, slope: Singles) -> Singles:
+    """Heat losses (..., O) to what changes the temperature by `FINEST` or less, for mean slopes (...) of the loss."""
+    offsets = np.abs(OFFSETS)
+    secant = np.abs(slope)[..., None] + np.abs(excess) / np.where(offsets > 0, offsets, np.inf)
+    return rounded_to(excess, FINEST * secant).astype(np.float32)
 
 
 def _film_table(

@@ -24,7 +24,7 @@ RADIANCE = "W m^-2 sr^-1"
 PATH = AXES[:3]
 VALID = "valid"
 AMBIENT_HARMONICS, GROUND_HARMONICS = "ambient_radiance_harmonics", "ground_radiance_harmonics"
-_DESCRIBED = {
+DESCRIBED = {
     "beta_star": ("km", "beta* = -5.5 r / ln(transmittance), equation (8)", {}),
     "path_radiance_ratio": (
         RADIANCE,
@@ -42,7 +42,7 @@ _DESCRIBED = {
         {"comment": "source elevation is the one at the surface point; normal to the beam"},
     ),
 }
-_AXES = {
+GRID_AXES = {
     "range": ("km", "line-of-sight range from the observer to the surface point"),
     "altitude": ("km", "observer altitude above sea level"),
     "elevation": ("degree", "line-of-sight elevation at the observer"),
@@ -145,7 +145,7 @@ def grid_group(tables: Mapping[str, Gridded], accuracy: Group) -> Group:
     axes = {name: _axis(name, nodes) for name, nodes in zip(path.axes, path.nodes, strict=True)}
     variables = {
         name: Variable(tables[name].axes, tables[name].values, units, words, more)
-        for name, (units, words, more) in _DESCRIBED.items()
+        for name, (units, words, more) in DESCRIBED.items()
     }
     variables[VALID] = Variable(
         PATH,
@@ -159,5 +159,5 @@ def grid_group(tables: Mapping[str, Gridded], accuracy: Group) -> Group:
 
 def _axis(name: str, nodes: np.ndarray) -> Axis:
     if name == "source_azimuth":
-        return table_axis(nodes, *_AXES[name], interpolation=FOLDED, period=360.0)
-    return table_axis(nodes, *_AXES[name], interpolation=LINEAR)
+        return table_axis(nodes, *GRID_AXES[name], interpolation=FOLDED, period=360.0)
+    return table_axis(nodes, *GRID_AXES[name], interpolation=LINEAR)

@@ -56,10 +56,10 @@ ALWAYS = {
     "scattered_ratio": Field(
         ("source_part", *NODES),
         RADIANCE,
-        "scattered path radiance over sum of source_reference (1 - exp(-optical depth))",
+        "field of scattered path radiance over sum of source_reference (1 - exp(-optical depth))",
     ),
     "source_factor": Field(
-        ("source_part", SOURCE_ELEVATION, "scattering_angle"), "1", "share of each part by direction"
+        ("source_part", SOURCE_ELEVATION, "scattering_angle"), "1", "share of each field by direction of the source"
     ),
     "source_rise": Field((TARGET,), "degree", "geometric elevation at which the source rises"),
     THERMAL_SHARE: Field(*_SHARES, "share of a wavelength in the emitted light of a channel", _LINEAR),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -26,6 +27,7 @@ from skyshine.mat.tables.channel_fields import (
     THERMAL_SHARE,
     fields_of,
 )
+from skyshine.schemas.digits import rounded_bits, rounded_to
 from skyshine.schemas.hdf5 import Axis, Group
 
 if TYPE_CHECKING:
@@ -38,9 +40,8 @@ if TYPE_CHECKING:
     from skyshine.mat.quantities.channels.wavelength_shares import WavelengthShares
     from skyshine.schemas.arrays import Floats
 
-_LOG_STEP = 2.0**-11  # of the logarithm of mean extinction: a quarter of a thousandth of optical depth
-_LAST_DIGIT = -150  # exponent of the smallest number in single precision
-_KEPT_BITS = 13
+_MOST_BY_DEPTH = math.exp(-1)  # largest change of a transmittance by the logarithm of its optical depth
+_KEPT_BITS = 13  # of the heights of the ends of paths
 _DIRECT_LIGHT = "direct_light"
 _BEAM_BITS = 16  # of direct light, whose parts cancel each other
 
@@ -68,8 +69,8 @@ class ChannelContent:
         Least and most that the file is for.
     dark_below : float
         Elevation at and below which there is no light of the source, degree.
-    radiance_step : float
-        Path radiance that does not matter, W m^-2 sr^-1: finer digits are not stored.
+    transmittance_step, radiance_step : float
+        Changes of transmittance and of path radiance [W m^-2 sr^-1] that do not matter: finer digits are not stored.
     """
 
     rays: RayCoordinates
@@ -86,6 +87,7 @@ class ChannelContent:
     range_km: tuple[float, float]
     altitude_km: tuple[float, float]
     dark_below: float
+    transmittance_step: float
     radiance_step: float
 
 
@@ -121,7 +123,7 @@ def _axes(content: ChannelContent) -> dict[str, Axis]:
         "direction": table_axis(nodes.direction, "1", "direction of the line of sight: 0 to 1 ground, 2 to 4 space"),
         "channel": _numbers(content.weight.size, "monochromatic channel"),
         "absorber": _numbers(content.absorbers.count, "absorber"),
-        "source_part": _numbers(max(sources.chosen_angle.size, 1), "direction of the source that the tables hold"),
+        "source_part": _numbers(max(len(sources.factor), 1), "field of scattered light"),
         SOURCE_ELEVATION: _source_elevation(sources.elevation, content.dark_below),
         "scattering_angle": table_axis(
             sources.angle, "degree", "angle between the line of sight and the source, at the observer"
@@ -160,25 +162,28 @@ def _paths(content: ChannelContent) -> dict[str, Floats]:
     fields = content.fields
     arrays = {
         "effective_radius": content.rays.effective_radius,
-        "log_mean_extinction": np.round(np.log(fields.extinction) / _LOG_STEP) * _LOG_STEP,
+        "log_mean_extinction": rounded_to(np.log(fields.extinction), content.transmittance_step / _MOST_BY_DEPTH),
         "absorber_factor": content.absorbers.factor,
         "channel_wavenumber": content.wavenumber,
         "channel_weight": content.weight / content.weight.sum(),
         "thermal_reference": content.light.thermal,
-        "thermal_ratio": _rounded(fields.thermal, step=content.radiance_step),
+        "thermal_ratio": rounded_to(fields.thermal, content.radiance_step / content.light.thermal.sum()),
     }
-    return arrays | ({END_RISE: _rounded(fields.end_rise)} if content.bends_paths else {})
+    return arrays | (
+        {END_RISE: rounded_bits(fields.end_rise.astype(np.float32), _KEPT_BITS)} if content.bends_paths else {}
+    )
 
 
 def _sources(content: ChannelContent) -> dict[str, Floats]:
     """Scattered light of paths; one direction without light where there is none."""
-    sources, sunlit = content.sources, content.sources.chosen_angle.size > 0
+    scattered, factor = content.fields.scattered, content.sources.factor
+    if not len(factor):
+        scattered, factor = np.zeros((1, *content.nodes.shape)), np.zeros((1, *factor.shape[1:]))
+    most = np.maximum(np.abs(scattered).max(axis=(1, 2, 3), keepdims=True)[..., 0], content.radiance_step)
     return {
         "source_reference": content.light.source,
-        "scattered_ratio": _rounded(
-            content.fields.scattered if sunlit else np.zeros((1, *content.nodes.shape)), step=content.radiance_step
-        ),
-        "source_factor": sources.factor if sunlit else np.zeros((1, *sources.factor.shape[1:])),
+        "scattered_ratio": rounded_to(scattered, content.radiance_step),
+        "source_factor": rounded_to(factor, content.radiance_step / most),
     }
 
 
@@ -187,7 +192,7 @@ def _surfaces(content: ChannelContent) -> dict[str, Floats]:
     surface = content.surface
     arrays = {"source_rise": surface.rise}
     for name, light in _light(surface).items():
-        value = _rounded(light.value, _BEAM_BITS) if name == _DIRECT_LIGHT else light.value
+        value = rounded_bits(light.value.astype(np.float32), _BEAM_BITS) if name == _DIRECT_LIGHT else light.value
         arrays |= {name: value, f"{name}_factor": light.factor}
     return arrays | ({GROUND_EMISSION: surface.ground_emission} if surface.thermal_harmonics is not None else {})
 
@@ -213,13 +218,3 @@ def _source_elevation(nodes: Floats, dark_below: float) -> Axis:
 
 def _numbers(count: int, words: str) -> Axis:
     return table_axis(np.arange(1, count + 1, dtype=np.int32), "1", words, interpolation=EXACT)
-
-
-def _rounded(values: Floats, bits: int = _KEPT_BITS, *, step: float = 0.0) -> Floats:
-    """Values with as many bits as their errors leave, and no digits below a step: the rest does not compress."""
-    _, exponent = np.frexp(values)
-    # The power of two at or below the step; values that single precision takes for 0 have no digits.
-    smallest = np.frexp(step)[1] - 1 if step > 0 else _LAST_DIGIT
-    last_bit = np.maximum(exponent - bits, smallest)
-    rounded: Floats = np.round(values * 2.0**-last_bit) * 2.0**last_bit
-    return rounded

@@ -37,7 +37,6 @@ if TYPE_CHECKING:
 
 COLUMN = ("material", "altitude", "azimuth", "slope")
 _PLACE = COLUMN[1:]
-_CHUNK_VALUES = 1 << 18  # 1 MiB, the cache of chunks of a reader that names none
 
 
 def material_axis(codes: Sequence[int]) -> Axis:
@@ -112,7 +111,6 @@ def htt_group(
             "K",
             "surface temperature",
             {"standard_name": "surface_temperature"},
-            _chunk(table.temperature.shape),
         ),
         "material_name": Variable(("material",), np.asarray(names, object), "1", "material name"),
     }
@@ -131,14 +129,6 @@ def htt_group(
             variables |= fields[1]
     groups = {"diagnostics": Group(column_axes, diagnostics), "accuracy": accuracy}
     return Group(all_axes, with_names(variables), groups, attributes)
-
-
-def _chunk(shape: tuple[int, ...]) -> tuple[int, ...]:
-    """All planes and times of a material and altitude, which pack better than parts of them, or some azimuths: a chunk
-    fits into HDF5's cache.
-    """
-    *_, azimuths, slopes, times = shape
-    return 1, 1, max(1, min(azimuths, _CHUNK_VALUES // (slopes * times))), slopes, times
 
 
 def midnight_of(date: dt.date, utc_offset_h: float) -> str:

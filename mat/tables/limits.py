@@ -108,7 +108,6 @@ LIMITS: dict[str, Limits] = {
     "thermal_reference": _NOT_NEGATIVE,
     "thermal_ratio": _NOT_NEGATIVE,
     "source_reference": _NOT_NEGATIVE,
-    "scattered_ratio": _NOT_NEGATIVE,
     "source_rise": _ELEVATION,
     "ground_emission": _NOT_NEGATIVE,
 }

@@ -97,7 +97,7 @@ def _kind(dataset: h5py.Dataset) -> str:
 
 
 def _units(dataset: h5py.Dataset) -> str:
-    return str(dataset.attrs.get("units", ""))
+    return str(as_text(dataset.attrs.get("units", "")))
 
 
 def _reading(dataset: h5py.Dataset) -> dict[str, Any]:

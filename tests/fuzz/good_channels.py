@@ -61,7 +61,7 @@ def channels(accuracy: Group, attributes: dict) -> Group:
         (0.001, 20.0),
         (0.01, 1.0),
         DARK_BELOW,
-        1e-5,
+        *(1e-5, 1e-5),
     )
     return channel_group(content, accuracy, attributes)
 

@@ -21,7 +21,7 @@ OUTSIDE: dict[str, tuple[float, ...]] = {
     "thermal_ratio": (-1.0,),
     "end_rise": (-1.5, 1.5),
     "source_reference": (-1.0,),
-    "scattered_ratio": (-1.0,),
+    "scattered_ratio": (),
     "source_factor": (),
     "source_rise": (-91.0, 95.0),
     "direct_light": (),

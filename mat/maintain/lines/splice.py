@@ -15,6 +15,7 @@ from skyshine.mat.atmosphere.gases.absorption import FILETYPE, NEGLIGIBLE, NO_DA
 from skyshine.mat.spectroscopy.table import DATA_VERSION
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
+from skyshine.schemas.hdf5_digest import as_text
 
 PathLike = str | os.PathLike[str]
 Arrays = dict[str, npt.NDArray[Any]]
@@ -117,14 +118,16 @@ def _open(path: PathLike) -> h5py.File:
 def _axis(group: h5py.Group, name: str, values: npt.NDArray[Any] | None = None) -> Axis:
     dataset = group[name]
     text = dataset.asstr()[...] if dataset.dtype.kind == "O" else dataset[...]
-    return Axis(text if values is None else values, dataset.attrs["units"], dataset.attrs["long_name"])
+    return Axis(
+        text if values is None else values, as_text(dataset.attrs["units"]), as_text(dataset.attrs["long_name"])
+    )
 
 
 def _variable(group: h5py.Group, name: str, dims: tuple[str, ...], values: npt.NDArray[Any]) -> Variable:
     about = dict(group[name].attrs)
     packed = {key: float(about[key]) for key in ("scale_factor", "add_offset") if key in about}
     chunks = (128, *values.shape[1:]) if packed else None
-    return Variable(dims, values, str(about["units"]), str(about["long_name"]), packed, chunks=chunks)
+    return Variable(dims, values, as_text(about["units"]), as_text(about["long_name"]), packed, chunks=chunks)
 
 
 def _by_interval(base: _Table, new: _Table, order: _Order) -> Group:

@@ -24,6 +24,7 @@ from skyshine.schemas.arrays import Floats, Integers
 # For diffuse light on surfaces, which changes more slowly.
 SKY_ELEVATIONS = (-18, -12, -8, -5, -2, 0, 3, 7, 14, 25, 40, 60, 90)
 MOST_PARTS = 40  # directions of the source: a limit of the file's size
+_TRIED = 1500
 _WORST = 25.0  # root mean square errors: what the aureole of a low Sun may miss, in which few directions lie
 
 
@@ -127,6 +128,45 @@ def source_parts(
     row, column = np.divmod(chosen.index, angle.size)
     factor = chosen.factor.T.reshape(chosen.count, elevation.size, angle.size)
     return SourceParts(elevation, angle, elevation[row], angle[column], factor)
+
+
+def leading_parts(factor: Floats, fields: Floats, allowed: float) -> tuple[Floats, Floats]:
+    """The fewest fields, and their factors by direction, that give the sum of all within an error.
+
+    They are the leading singular vectors of path radiance, nodes by directions (Eckart and Young 1936, Psychometrika 1:
+    211-218), so that the later ones are faint. The largest factor of each is 1.
+
+    Parameters
+    ----------
+    factor : (K, SE, SA) array
+    fields : (K, X, Z, U) array
+        Fields of the chosen directions on the nodes [W m^-2 sr^-1].
+    allowed : float
+        Root mean square error over all nodes and directions [W m^-2 sr^-1]; the largest is within `_WORST` times on
+        `_TRIED` nodes.
+
+    Returns
+    -------
+    factor : (k, SE, SA) array
+    fields : (k, X, Z, U) array
+        Values of both signs.
+    """
+    count = len(factor)
+    if count < 2:
+        return factor, fields
+    of_direction, inner_direction = np.linalg.qr(factor.reshape(count, -1).T)
+    of_node, inner_node = np.linalg.qr(fields.reshape(count, -1).T)
+    left, size, right = np.linalg.svd(inner_direction @ inner_node.T)
+    directions, nodes = of_direction @ left, of_node @ (right.T * size)
+    rest = np.sqrt(np.cumsum(size[::-1] ** 2)[::-1] / (len(directions) * len(nodes)))
+    tried = nodes[:: -(-len(nodes) // _TRIED)]
+    kept = max(1, int(np.count_nonzero(rest > allowed)))
+    while kept < count and np.abs(directions[:, kept:] @ tried[:, kept:].T).max() > _WORST * allowed:
+        kept += 1
+    directions, nodes = directions[:, :kept], nodes[:, :kept]
+    largest = directions[np.abs(directions).argmax(axis=0), np.arange(kept)]
+    scale = np.where(largest == 0, 1.0, largest)
+    return (directions / scale).T.reshape(kept, *factor.shape[1:]), (nodes * scale).T.reshape(kept, *fields.shape[1:])
 
 
 def telling_lines(sample: tuple[Integers, Floats], count: int) -> Integers:

@@ -183,7 +183,7 @@ def _table(file: Path, utc_offset_h: float, place: tuple[float, float] | None) -
         columns, needed = WEATHER_COLUMNS, ["air_temperature"]
         return read_readings(file, columns, needed, lambda cell: local_seconds(cell, utc_offset_h)), None, False
     form_file = read_form(text, file, form)
-    station = None if form_file.place is None else Station(*form_file.place)
+    station = None if form_file.location is None else Station(*form_file.location)
     return _local(form_file.readings, utc_offset_h, form_file.notes), station, form.typical
 
 

@@ -121,7 +121,7 @@ class TemperatureProduct:
         response = None
         if shaded:
             with report.stage("response"):
-                response = response_table(solver.materials, solver.scene(axes), steps=steps, given=solver.fixed)
+                response = response_table(solver.materials, solver.scene(axes), steps=steps, prescribed=solver.fixed)
         with report.stage("accuracy"):
             drawn = random_stream(seed, Stream.TEMPERATURE_ERROR)
             probes = _places(requested, whole_day, drawn, len(materials), fixed)
@@ -298,7 +298,7 @@ class Solver:
             list(axes["slope_deg"]),
             list(np.mod(axes["time_h"], 24.0)),
             steps=steps,
-            given=self.fixed,
+            prescribed=self.fixed,
         )
 
 

@@ -39,26 +39,26 @@ class OwnSlopes:
         inverse : (N, N) ndarray
             Transposed.
         """
-        own, stretch = np.maximum(slope, 0.0), common + stiffness
-        return cls(own - common, stretch / (own + stiffness), inverse)
+        column_slope, stretch = np.maximum(slope, 0.0), common + stiffness
+        return cls(column_slope - common, stretch / (column_slope + stiffness), inverse)
 
     def step(self, common: Reals) -> Reals:
         """The step x (columns, N) [K] from the common one c."""
         step = common * self.stretch
         for _ in range(_INNER):
-            rest = (step * self.excess) @ self.inverse
-            rest += step
-            np.subtract(common, rest, out=rest)
-            rest *= self.stretch
-            step += rest
+            correction = (step * self.excess) @ self.inverse
+            correction += step
+            np.subtract(common, correction, out=correction)
+            correction *= self.stretch
+            step += correction
         return step
 
 
 def steeper(
-    slope: Reals, change: Reals, unknown: Reals, loss: Reals, last_change: Reals, last: Reals, last_loss: Reals
+    slope: Reals, change: Reals, unknown: Reals, loss: Reals, last_change: Reals, previous: Reals, last_loss: Reals
 ) -> Reals:
     """Slopes, where the last step went too far at least the mean one over it: steps across a bend do not cycle then."""
-    step = unknown - last
+    step = unknown - previous
     with np.errstate(divide="ignore", invalid="ignore"):
         mean = (loss - last_loss) / step
     beyond = (change * last_change < 0) & (mean > slope)
@@ -86,28 +86,28 @@ class Anderson:
         if not self.steps:
             return target
         bend = self.steps[0][1]
-        first = _dot(bend, bend)
+        square = _dot(bend, bend)
         with np.errstate(divide="ignore", invalid="ignore"):
-            one = len(self.steps) == 1
-            weights = [_dot(bend, change) / first] if one else self._two(first, bend, change)
+            single = len(self.steps) == 1
+            weights = [_dot(bend, change) / square] if single else self._two(square, bend, change)
         result = target.copy()
         for weight, (step, _) in zip(weights, self.steps, strict=True):
             result -= np.where(np.isfinite(weight), weight, 0.0).astype(step.dtype)[:, None] * step
         return result
 
-    def _two(self, first: Floats, bend: Reals, change: Reals) -> list[Floats]:
-        """Weights of both steps; `first` is the square of the newer bend."""
+    def _two(self, square: Floats, bend: Reals, change: Reals) -> list[Floats]:
+        """Weights of both steps; `square` is the square of the newer bend."""
         older = self.steps[1][1]
         second, cross = _dot(older, older), _dot(bend, older)
         right, right_older = _dot(bend, change), _dot(older, change)
-        determinant = first * second - cross**2
+        determinant = square * second - cross**2
         # Nearly parallel differences carry one direction only.
-        single = determinant < np.sqrt(np.finfo(change.dtype).eps) * first * second
-        one = np.where(single, right / first, (second * right - cross * right_older) / determinant)
-        two = np.where(single, 0.0, (first * right_older - cross * right) / determinant)
-        return [one, two]
+        single = determinant < np.sqrt(np.finfo(change.dtype).eps) * square * second
+        newer = np.where(single, right / square, (second * right - cross * right_older) / determinant)
+        two = np.where(single, 0.0, (square * right_older - cross * right) / determinant)
+        return [newer, two]
 
 
-def _dot(one: Reals, other: Reals) -> Floats:
-    product: Floats = np.einsum("ct,ct->c", one, other).astype(float)
+def _dot(a: Reals, b: Reals) -> Floats:
+    product: Floats = np.einsum("ct,ct->c", a, b).astype(float)
     return product

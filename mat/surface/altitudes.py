@@ -29,8 +29,8 @@ def between_altitudes(nodes: Floats, values: Floats, altitude: Floats) -> Floats
     """
     if nodes.size == 1:
         return np.repeat(values, len(altitude), axis=0)
-    place = np.clip(np.searchsorted(nodes, altitude, side="right") - 1, 0, nodes.size - 2)
-    share = np.clip((np.asarray(altitude) - nodes[place]) / np.diff(nodes)[place], 0.0, 1.0)
+    lower = np.clip(np.searchsorted(nodes, altitude, side="right") - 1, 0, nodes.size - 2)
+    share = np.clip((np.asarray(altitude) - nodes[lower]) / np.diff(nodes)[lower], 0.0, 1.0)
     share = share.reshape(-1, *[1] * (values.ndim - 1))
-    between: Floats = values[place] * (1 - share) + values[place + 1] * share
+    between: Floats = values[lower] * (1 - share) + values[lower + 1] * share
     return between

@@ -50,13 +50,13 @@ def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: Floats, air: 
     boundary = material.thermal.back
     if boundary.kind in ("open", "cavity"):
         return _outdoor(boundary, forcing, hours)
-    given = boundary.heat_flux if boundary.kind == "heated" else boundary.temperature
-    if given is None and forcing.ground_mean is not None:
+    value = boundary.heat_flux if boundary.kind == "heated" else boundary.temperature
+    if value is None and forcing.ground_mean is not None:
         return _ground(material, forcing)
-    if given is None:
+    if value is None:
         mean = _of_season(np.atleast_2d(forcing.air_temperature), hours) if air is None else air
         return np.repeat(mean, forcing.shape[0] // len(mean), axis=0)
-    series = at_hours(given, hours if np.ndim(given) else np.zeros(1))
+    series = at_hours(value, hours if np.ndim(value) else np.zeros(1))
     return np.repeat(series[None, :], forcing.shape[0], axis=0)
 
 
@@ -83,13 +83,13 @@ def _of_season(air: Floats, hours: Floats) -> Floats:
     steps = air.shape[1]
     length = steps * float(hours[1] - hours[0]) if min(steps, len(hours)) > 1 else 0.0
     if length <= SEASON:
-        whole: Floats = air.mean(axis=1, keepdims=True)
-        return whole
+        mean: Floats = air.mean(axis=1, keepdims=True)
+        return mean
     half = round(0.5 * SEASON / length * steps)
     padded = np.concatenate([air[:, -half:], air, air[:, :half]], axis=1)
     total = np.cumsum(np.pad(padded, ((0, 0), (1, 0))), axis=1)
-    around: Floats = (total[:, 2 * half + 1 :] - total[:, : -2 * half - 1]) / (2 * half + 1)
-    return around
+    moving_mean: Floats = (total[:, 2 * half + 1 :] - total[:, : -2 * half - 1]) / (2 * half + 1)
+    return moving_mean
 
 
 @dataclass(frozen=True, eq=False)

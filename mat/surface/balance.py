@@ -171,8 +171,8 @@ class Balance:
         forced = forced_coefficient(wind, forcing.pressure, forcing.air_temperature, surface)
         warmer, colder = natural_coefficients(forcing.cos_slope, forcing.pressure, surface)
         self.even, self.odd = 0.5 * (warmer**3 + colder**3), 0.5 * (warmer**3 - colder**3)
-        least = np.where(stratified(surface) & (forcing.cos_slope >= 0), LEAST_OVER_GROUND, LEAST_CONVECTION)
-        self.least_cube, self.forced_cube = least**3, forced * forced * forced
+        natural = np.where(stratified(surface) & (forcing.cos_slope >= 0), LEAST_OVER_GROUND, LEAST_CONVECTION)
+        self.least_cube, self.forced_cube = natural**3, forced * forced * forced
         self.stability = None
         if stratified(surface):
             self.stability = Stability.of(wind, forcing.air_temperature, forcing.cos_slope, surface.roughness_length)
@@ -341,10 +341,12 @@ class Balance:
         logarithm of the transfer coefficient.
         """
         covered = np.where(deficit > 0, self.film, 1.0)
-        own = path + self.surface_path
-        film, rest = covered / path, (1 - covered) * self.wetness / own
-        flux: Reals = deficit * latent_heat * (film + rest)
-        slopes: Reals = slope * (film + rest) + deficit * latent_heat * bend * (film + rest * path / own)
+        resistance = path + self.surface_path
+        film, uncovered = covered / path, (1 - covered) * self.wetness / resistance
+        flux: Reals = deficit * latent_heat * (film + uncovered)
+        slopes: Reals = slope * (film + uncovered) + deficit * latent_heat * bend * (
+            film + uncovered * path / resistance
+        )
         return flux, slopes
 
     def fluxes(self, temperature: Reals) -> dict[str, Reals]:

@@ -92,8 +92,8 @@ def seen_temperature(canopy: Canopy, sources: Reals) -> Floats:
     """
     leaves, soil = np.split(np.asarray(sources, float), 2, axis=1)
     gap = gap_towards(canopy.leaf_area, 1.0)
-    seen: Floats = ((1 - gap) * leaves**4 + gap * soil**4) ** 0.25
-    return seen
+    temperature: Floats = ((1 - gap) * leaves**4 + gap * soil**4) ** 0.25
+    return temperature
 
 
 class CanopyBalance:
@@ -167,11 +167,11 @@ class CanopyBalance:
 
     def _below(self, soil: Reals) -> tuple[Reals, Reals]:
         """Net outward flux of soil, what leaves give it left out, and its slope, each (columns, N)."""
-        seen, seen_slope = self.soil.loss_and_slope(soil)
+        loss, loss_slope = self.soil.loss_and_slope(soil)
         calm, calm_slope = self.soil.given_to_air(soil, self.calm)
         return (
-            self.gap * seen + self.cover * calm - self.soil_light,
-            self.gap * seen_slope + self.cover * calm_slope,
+            self.gap * loss + self.cover * calm - self.soil_light,
+            self.gap * loss_slope + self.cover * calm_slope,
         )
 
     def by_ground(self, values: Reals) -> Reals:

@@ -43,11 +43,11 @@ def canopy_admittance(canopy: Canopy, s: Complexes) -> tuple[Complexes, Complexe
         Heat flux into soil and the space above it per kelvin of the soil, by area of ground.
     """
     stack = canopy.leaves.thermal
-    own, across = between_faces(stack.layers[0], s)
+    leaf, across = between_faces(stack.layers[0], s)
     skin = stack.skin
     below, _ = stack_response(canopy.soil.thermal, s)
     cover = 1.0 - gap_to_sky(canopy.leaf_area)
-    return own + s * (skin.thickness * skin.density * skin.heat_capacity), across, below + cover * own
+    return leaf + s * (skin.thickness * skin.density * skin.heat_capacity), across, below + cover * leaf
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,13 +108,13 @@ class CanopyConduction:
         """Temperatures (..., 2 N) [K] whose `flux` plus `conductance` times themselves is `flux` (..., 2 N)."""
         leaves, across, soil = self._response
         above, below = (np.fft.rfft(part) for part in np.split(flux, 2, axis=-1))
-        own, other = leaves + conductance, soil + conductance
-        determinant = own * other - self._cover * across**2
-        found = (
-            (other * above + across * below) / determinant,
-            (own * below + self._cover * across * above) / determinant,
+        leaf, ground = leaves + conductance, soil + conductance
+        determinant = leaf * ground - self._cover * across**2
+        spectra = (
+            (ground * above + across * below) / determinant,
+            (leaf * below + self._cover * across * above) / determinant,
         )
-        return np.concatenate([np.fft.irfft(part, self.times) for part in found], axis=-1)
+        return np.concatenate([np.fft.irfft(part, self.times) for part in spectra], axis=-1)
 
     def delayed(self, days: int) -> list[Floats]:
         """Matrices (2 N, 2 N) from the temperatures of a day to the flux 0, 1 ... days later."""

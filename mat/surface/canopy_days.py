@@ -74,7 +74,7 @@ def solve_canopy(
     Leaves and soil are solved together: the unknowns of a column are the temperatures of both at all times, the balance
     is diagonal in them and all that joins them, between each other and between times, is linear.
     """
-    first = "bdf2" if len(days) > 1 else scheme
+    scheme_name = "bdf2" if len(days) > 1 else scheme
     fine = max(fine_steps or steps, steps)
 
     def solve(name: str, chosen: Integers) -> Solution:
@@ -83,7 +83,7 @@ def solve_canopy(
             forcing.check()
         return _last_day(material, [each.columns(chosen) for each in forcings], name, (period, start_hour), chosen)
 
-    return by_sturdier_schemes(first, days[-1](steps).shape[0], solve)
+    return by_sturdier_schemes(scheme_name, days[-1](steps).shape[0], solve)
 
 
 def _last_day(
@@ -123,8 +123,8 @@ def _last_day(
             ends = np.array([(day.min(axis=1), day.max(axis=1)) for day in (*before, *drives[:-1])])
             below = below.after(to_soil, ends[:, 0].min(axis=0)[:, None], ends[:, 1].max(axis=0)[:, None])
         method = METHODS[scheme]
-        operator, whole = one_day if before else periodic, replace(below, source=source)
-        solve = partial(_solve_parts, material, operator, whole, method, names)
+        operator, problem = one_day if before else periodic, replace(below, source=source)
+        solve = partial(_solve_parts, material, operator, problem, method, names)
         if forcing.rain is None:
             solution = solve(forcing, np.arange(forcing.shape[0]))
         else:
@@ -171,14 +171,14 @@ def _solve(
         relaxation = Relaxation.of_all_steps(balance, conduction, source)
         temperature, _, _, imbalance, iterations = relaxation.solve(balance, conduction, source)
         residual = np.abs(imbalance).max(axis=1)
-    left = np.flatnonzero(~(residual <= TOLERANCE))
-    if left.size:
-        unsettled = balance.columns(left)
-        result = solve_newton(unsettled, conduction, source[left], first_guess(unsettled), None, TOLERANCE)
-        refuse_unsettled(result.residual, balance.material, conduction, names[left])
-        temperature[left], residual[left] = result.temperature, result.residual
-        iterations[left] += result.iterations
-        methods[left] = Method(method + 1)
+    unconverged = np.flatnonzero(~(residual <= TOLERANCE))
+    if unconverged.size:
+        unsettled = balance.columns(unconverged)
+        result = solve_newton(unsettled, conduction, source[unconverged], first_guess(unsettled), None, TOLERANCE)
+        refuse_unsettled(result.residual, balance.material, conduction, names[unconverged])
+        temperature[unconverged], residual[unconverged] = result.temperature, result.residual
+        iterations[unconverged] += result.iterations
+        methods[unconverged] = Method(method + 1)
     loss = balance.loss(temperature)
     total = balance.by_ground(loss + conduction.flux(temperature) - source)
     return Solution(

@@ -56,12 +56,12 @@ class CanopyResponse:
     def __init__(self, material: SurfaceMaterial, forcing: Forcing, sources: Floats, scheme: str, at: Integers) -> None:
         assert material.canopy is not None
         canopy, steps = material.canopy, forcing.shape[1]
-        whole = CanopyBalance(forcing, material)
+        balance = CanopyBalance(forcing, material)
         self._balance = CanopyBalance(forcing.times(at), material)
-        _, slope = whole.loss_and_slope(sources)
+        _, slope = balance.loss_and_slope(sources)
         # Day's means (columns, 2) of leaves and soil, by the units of their rows.
         mean = np.maximum(slope.reshape(-1, 2, steps).mean(axis=2), _LEAST_SLOPE)
-        received = _received(material, forcing, whole.cover)
+        received = _received(material, forcing, balance.cover)
         conduction = CanopyConduction(canopy, steps, DAY, scheme)
         gap = float(gap_towards(canopy.leaf_area, 1.0))
         both = sources.reshape(-1, 2, steps)[:, :, at]
@@ -94,8 +94,8 @@ class CanopyResponse:
         moved = self._both + self._follows * (np.asarray(temperature, float) - self._seen)[:, None]
         columns, _, hours = moved.shape
         lost = self._balance.loss(np.maximum(moved, _COLDEST).reshape(columns, 2 * hours))
-        whole: Floats = (self._counts * lost.reshape(moved.shape)).sum(axis=1)
-        return whole
+        total: Floats = (self._counts * lost.reshape(moved.shape)).sum(axis=1)
+        return total
 
 
 def _received(material: SurfaceMaterial, forcing: Forcing, cover: float) -> Floats:

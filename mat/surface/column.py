@@ -82,12 +82,12 @@ class ColumnResult:
     leaf_temperature: Floats | None = None
     soil_temperature: Floats | None = None
 
-    def since(self, first: int) -> ColumnResult:
+    def since(self, start: int) -> ColumnResult:
         """The result from a time on, by number."""
         series = ("time", "temperature", "depth_temperature", "film", "leaf_temperature", "soil_temperature")
-        known = {name: values for name in series if (values := getattr(self, name)) is not None}
-        fluxes = {name: values[first:] for name, values in self.fluxes.items()}
-        return replace(self, fluxes=fluxes, **{name: values[first:] for name, values in known.items()})
+        arrays = {name: values for name in series if (values := getattr(self, name)) is not None}
+        fluxes = {name: values[start:] for name, values in self.fluxes.items()}
+        return replace(self, fluxes=fluxes, **{name: values[start:] for name, values in arrays.items()})
 
 
 def from_scene(
@@ -231,10 +231,10 @@ def _result(
     clock: tuple[list[float] | list[str], str],
     period: float,
     depth: float | None,
-    every: int = 1,
+    stride: int = 1,
     start_hour: float = 0.0,
 ) -> ColumnResult:
-    """The result at `every`-th solver time."""
+    """The result at `stride`-th solver time."""
     leaves, soil = None, None
     if solution.sources is None:
         fluxes = Balance(solution.under(forcing, material), material).fluxes(solution.temperature)
@@ -248,19 +248,19 @@ def _result(
     return ColumnResult(
         time=clock[0],
         time_units=clock[1],
-        temperature=surface[::every],
-        fluxes={name: np.asarray(values[0, ::every], float) for name, values in fluxes.items()},
+        temperature=surface[::stride],
+        fluxes={name: np.asarray(values[0, ::stride], float) for name, values in fluxes.items()},
         residual=float(solution.residual[0]),
         energy_closure=float(solution.energy_closure[0]),
         bound_excess=float(solution.bound_excess[0]),
         method=Method(solution.method[0]).name.lower(),
         iterations=int(solution.iterations[0]),
-        film=None if solution.film is None else solution.film[0, : surface.size : every],
-        leaf_temperature=None if leaves is None else leaves[::every],
-        soil_temperature=None if soil is None else soil[::every],
+        film=None if solution.film is None else solution.film[0, : surface.size : stride],
+        leaf_temperature=None if leaves is None else leaves[::stride],
+        soil_temperature=None if soil is None else soil[::stride],
         depth_temperature=None
         if depth is None
-        else _at_depth(material, forcing, surface, period, depth, start_hour)[::every],
+        else _at_depth(material, forcing, surface, period, depth, start_hour)[::stride],
     )
 
 
@@ -273,10 +273,10 @@ def _at_depth(
     drive = back_drive(material, forcing, hours)[0] + np.zeros(steps)
     waves = frequencies(steps, period, "spectral")
     from_surface, from_back = depth_response(material.thermal, waves, depth)
-    whole = np.fft.rfft(surface) * from_surface + np.fft.rfft(drive) * from_back
+    spectrum = np.fft.rfft(surface) * from_surface + np.fft.rfft(drive) * from_back
     if material.thermal.light:
-        whole = whole + np.fft.rfft(absorbed_sunlight(material, forcing)[0]) * light_at_depth(
+        spectrum = spectrum + np.fft.rfft(absorbed_sunlight(material, forcing)[0]) * light_at_depth(
             material.thermal, waves, depth
         )
-    temperature: Floats = np.fft.irfft(whole, steps)
+    temperature: Floats = np.fft.irfft(spectrum, steps)
     return temperature

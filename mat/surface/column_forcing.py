@@ -106,13 +106,13 @@ class Forcing:
     def stacked(cls, parts: Sequence[Forcing]) -> Forcing:
         """The columns of several forcings of the same times, one after the other."""
         shapes = [part.shape for part in parts]
-        whole = {
+        stacked = {
             name: np.concatenate(
                 [np.broadcast_to(getattr(part, name), shape) for part, shape in zip(parts, shapes, strict=True)]
             )
             for name in parts[0].given
         }
-        return cls(**whole)
+        return cls(**stacked)
 
     def columns(self, chosen: slice | Integers) -> Forcing:
         """The forcing of a slice or index array of columns."""
@@ -132,16 +132,16 @@ class Forcing:
         InputError
             A value is not a number, or negative where only positive makes sense; it names field, column and time.
         """
-        for name, given in self.given.items():
-            values = np.asarray(given, float)
+        for name, bounds in self.given.items():
+            values = np.asarray(bounds, float)
             limit = _LIMITS.get(name, 0.0)
             if values.min() >= limit and values.max() < np.inf:  # false where one is not a number
                 continue
             wrong = ~(np.isfinite(values) & (values >= limit))
-            place = np.argwhere(np.broadcast_to(wrong, self.shape))[0]
-            value = np.broadcast_to(values, self.shape)[tuple(place)]
+            position = np.argwhere(np.broadcast_to(wrong, self.shape))[0]
+            value = np.broadcast_to(values, self.shape)[tuple(position)]
             raise InputError(
-                f"found {name} = {value:g} in column {place[0]} at time step {place[1]}; "
+                f"found {name} = {value:g} in column {position[0]} at time step {position[1]}; "
                 f"allowed: finite numbers of at least {limit:g}; check the weather or sky that it comes from"
             )
 

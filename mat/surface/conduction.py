@@ -90,23 +90,23 @@ def _through(layer: Layer, s: Complexes, behind: _Norton) -> _Norton:
         if layer.thickness == 0:
             return behind
         return _Norton(1 / resistance, behind.transfer * _sech(x) / resistance)
-    parted = 1 + behind.admittance * resistance
-    return _Norton((behind.admittance + storage) / parted, behind.transfer * _sech(x) / parted)
+    divisor = 1 + behind.admittance * resistance
+    return _Norton((behind.admittance + storage) / divisor, behind.transfer * _sech(x) / divisor)
 
 
 def _back_boundary(stack: ThermalStack, s: Complexes) -> _Norton:
     """Norton equivalent of the back boundary."""
-    one, boundary = np.ones_like(s), stack.back
+    ones, boundary = np.ones_like(s), stack.back
     if boundary.kind == "fixed":
-        return _Norton(None, one)
+        return _Norton(None, ones)
     if boundary.kind in ("convective", "open"):
         coefficient = _given(boundary, "coefficient")
-        return _Norton(coefficient * one, coefficient * one)
+        return _Norton(coefficient * ones, coefficient * ones)
     if boundary.kind == "cavity":
         coefficient, exchange = _given(boundary, "coefficient"), _given(boundary, "exchange")
         beyond = exchange + s * _given(boundary, "capacity")
         return _Norton(coefficient * beyond / (coefficient + beyond), coefficient * exchange / (coefficient + beyond))
-    return _Norton(0 * one, one if boundary.kind == "heated" else 0 * one)
+    return _Norton(0 * ones, ones if boundary.kind == "heated" else 0 * ones)
 
 
 def _given(boundary: Back, name: str) -> float:
@@ -156,8 +156,8 @@ def between_faces(layer: Layer, s: Complexes) -> tuple[Complexes, Complexes]:
     """
     g, _ = _wave(layer, s)
     x = g * layer.thickness
-    own = layer.conductivity / (layer.thickness * _tanh_ratio(x))
-    return own, own * _sech(x)
+    same_face = layer.conductivity / (layer.thickness * _tanh_ratio(x))
+    return same_face, same_face * _sech(x)
 
 
 def surface_admittance(stack: ThermalStack, s: npt.ArrayLike) -> Complexes:
@@ -219,9 +219,9 @@ def depth_response(stack: ThermalStack, s: npt.ArrayLike, depth: float) -> tuple
         g, _ = _wave(layer, s)
         x = g * layer.thickness
         resistance = layer.thickness / layer.conductivity * _tanh_ratio(x)
-        parted = 1 + beyond.admittance * resistance
-        surface = surface * _sech(x) / parted
-        drive = (drive * _sech(x) + resistance * beyond.transfer) / parted
+        divisor = 1 + beyond.admittance * resistance
+        surface = surface * _sech(x) / divisor
+        drive = (drive * _sech(x) + resistance * beyond.transfer) / divisor
     return surface, drive
 
 
@@ -323,7 +323,9 @@ def delayed_weights(
     radius = 10.0 ** (-5.0 / length)
     delay = radius * np.exp(-2j * np.pi * np.arange(length // 2 + 1) / length)
     growth = radius ** np.arange(lags)
-    return tuple(np.fft.irfft(each, length)[:lags] / growth for each in response(_of_delay(delay, scheme) / step))
+    return tuple(
+        np.fft.irfft(spectrum, length)[:lags] / growth for spectrum in response(_of_delay(delay, scheme) / step)
+    )
 
 
 def circulant(harmonics: Complexes, steps: int) -> Floats:

@@ -136,8 +136,8 @@ def _multiplier(surface: SurfaceProperties) -> float:
 
 def lively(speed: npt.ArrayLike) -> Floats:
     """Wind speed [m/s], kept smoothly above that of the stillest outdoor air."""
-    kept: Floats = np.hypot(np.asarray(speed, float), _LEAST_WIND)
-    return kept
+    speed_floor: Floats = np.hypot(np.asarray(speed, float), _LEAST_WIND)
+    return speed_floor
 
 
 def momentum_logarithm(height: npt.ArrayLike, roughness_length: float) -> Floats:

@@ -22,10 +22,10 @@ def left_by_days_before(before: Sequence[Floats], blocks: Sequence[Floats], peri
 
     The first day stands for all before it: the whole of the periodic matrix less what has its own day.
     """
-    first = periodic - np.sum(blocks[: len(before)], axis=0)
-    matrices = [*blocks[1 : len(before)], first]
-    kept: Floats = np.sum([day @ block.T for day, block in zip(reversed(before), matrices, strict=True)], axis=0)
-    return kept
+    oldest = periodic - np.sum(blocks[: len(before)], axis=0)
+    matrices = [*blocks[1 : len(before)], oldest]
+    heat: Floats = np.sum([day @ block.T for day, block in zip(reversed(before), matrices, strict=True)], axis=0)
+    return heat
 
 
 def mean_air(forcings: Sequence[Forcing]) -> Floats:

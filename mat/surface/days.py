@@ -145,7 +145,7 @@ def _light_of_days(material: SurfaceMaterial, forcings: Sequence[Forcing], perio
     response = delayed_light(periodic.stack, DAY / steps, len(forcings) * steps, periodic.scheme)
     blocks = [day_block(response, steps, day) for day in range(len(forcings))]
     absorbed = [absorbed_sunlight(material, forcing) for forcing in forcings]
-    whole: Floats = absorbed[-1] @ blocks[0].T + left_by_days_before(
+    total: Floats = absorbed[-1] @ blocks[0].T + left_by_days_before(
         absorbed[:-1], blocks, penetrating_light_matrix(periodic)
     )
-    return whole
+    return total

@@ -103,11 +103,11 @@ def solved_enclosure(
     }
     largest = np.inf
     for _ in range(_PASSES if solved else 0):
-        around = replace(sky, enclosure=enclosure)
+        enclosed_sky = replace(sky, enclosure=enclosure)
         changes = {}
         largest = 0.0
         for name, (material, planes) in solved.items():
-            scene = Scene(sun, weather, around, altitude, SLOPES[planes], AZIMUTHS[planes])
+            scene = Scene(sun, weather, enclosed_sky, altitude, SLOPES[planes], AZIMUTHS[planes])
             emitter, kelvin = getattr(enclosure, name), _temperature(material, scene, steps)
             before = np.inf if emitter.temperature is None else emitter.temperature
             largest = max(largest, float(np.abs(kelvin - before).max()))
@@ -123,22 +123,22 @@ def solved_enclosure(
         )
     if "ground" not in solved:
         return enclosure
-    material, around = solved["ground"][0], replace(sky, enclosure=enclosure)
+    material, enclosed_sky = solved["ground"][0], replace(sky, enclosure=enclosure)
 
     @cache
     def ground_under(surroundings: Surroundings) -> Floats:
-        scene = Scene(sun, weather, around, altitude, SLOPES[:1], AZIMUTHS[:1], surroundings)
+        scene = Scene(sun, weather, enclosed_sky, altitude, SLOPES[:1], AZIMUTHS[:1], surroundings)
         return _temperature(material, scene, steps)
 
     return replace(enclosure, ground_under=ground_under)
 
 
-def _given(given: GivenEmitter, altitude: Floats) -> Emitter:
+def _given(emitter: GivenEmitter, altitude: Floats) -> Emitter:
     """An emitter with the temperatures that are given; those to be solved begin at air temperature."""
-    if given.temperature is None or isinstance(given.temperature, SurfaceMaterial):
-        return Emitter(given.emissivity, given.albedo)
-    day = at_hours(given.temperature, sun_hours())
-    return Emitter(given.emissivity, given.albedo, np.tile(day, (altitude.size, 1, 1)))
+    if emitter.temperature is None or isinstance(emitter.temperature, SurfaceMaterial):
+        return Emitter(emitter.emissivity, emitter.albedo)
+    day = at_hours(emitter.temperature, sun_hours())
+    return Emitter(emitter.emissivity, emitter.albedo, np.tile(day, (altitude.size, 1, 1)))
 
 
 def _temperature(material: SurfaceMaterial, scene: Scene, steps: int) -> Floats:

@@ -130,10 +130,10 @@ class Enclosure:
             Diffuse irradiance of a level surface without that from around the Sun [W m^-2]. What a plane has above its
             view of such a sky comes from around the Sun, and ends with the direct light.
         """
-        whole = 0.5 * (1 + np.cos(np.radians(slope)))
-        share = np.divide(views.sky, whole, out=np.zeros_like(whole), where=whole > 0)[:, None]
+        unobstructed = 0.5 * (1 + np.cos(np.radians(slope)))
+        share = np.divide(views.sky, unobstructed, out=np.zeros_like(unobstructed), where=unobstructed > 0)[:, None]
         visible = ~self.horizon.hides(sun.solar_elevation, sun.solar_azimuth)
-        even = np.minimum(diffuse, whole[:, None] * level[:, None])
+        even = np.minimum(diffuse, unobstructed[:, None] * level[:, None])
         return direct * visible, share * even + visible * (diffuse - even)
 
     def temperature(self, altitude: Floats, air: Floats) -> Floats:
@@ -195,6 +195,6 @@ class Enclosure:
 
     def _exchanged(self, reflectance: Floats, leaving: Floats) -> Floats:
         """What leaves ground and walls (A, 9, N) once they have lit each other."""
-        seen = np.column_stack([self.between.ground, self.between.walls])
-        matrix = np.eye(SLOPES.size) - reflectance[:, None] * seen
+        view_factors = np.column_stack([self.between.ground, self.between.walls])
+        matrix = np.eye(SLOPES.size) - reflectance[:, None] * view_factors
         return np.asarray(np.linalg.solve(matrix, leaving))

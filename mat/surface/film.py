@@ -107,9 +107,9 @@ def _root(loss: Floats, water: Floats) -> Floats:
     half = 0.5 * water - cube
     square = 0.25 * water * (water - 4.0 * cube)
     large = np.cbrt(half + np.sqrt(np.maximum(square, 0.0)))
-    one = large + third * third / np.maximum(large, _TINY)
+    single = large + third * third / np.maximum(large, _TINY)
     three = 2.0 * third * np.cos(np.arccos(np.clip(half / np.maximum(cube, _TINY), -1.0, 1.0)) / 3.0)
-    root: Floats = np.maximum(np.where(square >= 0, one, three) - third, 0.0)
+    root: Floats = np.maximum(np.where(square >= 0, single, three) - third, 0.0)
     for _ in range(2):
         root = np.sqrt(water / np.maximum(root + loss, _TINY))
     return root
@@ -127,18 +127,18 @@ def _returning(skin: FilmSkin, gain: Floats, potential: Floats) -> Floats:
 
     def after(film: Floats, chosen: Integers) -> Floats:
         share = covered_shares(supply[chosen], demand[chosen], film / skin.capacity)[:, -1]
-        whole: Floats = skin.capacity * share**1.5
-        return whole
+        mass: Floats = skin.capacity * share**1.5
+        return mass
 
-    every = np.arange(len(gain))
-    before = after(np.zeros(len(gain)), every)
+    rows = np.arange(len(gain))
+    before = after(np.zeros(len(gain)), rows)
     wet = np.flatnonzero(before > _RETURNS)
     low = before[wet]
     for _ in range(2):
         rise = after(low, wet)
         before[wet] = rise
-        left = rise - low > _RETURNS
-        wet, low = wet[left], rise[left]
+        unfinished = rise - low > _RETURNS
+        wet, low = wet[unfinished], rise[unfinished]
     high = np.full(wet.size, skin.capacity)
     for _ in range(_PERIODIC if wet.size else 0):
         middle = 0.5 * (low + high)
@@ -205,7 +205,7 @@ def solve_with_film(
     active = np.arange(columns)
     still = np.tile(np.atleast_2d(forcing.air_temperature) + np.zeros(forcing.shape), skin.sources)
     share = skin.next_film(forcing, still, step, before)[1]
-    film, whole = np.zeros(share.shape), None
+    film, complete = np.zeros(share.shape), None
     part_way, away = np.full((columns, 1), 0.5), np.zeros(share.shape)
     for number in range(ROUNDS):
         dry = forcing.columns(active)
@@ -214,19 +214,19 @@ def solve_with_film(
         start, temperature = None if before is None else before[active], skin.temperature(solution)
         film[active], following = skin.next_film(part, temperature, step, start)
         changed = skin.loss(skin.filmed(dry, following), temperature) - skin.loss(part, temperature)
-        left = np.abs(changed).max(axis=1)
-        solution = replace(solution, residual=np.maximum(solution.residual, left), film=film[active])
-        whole = solution if whole is None else whole.with_columns(active, solution)
-        keep = left > TOLERANCE
+        change = np.abs(changed).max(axis=1)
+        solution = replace(solution, residual=np.maximum(solution.residual, change), film=film[active])
+        complete = solution if complete is None else complete.with_columns(active, solution)
+        keep = change > TOLERANCE
         if not keep.any():
             break
-        active, wanted = active[keep], following[keep] - share[active[keep]]
+        active, update = active[keep], following[keep] - share[active[keep]]
         if number > _CAREFUL:
-            part_way[active] = aitken(part_way[active], away[active], wanted)
-        away[active] = wanted
-        share[active] += wanted * (part_way[active] if number >= _CAREFUL else 1.0)
-    assert isinstance(whole, Solution)
-    return whole
+            part_way[active] = aitken(part_way[active], away[active], update)
+        away[active] = update
+        share[active] += update * (part_way[active] if number >= _CAREFUL else 1.0)
+    assert isinstance(complete, Solution)
+    return complete
 
 
 def aitken(part: Floats, before: Floats, now: Floats) -> Floats:

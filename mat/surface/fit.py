@@ -66,7 +66,7 @@ class Fit:
 def fit_record(
     material: SurfaceMaterial,
     measured: MeasuredRecord,
-    free: Sequence[str],
+    parameter_names: Sequence[str],
     *,
     held_out: float | str = 0.25,
     spin_up: float = 1.0,
@@ -79,7 +79,7 @@ def fit_record(
     material : SurfaceMaterial
         Gives the start, and all that is not free.
     measured : MeasuredRecord
-    free : sequence of str
+    parameter_names : sequence of str
         Names out of `free_parameters.PARAMETERS`.
     held_out : float or str
         Share of the days, the last ones, that the fit does not see, or "alternate" for every second day.
@@ -100,7 +100,7 @@ def fit_record(
     measured = measured.averaged()
     record = measured.record
     fitted, aside = _parts(measured, held_out, spin_up)
-    parameters = free_parameters(material, free, float(record.values["air_temperature"].mean()))
+    parameters = free_parameters(material, parameter_names, float(record.values["air_temperature"].mean()))
     _refuse_few(measured, fitted, aside, len(parameters), held_out)
     search = _Search(SkinModel(material, record, parameters), measured, fitted, advance or (lambda _: None))
     before = _Search(SkinModel(material, record, ()), measured, fitted).temperatures(np.zeros(0))
@@ -118,7 +118,7 @@ def fit_record(
     )
     shares: Floats = result.x
     predicted, truth = search.temperatures(shares), search.truth(shares)[0]
-    found = uncertainty(np.where(fitted, predicted - truth, np.nan), search.slopes(shares), record.step)
+    certainty = uncertainty(np.where(fitted, predicted - truth, np.nan), search.slopes(shares), record.step)
     day = round(DAY / record.step)
     predictions = {
         "fit": predicted,
@@ -127,8 +127,8 @@ def fit_record(
         "day before": np.append(np.full(day, np.nan), truth)[: record.steps],
     }
     errors = skin_errors(truth, predictions, record.values["sw_down"], {"fitted": fitted, "held out": aside})
-    notes = not_identified(parameters, shares, found)
-    return Fit(parameters, shares, found, notes, truth, predicted, fitted, aside, errors)
+    notes = not_identified(parameters, shares, certainty)
+    return Fit(parameters, shares, certainty, notes, truth, predicted, fitted, aside, errors)
 
 
 def _parts(
@@ -146,7 +146,7 @@ def _parts(
         raise InputError(f"found a spin-up of {spin_up:g} days; allowed: 0 to less than the record", file=measured.file)
     elapsed = np.arange(record.steps) * record.step
     day = np.floor(elapsed / DAY + 1e-6).astype(int)
-    known = np.isfinite(measured.skin) & (elapsed >= spin_up * DAY - 1.0)
+    usable = np.isfinite(measured.skin) & (elapsed >= spin_up * DAY - 1.0)
     days = np.unique(day[elapsed >= spin_up * DAY - 1.0])
     if held_out == ALTERNATE:
         aside = days[1::2]
@@ -156,20 +156,20 @@ def _parts(
         many = min(max(round(held_out * len(days)), int(held_out > 0)), len(days) - 1)
         aside = days[len(days) - many :]
     chosen = np.isin(day, aside)
-    return known & ~chosen, known & chosen
+    return usable & ~chosen, usable & chosen
 
 
 def _refuse_few(
     measured: MeasuredRecord,
     fitted: npt.NDArray[np.bool_],
     aside: npt.NDArray[np.bool_],
-    free: int,
+    parameter_count: int,
     held_out: float | str,
 ) -> None:
-    if fitted.sum() < LEAST_READINGS * free:
+    if fitted.sum() < LEAST_READINGS * parameter_count:
         raise InputError(
             f"found {fitted.sum()} measured skin temperatures in the days of the fit; allowed: at least"
-            f" {LEAST_READINGS * free}, {LEAST_READINGS} a free parameter; use a longer record or free fewer",
+            f" {LEAST_READINGS * parameter_count}, {LEAST_READINGS} a parameter; use a longer record or free fewer",
             file=measured.file,
         )
     if held_out and not aside.any():
@@ -180,9 +180,11 @@ def _refuse_few(
 
 
 def _refuse_without_effect(material: SurfaceMaterial, parameters: tuple[FreeParameter, ...], slopes: Floats) -> None:
-    for index, each in enumerate(parameters):
+    for index, parameter in enumerate(parameters):
         if np.abs(slopes[:, index]).max() < _LEAST_EFFECT:
-            raise InputError(f"{each.name} has no effect on material '{material.name}' under this record; leave it out")
+            raise InputError(
+                f"{parameter.name} has no effect on material '{material.name}' under this record; leave it out"
+            )
 
 
 class _Search:
@@ -210,9 +212,9 @@ class _Search:
     def slopes(self, shares: Floats) -> Floats:
         """Of predicted less measured temperatures by the shares, (N, free)."""
         slopes = self.model.derivatives(shares, self._solved(shares)[1])
-        for index, each in enumerate(self.model.parameters):
-            if each.name == "emissivity":
-                slopes[:, index] -= self.truth(shares)[1] * each.slope(float(shares[index]))
+        for index, parameter in enumerate(self.model.parameters):
+            if parameter.name == "emissivity":
+                slopes[:, index] -= self.truth(shares)[1] * parameter.slope(float(shares[index]))
         return slopes
 
     def residuals(self, shares: Floats) -> Floats:
@@ -232,9 +234,9 @@ class _Search:
                 self.last = shares.tobytes(), *self.model.temperatures(shares, guess)
             except RuntimeError as error:
                 values = parameter_values(self.model.parameters, shares)
-                shown = ", ".join(f"{name} {value:.4g}" for name, value in values.items()) or "its own values"
+                listed = ", ".join(f"{name} {value:.4g}" for name, value in values.items()) or "its own values"
                 raise CheckFailed(
-                    f"material '{self.model.material.name}': {error} at {shown}; check the weather, or free fewer"
+                    f"material '{self.model.material.name}': {error} at {listed}; check the weather, or free fewer"
                     " parameters"
                 ) from None
         return self.last[1], self.last[2]

@@ -83,22 +83,22 @@ def uncertainty(residual: Floats, derivatives: Floats, step: float) -> Uncertain
     """
     from scipy.stats import t as student
 
-    known = np.isfinite(residual)
-    count, free = int(known.sum()), derivatives.shape[1]
-    error, slopes = np.where(known, residual, 0.0), np.where(known[:, None], derivatives, 0.0)
+    finite = np.isfinite(residual)
+    count, parameter_count = int(finite.sum()), derivatives.shape[1]
+    error, slopes = np.where(finite, residual, 0.0), np.where(finite[:, None], derivatives, 0.0)
     basis, singular, directions = np.linalg.svd(slopes, full_matrices=False)
     singular = np.maximum(singular, _FLOOR * max(float(singular[0]), np.finfo(float).tiny))
     lags = {1, max(round(_APART / step), 1)}
-    decay = max(_decay(error, known, basis, lag) for lag in lags)
+    decay = max(_decay(error, finite, basis, lag) for lag in lags)
     decay = min(decay + float(np.sqrt((1.0 - decay**2) / count)), _SLOWEST) if decay > 0 else 0.0
     between = basis.T @ _smeared(basis, decay)
     towards = directions.T / singular
-    ratio = float(np.trace(between)) / free  # of variances, to those of independent residuals
+    ratio = float(np.trace(between)) / parameter_count  # of variances, to those of independent residuals
     effective = count / ratio
-    freedom = max(effective - free, 1.0)
+    freedom = max(effective - parameter_count, 1.0)
     covariance = towards @ between @ towards.T * (float(error @ error) / max(count - float(np.trace(between)), 1.0))
     standard = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
-    quantile = float(student.ppf(1.0 - (1.0 - CONFIDENCE) / (2 * free), freedom))
+    quantile = float(student.ppf(1.0 - (1.0 - CONFIDENCE) / (2 * parameter_count), freedom))
     return Uncertainty(standard, covariance / np.outer(standard, standard), effective, quantile)
 
 
@@ -112,48 +112,46 @@ def _smeared(values: Floats, decay: float) -> Floats:
     return smeared
 
 
-def _decay(error: Floats, known: npt.NDArray[np.bool_], basis: Floats, lag: int) -> float:
+def _decay(error: Floats, finite: npt.NDArray[np.bool_], basis: Floats, lag: int) -> float:
     """Correlation of neighbours whose fit leaves the correlation that is found `lag` steps apart, by bisection."""
-    found = float(error[lag:] @ error[:-lag]) / max(float(error @ error), np.finfo(float).tiny)
-    if found * np.sqrt(np.sum(known)) < _SIGNIFICANT:
+    correlation = float(error[lag:] @ error[:-lag]) / max(float(error @ error), np.finfo(float).tiny)
+    if correlation * np.sqrt(np.sum(finite)) < _SIGNIFICANT:
         return 0.0
     low, high = 0.0, _SLOWEST
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if _left(known, basis, middle, lag) < found else (low, middle)
+        low, high = (middle, high) if _left(finite, basis, middle, lag) < correlation else (low, middle)
     return low
 
 
-def _left(known: npt.NDArray[np.bool_], basis: Floats, decay: float, lag: int) -> float:
+def _left(finite: npt.NDArray[np.bool_], basis: Floats, decay: float, lag: int) -> float:
     """Expected correlation `lag` steps apart of what a fit on an orthonormal basis (N, p) leaves of errors."""
-    smeared = _smeared(basis, decay) * known[:, None]
+    smeared = _smeared(basis, decay) * finite[:, None]
     between = basis.T @ smeared
-    apart = np.sum(known[lag:] & known[:-lag]) * decay**lag
+    apart = np.sum(finite[lag:] & finite[:-lag]) * decay**lag
     apart -= np.sum(basis[:-lag] * smeared[lag:]) + np.sum(smeared[:-lag] * basis[lag:])
     apart += np.sum((basis[:-lag] @ between) * basis[lag:])
-    return float(apart / (np.sum(known) - np.trace(between)))
+    return float(apart / (np.sum(finite) - np.trace(between)))
 
 
-def not_identified(parameters: Sequence[FreeParameter], shares: Floats, found: Uncertainty) -> tuple[str, ...]:
+def not_identified(parameters: Sequence[FreeParameter], shares: Floats, certainty: Uncertainty) -> tuple[str, ...]:
     """What a record cannot tell, one sentence each: ends at bounds, intervals of most of the bounds, pairs alike."""
     notes = []
-    for index, (each, share) in enumerate(zip(parameters, shares, strict=True)):
-        low, high = found.interval(index, float(share))
+    for index, (parameter, share) in enumerate(zip(parameters, shares, strict=True)):
+        low, high = certainty.interval(index, float(share))
         if min(share, 1.0 - share) < _AT_BOUND:
-            notes.append(
-                f"{each.name} ended at its bound {each.value(round(float(share))):.4g} {each.units}".removesuffix(" 1")
-                + "; hold it, or ask what else is wrong"
-            )
+            bound = f"{parameter.value(round(float(share))):.4g} {parameter.units}".removesuffix(" 1")
+            notes.append(f"{parameter.name} ended at its bound {bound}; hold it, or ask what else is wrong")
         if high - low > SPAN:
             notes.append(
-                f"{each.name} is not identified by this record: its interval spans {100 * (high - low):.0f} % of its"
-                " bounds; hold it"
+                f"{parameter.name} is not identified by this record: its interval spans {100 * (high - low):.0f} % of"
+                " its bounds; hold it"
             )
-        for other in range(index):
-            correlation = float(found.correlation[index, other])
+        for earlier in range(index):
+            correlation = float(certainty.correlation[index, earlier])
             if abs(correlation) > ALIKE:
                 notes.append(
-                    f"{parameters[other].name} and {each.name} are not told apart by this record: correlation"
-                    f" {correlation:+.3f}; hold one of them"
+                    f"{parameters[earlier].name} and {parameter.name} cannot be distinguished by this record:"
+                    f" correlation {correlation:+.3f}; hold one of them"
                 )
     return tuple(notes)

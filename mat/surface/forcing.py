@@ -198,11 +198,11 @@ def plane_irradiance(
     cosine = sun_cosine(slope, azimuth, solar_elevation, solar_azimuth)
     sine = np.maximum(np.sin(np.radians(solar_elevation)), 0.0)
     above = np.maximum(solar_elevation, LOWEST_AUREOLE)
-    around = sun_cosine(slope, azimuth, above, solar_azimuth) / np.sin(np.radians(above))
+    ratio = sun_cosine(slope, azimuth, above, solar_azimuth) / np.sin(np.radians(above))
     view = 0.5 * (1 + np.cos(np.radians(slope)))
     aureole = np.asarray(aureole, float)
     reflected = pvlib.irradiance.get_ground_diffuse(slope, direct * sine + diffuse, albedo=ground_albedo)
-    return direct * cosine, diffuse * (aureole * around + (1 - aureole) * view), reflected
+    return direct * cosine, diffuse * (aureole * ratio + (1 - aureole) * view), reflected
 
 
 def sun_cosine(
@@ -372,8 +372,10 @@ class Scene:
         """
         clear = self.sky.irradiance(self.sun, 0.0, np.asarray(self.altitude, float))
         (direct, diffuse), share = self._sunlight, self.sky.aureole_at(self.sun.solar_elevation)
-        whole = diffuse * clear[0]
-        return share * np.minimum(np.divide(direct * clear[1], whole, out=np.zeros_like(whole), where=whole > 0), 1.0)
+        clear_sky = diffuse * clear[0]
+        return share * np.minimum(
+            np.divide(direct * clear[1], clear_sky, out=np.zeros_like(clear_sky), where=clear_sky > 0), 1.0
+        )
 
     @property
     def days(self) -> list[Callable[[int], Forcing]]:
@@ -397,11 +399,11 @@ class Scene:
         longwave are of the whole sky.
         """
         direct, diffuse = self._sunlight
-        around = self._aureole * diffuse
-        hidden = (1 - self._visible) * around
-        fields = (direct * self._visible, diffuse - hidden, self._longwave, self._air[0], around - hidden)
-        direct, diffuse, longwave, air, around = (step_means(field, steps) for field in fields)
-        share = np.divide(around, diffuse, out=np.zeros_like(diffuse), where=diffuse > 0)
+        circumsolar = self._aureole * diffuse
+        hidden = (1 - self._visible) * circumsolar
+        fields = (direct * self._visible, diffuse - hidden, self._longwave, self._air[0], circumsolar - hidden)
+        direct, diffuse, longwave, air, circumsolar = (step_means(field, steps) for field in fields)
+        share = np.divide(circumsolar, diffuse, out=np.zeros_like(diffuse), where=diffuse > 0)
         return direct, diffuse, longwave, air, share
 
     @property
@@ -428,9 +430,9 @@ class Scene:
         light = self._sunlight[0] * self._visible * sine + self._sunlight[1]
         sky = view * longwave
         if self.surroundings is not None:
-            around = self.surroundings
-            wall = around.wall_longwave(longwave, STEFAN_BOLTZMANN * air**4)
-            sky, ground = around.sky_view * view * longwave, ground + (1 - around.sky_view) * view * wall
+            surroundings = self.surroundings
+            wall = surroundings.wall_longwave(longwave, STEFAN_BOLTZMANN * air**4)
+            sky, ground = surroundings.sky_view * view * longwave, ground + (1 - surroundings.sky_view) * view * wall
         season = self.weather.ground_at(self.altitude)
         if season:
             season["ground_mean"] = np.repeat(season["ground_mean"], planes, axis=0)
@@ -450,9 +452,9 @@ class Scene:
             open_light=np.repeat(step_means(light, steps), planes, axis=0),
             sun_cosine=np.tile(step_means(self._sun_cosine, steps), (len(self.altitude), 1)),
             **{
-                name: step_means(given[None, :], steps)
+                name: step_means(series[None, :], steps)
                 for name in ("rain", "soil_moisture", "snow_age")
-                if (given := getattr(self.weather, name)) is not None
+                if (series := getattr(self.weather, name)) is not None
             },
             **season,
         )

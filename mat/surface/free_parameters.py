@@ -116,17 +116,17 @@ def _parameter(material: SurfaceMaterial, name: str, mean_air: float) -> FreePar
 
 
 def _start_and_bounds(material: SurfaceMaterial, name: str, mean_air: float) -> tuple[float, tuple[float, float]]:
-    surface, first = material.surface, material.thermal.layers[0]
+    surface, layer = material.surface, material.thermal.layers[0]
     if name == "albedo":
         return 1.0 - material.solar_absorptance, _ALBEDO
     if name == "emissivity":
         return material.thermal_emissivity, _EMISSIVITY
     if name == "conductivity":
-        return first.conductivity, _CONDUCTIVITY[int(first.conductivity > _CONDUCTIVITY[0][1])]
+        return layer.conductivity, _CONDUCTIVITY[int(layer.conductivity > _CONDUCTIVITY[0][1])]
     if name == "heat_capacity":
-        return first.heat_capacity, (_VOLUMETRIC[0] / first.density, _VOLUMETRIC[1] / first.density)
+        return layer.heat_capacity, (_VOLUMETRIC[0] / layer.density, _VOLUMETRIC[1] / layer.density)
     if name == "thickness":
-        return first.thickness, _THICKNESS
+        return layer.thickness, _THICKNESS
     if name == "roughness_length":
         field = _TREES if surface.roughness_length > TREE_ROUGHNESS else _LOW_FIELD
         return surface.roughness_length, field if surface.exposure == "field" else _BUILDING
@@ -134,23 +134,23 @@ def _start_and_bounds(material: SurfaceMaterial, name: str, mean_air: float) -> 
         return surface.wetness or _MOIST, (0.0, 1.0)
     if name == "surface_resistance":
         return surface.surface_resistance or _TOPSOIL, _RESISTANCE
-    given = material.thermal.back.temperature
-    return mean_air if given is None else float(np.mean(given)), _BACK
+    temperature = material.thermal.back.temperature
+    return mean_air if temperature is None else float(np.mean(temperature)), _BACK
 
 
 def _without_effect(material: SurfaceMaterial, name: str, names: Sequence[str]) -> str:
     """Why a parameter changes nothing, with what to do about it; empty where it does."""
-    surface, (first, second), back = material.surface, material.thermal.layers, material.thermal.back
+    surface, (upper, lower), back = material.surface, material.thermal.layers, material.thermal.back
     if name == "surface_resistance" and not surface.wetness and "wetness" not in names:
         return "it is dry; free wetness too, or leave it out"
     if name == "roughness_length" and surface.exposure == "plate":
         return "its exposure is 'plate', whose law knows smooth and rough only; leave it out"
-    if name == "thickness" and np.isinf(first.thickness):
+    if name == "thickness" and np.isinf(upper.thickness):
         return "its first layer has no end; leave it out"
     if name == "back_temperature":
         if back.kind not in ("fixed", "convective"):
             return f"its back is of kind '{back.kind}'; leave it out"
-        if np.isinf(second.thickness):
+        if np.isinf(lower.thickness):
             return "its second layer has no end; leave it out"
     return ""
 
@@ -164,17 +164,17 @@ def changed_numbers(material: SurfaceMaterial, values: Mapping[str, Any]) -> dic
     same substance. Albedo and emissivity are no numbers of the stack.
     """
     stack = material.thermal
-    first = stack.layers[0]
-    parts = {"skin": stack.skin, "layers.1": first, "layers.2": stack.layers[1]}
-    same = [
+    upper = stack.layers[0]
+    parts = {"skin": stack.skin, "layers.1": upper, "layers.2": stack.layers[1]}
+    alike = [
         name
         for name, part in parts.items()
-        if replace(part, thickness=first.thickness) == first  # conductivity, density and heat capacity
+        if replace(part, thickness=upper.thickness) == upper  # conductivity, density and heat capacity
     ]
     numbers: dict[str, Any] = {}
     for name, value in values.items():
         if name in ("conductivity", "heat_capacity"):
-            numbers |= {f"{part}.{name}": value for part in same}
+            numbers |= {f"{part}.{name}": value for part in alike}
         elif name == "thickness":
             numbers["layers.1.thickness"] = value
         elif name == "back_temperature":
@@ -187,13 +187,13 @@ def changed_numbers(material: SurfaceMaterial, values: Mapping[str, Any]) -> dic
 def with_values(material: SurfaceMaterial, values: Mapping[str, Any]) -> SymbolicMaterial:
     """The material with numbers or casadi expressions for some of its parameters."""
     thermal, surface = _replaced(material, values)
-    known = SymbolicMaterial.of(material)
+    symbols = SymbolicMaterial.of(material)
     return replace(
-        known,
+        symbols,
         thermal=thermal,
         surface=surface,
-        solar_absorptance=1.0 - values["albedo"] if "albedo" in values else known.solar_absorptance,
-        thermal_emissivity=values.get("emissivity", known.thermal_emissivity),
+        solar_absorptance=1.0 - values["albedo"] if "albedo" in values else symbols.solar_absorptance,
+        thermal_emissivity=values.get("emissivity", symbols.thermal_emissivity),
     )
 
 
@@ -212,10 +212,10 @@ def _replaced(material: SurfaceMaterial, values: Mapping[str, Any]) -> tuple[The
         return {key.removeprefix(prefix): value for key, value in numbers.items() if key.startswith(prefix)}
 
     stack = material.thermal
-    first, second = stack.layers
+    upper, lower = stack.layers
     thermal = ThermalStack(
         replace(stack.skin, **of("skin.")),
-        (replace(first, **of("layers.1.")), replace(second, **of("layers.2."))),
+        (replace(upper, **of("layers.1.")), replace(lower, **of("layers.2."))),
         replace(stack.back, **of("back.")),
     )
     return thermal, replace(material.surface, **of("surface."))
@@ -223,4 +223,4 @@ def _replaced(material: SurfaceMaterial, values: Mapping[str, Any]) -> tuple[The
 
 def parameter_values(parameters: Sequence[FreeParameter], shares: Floats) -> dict[str, float]:
     """Values of parameters at shares (free,) of the way between their bounds, by name."""
-    return {each.name: each.value(float(share)) for each, share in zip(parameters, shares, strict=True)}
+    return {parameter.name: parameter.value(float(share)) for parameter, share in zip(parameters, shares, strict=True)}

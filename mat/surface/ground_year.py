@@ -99,14 +99,14 @@ def annual_harmonic(day: Floats, temperature: Floats) -> tuple[float, float, flo
     InputError
         The readings do not span a year.
     """
-    known = np.isfinite(temperature)
-    if not spans_year(day[known]):
+    finite = np.isfinite(temperature)
+    if not spans_year(day[finite]):
         raise InputError(
             "found temperatures of a part of the year; allowed: of all its twelfths; give mean_c and amplitude_c, or"
             " latitude"
         )
-    angle = 2 * np.pi * day[known] / YEAR
+    angle = 2 * np.pi * day[finite] / YEAR
     terms = np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=1)
-    (mean, cosine, sine), *_ = np.linalg.lstsq(terms, temperature[known], rcond=None)
+    (mean, cosine, sine), *_ = np.linalg.lstsq(terms, temperature[finite], rcond=None)
     coldest = np.arctan2(-sine, -cosine) * YEAR / (2 * np.pi)
     return float(mean), float(np.hypot(cosine, sine)), float((coldest - 1.0) % YEAR + 1.0)

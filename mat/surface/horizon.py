@@ -111,10 +111,10 @@ class ViewFactors:
         c = sin(slope) cos(A - azimuth): the cosine of incidence times the solid angle, integrated over elevation. Sums
         over azimuth are scaled to the (1 + cos(slope)) / 2 of the whole sky.
         """
-        around = (np.arange(float(_AZIMUTHS)) + 0.5) * (360.0 / _AZIMUTHS)
+        bearings = (np.arange(float(_AZIMUTHS)) + 0.5) * (360.0 / _AZIMUTHS)
         above = 0.5 * (1 + np.cos(np.radians(slope)))
-        top = np.radians(horizon.at(around))
-        across = np.sin(np.radians(slope))[:, None] * np.cos(np.radians(around - np.asarray(azimuth)[:, None]))
+        top = np.radians(horizon.at(bearings))
+        across = np.sin(np.radians(slope))[:, None] * np.cos(np.radians(bearings - np.asarray(azimuth)[:, None]))
         up = np.cos(np.radians(slope))[:, None]
         lowest, highest = _front(up, across)
         lowest = np.maximum(lowest, 0.0)
@@ -124,7 +124,7 @@ class ViewFactors:
         sky, hidden = upper - below, below - bottom
         total = (sky + hidden).sum(axis=1)
         scale = np.divide(above, total, out=np.zeros_like(above), where=total > 0)[:, None]
-        walls = scale * (hidden + (1 - sky_view) * sky) @ _shares(around + 180.0)
+        walls = scale * (hidden + (1 - sky_view) * sky) @ _shares(bearings + 180.0)
         return cls(sky_view * (scale * sky).sum(axis=1), walls, 1 - above)
 
 
@@ -145,9 +145,9 @@ def _antiderivative(up: Floats, across: Floats, elevation: Floats) -> Floats:
 
 def _shares(azimuth: Floats) -> Floats:
     """Shares of `ASPECTS` in directions [degree], linear between the aspects: (n, 8)."""
-    place = (azimuth % 360.0) / (ASPECTS[1] - ASPECTS[0])
-    before = np.floor(place).astype(int)
-    weight = place - before
+    position = (azimuth % 360.0) / (ASPECTS[1] - ASPECTS[0])
+    before = np.floor(position).astype(int)
+    weight = position - before
     shares = np.zeros((azimuth.size, ASPECTS.size))
     rows = np.arange(azimuth.size)
     shares[rows, before % ASPECTS.size] += 1 - weight

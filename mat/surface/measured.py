@@ -65,9 +65,9 @@ class MeasuredRadiation:
         interval = measured._intervals()
         for number in range(hours.size):
             inside = interval == number
-            lit = sine[inside & (sine > 0)]
-            if lit.size:
-                share, zenith = lit.size / np.count_nonzero(inside), np.degrees(np.arccos(lit.mean()))
+            sines = sine[inside & (sine > 0)]
+            if sines.size:
+                share, zenith = sines.size / np.count_nonzero(inside), np.degrees(np.arccos(sines.mean()))
                 parts = pvlib.irradiance.erbs(total[number] / share * scale, zenith, _DAY)
                 direct[number], diffuse[number] = (share * parts[name] / scale for name in ("dni", "dhi"))
         return measured
@@ -103,8 +103,10 @@ class MeasuredRadiation:
         self.refuse_light_at_night(sun)
         up = sun.solar_elevation > _NIGHT
         interval = self._intervals()
-        lit = up.astype(float)
-        return self._shared(self.direct, interval, direct * up, lit), self._shared(self.diffuse, interval, diffuse, lit)
+        sun_up = up.astype(float)
+        return self._shared(self.direct, interval, direct * up, sun_up), self._shared(
+            self.diffuse, interval, diffuse, sun_up
+        )
 
     def sky_longwave(self) -> Floats | None:
         """Longwave at `sun_hours()` [W m^-2], (SUN_STEPS,), linear between the middles of intervals; None: unknown."""
@@ -120,14 +122,14 @@ class MeasuredRadiation:
         intervals: Integers = np.searchsorted(self.hours, sun_hours(), side="left") % self.hours.size
         return intervals
 
-    def _shared(self, means: Floats, interval: Integers, clear: Floats, lit: Floats) -> Floats:
+    def _shared(self, means: Floats, interval: Integers, clear: Floats, sun_up: Floats) -> Floats:
         """Readings at `sun_hours()` with the shape of the clear sky's light, evenly while the Sun is up where that is
         too weak.
         """
-        shared = np.zeros(SUN_STEPS)
+        distributed = np.zeros(SUN_STEPS)
         for number in np.unique(interval):
             inside, mean = interval == number, means[number]
-            shape = clear[inside] if mean <= _LARGEST_CLEAR_RATIO * clear[inside].mean() else lit[inside]
+            shape = clear[inside] if mean <= _LARGEST_CLEAR_RATIO * clear[inside].mean() else sun_up[inside]
             if shape.any():
-                shared[inside] = mean * shape / shape.mean()
-        return shared
+                distributed[inside] = mean * shape / shape.mean()
+        return distributed

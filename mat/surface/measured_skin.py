@@ -71,10 +71,10 @@ class MeasuredRecord:
         def parts(values: Floats) -> Floats:
             return values[:count].reshape(-1, many)
 
-        known = np.isfinite(parts(self.skin))
-        enough = known.sum(axis=1) >= 0.5 * many
-        total = np.where(known, parts(self.skin), 0.0).sum(axis=1)
-        skin = np.where(enough, total / np.maximum(known.sum(axis=1), 1), np.nan)
+        finite = np.isfinite(parts(self.skin))
+        enough = finite.sum(axis=1) >= 0.5 * many
+        total = np.where(finite, parts(self.skin), 0.0).sum(axis=1)
+        skin = np.where(enough, total / np.maximum(finite.sum(axis=1), 1), np.nan)
         middle = np.timedelta64(round(0.5e3 * (many - 1) * self.record.step), "ms")
         values = {name: parts(series).mean(axis=1) for name, series in self.record.values.items()}
         record = replace(self.record, start=self.record.start + middle, step=many * self.record.step, values=values)
@@ -95,9 +95,11 @@ def read_measured(file: str | os.PathLike[str]) -> MeasuredRecord:
         With file:line:column of what does not fit: both columns or neither, or times that are not at equal steps.
     """
     readings = record_readings(file, [*NEEDED_COLUMNS, "sw_down", tuple(SKIN_COLUMNS)])
-    given = [name for name in SKIN_COLUMNS if name in readings.values]
-    if len(given) > 1:
-        raise InputError(f"found the columns {' and '.join(given)}; allowed: one of them; remove the other", file=file)
+    present = [name for name in SKIN_COLUMNS if name in readings.values]
+    if len(present) > 1:
+        raise InputError(
+            f"found the columns {' and '.join(present)}; allowed: one of them; remove the other", file=file
+        )
     changing = [name for name in (*WATER_COLUMNS, *SURFACE_COLUMNS) if name in readings.values]
     if changing:
         raise InputError(
@@ -105,13 +107,13 @@ def read_measured(file: str | os.PathLike[str]) -> MeasuredRecord:
             " finds; remove the column, and the rainy days",
             file=file,
         )
-    if given == ["lw_up"] and "lw_down" not in readings.values:
+    if present == ["lw_up"] and "lw_down" not in readings.values:
         raise InputError("found lw_up without lw_down, of which a surface reflects a part; add the column", file=file)
     _refuse_unequal(readings)
     record = forcing_of(readings)
     skin = np.full(record.steps, np.nan)
-    skin[np.round((readings.time - readings.time[0]) / record.step).astype(int)] = readings.values[given[0]]
-    return MeasuredRecord(record, skin, given == ["lw_up"], readings.file)
+    skin[np.round((readings.time - readings.time[0]) / record.step).astype(int)] = readings.values[present[0]]
+    return MeasuredRecord(record, skin, present == ["lw_up"], readings.file)
 
 
 def _refuse_unequal(readings: Readings) -> None:
@@ -120,11 +122,11 @@ def _refuse_unequal(readings: Readings) -> None:
     later = np.diff(readings.time) / step
     wrong = (np.abs(later - np.round(later)) > _STRAY) | (np.round(later) < 1)
     if np.any(wrong):
-        first = int(np.argmax(wrong))
+        row = int(np.argmax(wrong))
         raise InputError(
-            f"time: found a reading {later[first] * step:g} s after the one before; allowed: whole multiples of the"
+            f"time: found a reading {later[row] * step:g} s after the one before; allowed: whole multiples of the"
             f" record's step of {step:g} s; bring the record to equal steps",
             file=readings.file,
-            line=readings.lines[first + 1],
+            line=readings.lines[row + 1],
             column=1,
         )

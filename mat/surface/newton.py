@@ -113,8 +113,8 @@ def solve_newton(
     temperature = start.copy() if cap is None else np.minimum(start, cap)
     iterations = np.zeros(len(temperature), np.int32)
     problem = _Problem(balance, conduction, source, cap)
-    every = np.arange(len(temperature))
-    merit, defect, slope = problem.evaluate(temperature, every)
+    rows = np.arange(len(temperature))
+    merit, defect, slope = problem.evaluate(temperature, rows)
     for _ in range(_ITERATIONS):
         active = np.flatnonzero(merit > 0.5 * tolerance)
         if not active.size:
@@ -125,7 +125,7 @@ def solve_newton(
         iterations[active] += 1
         if not moved.any():
             break
-        merit, defect, slope = problem.evaluate(temperature, every)
+        merit, defect, slope = problem.evaluate(temperature, rows)
     temperature, melt, imbalance = problem.complementary(temperature)
     return NewtonResult(temperature, melt, np.abs(imbalance).max(axis=1), iterations)
 
@@ -215,27 +215,27 @@ class _Problem:
         from scipy.sparse.linalg import LinearOperator, gmres
 
         step: Floats = np.where(melting, -defect / self.stiffness, 0.0)
-        free = np.flatnonzero(~melting)
-        if not free.size:
+        active = np.flatnonzero(~melting)
+        if not active.size:
             return step
-        free_slope = slope[free]
+        free_slope = slope[active]
         mean = float(np.mean(free_slope))
 
         def spread(vector: Floats) -> Floats:
             """A vector over the free times as one over all, 0 elsewhere."""
-            whole = np.zeros(len(defect))
-            whole[free] = vector
-            return whole
+            padded = np.zeros(len(defect))
+            padded[active] = vector
+            return padded
 
         def product(vector: Floats) -> Floats:
-            flux: Floats = free_slope * vector + self.conduction.flux(spread(vector))[free]
+            flux: Floats = free_slope * vector + self.conduction.flux(spread(vector))[active]
             return flux
 
         def approximate_inverse(vector: Floats) -> Floats:
-            return self.conduction.relax(spread(vector), mean)[free]
+            return self.conduction.relax(spread(vector), mean)[active]
 
-        needed = -defect[free] - self.conduction.flux(step)[free]
-        shape = (free.size, free.size)
+        needed = -defect[active] - self.conduction.flux(step)[active]
+        shape = (active.size, active.size)
         matrix, inverse = (LinearOperator(shape, apply, dtype=float) for apply in (product, approximate_inverse))
-        step[free], _ = gmres(matrix, needed, M=inverse, rtol=1e-6, restart=60, maxiter=20)
+        step[active], _ = gmres(matrix, needed, M=inverse, rtol=1e-6, restart=60, maxiter=20)
         return step

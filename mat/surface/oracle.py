@@ -75,10 +75,10 @@ def solve_oracle(
     times = ((np.arange(intervals)[:, None] + collocation_points(degree)) * interval).ravel()
     forcing = forcing_at(times)
     drive = np.broadcast_to(back_drive(material, forcing, times / 3600), (1, times.size))
-    known = SymbolicMaterial.of(material, by_time=True)
-    stack = grid(known, cell_shares(known, cells, period, period))
+    symbols = SymbolicMaterial.of(material, by_time=True)
+    stack = grid(symbols, cell_shares(symbols, cells, period, period))
     rows = np.vstack([forcing_rows(forcing, times.size, material, by_time=True), drive])
-    equations = Collocation(rate_function(ca, known, stack, ca.SX.sym("none", 0)), rows, interval, degree, start)
+    equations = Collocation(rate_function(ca, symbols, stack, ca.SX.sym("none", 0)), rows, interval, degree, start)
     guess = float(np.mean(forcing.air_temperature)) if start is None else start
     values = equations.solve(np.zeros(0), np.full((times.size, equations.size), guess))
     states = equations.ends(values)

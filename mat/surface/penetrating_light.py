@@ -74,12 +74,12 @@ def _absorbing_depths(stack: ThermalStack, part: PenetratingLight, kink: float =
     if 0 < kink < bottom:
         edges = np.union1d(edges, [kink])
     nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
-    found = []
+    depths = []
     for low, high in pairwise(edges):
         for node, weight in zip(nodes, weights, strict=True):
             depth = float(low + 0.5 * (high - low) * (node + 1.0))
-            found.append((depth, 0.5 * (high - low) * weight * part.extinction * np.exp(-part.extinction * depth)))
-    return found
+            depths.append((depth, 0.5 * (high - low) * weight * part.extinction * np.exp(-part.extinction * depth)))
+    return depths
 
 
 def light_at_depth(stack: ThermalStack, s: Complexes, depth: float) -> Complexes:
@@ -107,12 +107,12 @@ def light_at_depth(stack: ThermalStack, s: Complexes, depth: float) -> Complexes
     above, below = cut(stack.layers, depth)
     if not above or (not below and stack.back.kind == "fixed"):
         return heated  # the surface, or a back of given temperature
-    none = replace(stack.skin, thickness=0.0)
+    no_skin = replace(stack.skin, thickness=0.0)
     up, down = (
-        ThermalStack(none, (first, second), back)
-        for (first, second, *_), back in (
-            ([*reversed(above), none], Back("fixed")),
-            ([*below, none, none], stack.back),
+        ThermalStack(no_skin, (upper, lower), back)
+        for (upper, lower, *_), back in (
+            ([*reversed(above), no_skin], Back("fixed")),
+            ([*below, no_skin, no_skin], stack.back),
         )
     )
     drawn = surface_admittance(up, s) + surface_admittance(down, s)

@@ -36,9 +36,9 @@ def at_hours_of_day(values: Reals, hours: Floats) -> Reals:
     array([[1. , 2.5, 4. ]])
     """
     steps = values.shape[1]
-    place = (hours % 24.0) * (steps / 24.0)
-    before = np.floor(place).astype(int)
-    share = (place - before).astype(values.dtype)
+    position = (hours % 24.0) * (steps / 24.0)
+    before = np.floor(position).astype(int)
+    share = (position - before).astype(values.dtype)
     before %= steps
     if not np.any(share):
         return values[:, before]
@@ -46,10 +46,14 @@ def at_hours_of_day(values: Reals, hours: Floats) -> Reals:
     rise -= values
     slope = _slopes(rise)
     after = (before + 1) % steps
-    left, right, whole = slope[:, before], slope[:, after], rise[:, before]
+    slope_before, slope_after, difference = slope[:, before], slope[:, after], rise[:, before]
     read: Reals = values[:, before]
     # Hermite's cubic in Horner's form, from the rise over the cell and the slopes at its ends.
-    read += share * (left + share * ((3 * whole - 2 * left - right) + share * (left + right - 2 * whole)))
+    read += share * (
+        slope_before
+        + share
+        * ((3 * difference - 2 * slope_before - slope_after) + share * (slope_before + slope_after - 2 * difference))
+    )
     return read
 
 
@@ -61,13 +65,13 @@ def in_steps(values: Reals, steps: int) -> Floats:
 
 def _slopes(rise: Reals) -> Reals:
     """Akima's slopes (columns, N) per step at the times, of the rise that follows each."""
-    last = np.roll(rise, 1, axis=1)
-    bend = np.abs(rise - last)  # at each time
+    previous = np.roll(rise, 1, axis=1)
+    bend = np.abs(rise - previous)  # at each time
     following, preceding = np.roll(bend, -1, axis=1), np.roll(bend, 1, axis=1)
     total = following + preceding
-    following *= last
+    following *= previous
     preceding *= rise
     following += preceding
     straight = total == 0
     np.divide(following, total, out=following, where=~straight)
-    return np.where(straight, 0.5 * (last + rise), following) if np.any(straight) else following
+    return np.where(straight, 0.5 * (previous + rise), following) if np.any(straight) else following

@@ -150,9 +150,9 @@ def standard_pressure(altitude: float) -> float:
 def _interval_means(grid: Floats, seconds: Floats, means: Floats) -> Floats:
     """Means over the steps that end at `grid`, of means over the intervals that end at `seconds`: none is lost."""
     total = np.concatenate(([0.0], np.cumsum(means[1:] * np.diff(seconds))))
-    first = means[:1]
-    rest: Floats = np.diff(np.interp(grid, seconds, total)) / np.diff(grid)
-    return np.concatenate([first, rest])
+    initial = means[:1]
+    later: Floats = np.diff(np.interp(grid, seconds, total)) / np.diff(grid)
+    return np.concatenate([initial, later])
 
 
 def sky_longwave(air_temperature: Floats, vapour_pressure: Floats, cloud_fraction: Floats) -> Floats:

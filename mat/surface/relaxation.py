@@ -140,21 +140,21 @@ class Relaxation:
         """
         sample = sampled(forcing.shape[0])
         forcing, source = forcing.columns(sample), source[sample]
-        every = max(conduction.steps // _COARSE_STEPS, 1)
-        times = np.arange(0, conduction.steps, every if conduction.steps % every == 0 else 1)
-        few = replace(conduction, steps=times.size)
+        stride = max(conduction.steps // _COARSE_STEPS, 1)
+        times = np.arange(0, conduction.steps, stride if conduction.steps % stride == 0 else 1)
+        coarse = replace(conduction, steps=times.size)
         source = source if source.shape[1] == 1 else source[:, times]
         coarse_balance = Balance(forcing.times(times), material)
-        about, start = cls._converging(coarse_balance, few, source)
-        whole = cls._about(
+        about, start = cls._converging(coarse_balance, coarse, source)
+        fine = cls._about(
             Balance(forcing, material),
             conduction,
             _between(about, conduction.steps).astype(float, copy=False),
             None if start is None else _between(start, conduction.steps).astype(float, copy=False),
         )
         if start is None or times.size == conduction.steps:
-            return whole
-        return replace(whole, coarse=cls._about(coarse_balance, few, about, start))
+            return fine
+        return replace(fine, coarse=cls._about(coarse_balance, coarse, about, start))
 
     @classmethod
     def of_all_steps(cls, balance: Exchange, conduction: HeatFlux, source: Floats) -> Relaxation:
@@ -225,7 +225,7 @@ class Relaxation:
         iterations : (columns,) ndarray of int32
             Of all N steps.
         """
-        unknown, single_count, own = self._approach(balance, source, _NEAR)
+        unknown, single_count, column_slopes = self._approach(balance, source, _NEAR)
         if not np.all((unknown > _COLDEST) & (unknown < 1e5)):
             unknown = self._begin(balance, source)
         memory = Anderson()
@@ -243,11 +243,11 @@ class Relaxation:
                 break
             change: Reals = imbalance.astype(np.float32) @ self.single.inverse  # of a small change few digits count
             np.negative(change, out=change)
-            if own is not None:
+            if column_slopes is not None:
                 if count > 1:
-                    own = self.single._own_slopes(balance.loss_and_slope(temperature)[1].astype(np.float32))
+                    column_slopes = self.single._own_slopes(balance.loss_and_slope(temperature)[1].astype(np.float32))
                     memory = Anderson()
-                change = own.step(change)
+                change = column_slopes.step(change)
             unknown = memory.next(unknown + change, change).astype(float, copy=False)
         return temperature, melt, loss, imbalance, np.full(len(unknown), single_count + count, np.int32)
 
@@ -258,7 +258,7 @@ class Relaxation:
         start = self._coarse_start(balance, source)
         guess = self._begin(balance, source) if start is None else _between(start, balance.shape[1])
         newton = self.cap is None and balance.bends
-        change, count, own = self.single.iterate(
+        change, count, column_slopes = self.single.iterate(
             balance.single(),
             (source - self.origin_flux).astype(np.float32),
             (guess - self.origin).astype(np.float32),
@@ -267,17 +267,17 @@ class Relaxation:
             self.origin.astype(np.float32),
             None if not newton else 2 if start is None else 1,
         )
-        return change + self.origin, count, own
+        return change + self.origin, count, column_slopes
 
     def _coarse_start(self, balance: Exchange, source: Floats) -> Floats | None:
         """Unknowns in coarse steps (columns, fewer steps); None where there are none or they diverge."""
         if self.coarse is None or not isinstance(balance, Balance):
             return None
-        every = balance.shape[1] // self.coarse.slope.size
-        times = np.arange(0, balance.shape[1], every)
+        stride = balance.shape[1] // self.coarse.slope.size
+        times = np.arange(0, balance.shape[1], stride)
         source = source if source.shape[1] == 1 else source[:, times]
-        few = Balance(balance.forcing.times(times), balance.material)
-        unknown, _, _ = self.coarse._approach(few, source, _NEAR_COARSE)
+        coarse = Balance(balance.forcing.times(times), balance.material)
+        unknown, _, _ = self.coarse._approach(coarse, source, _NEAR_COARSE)
         if not np.all((unknown > _COLDEST) & (unknown < 1e5)):
             return None
         if self.cap is not None:
@@ -328,8 +328,8 @@ class Relaxation:
         own : OwnSlopes or None
             The last.
         """
-        memory, own, largest = Anderson(), None, np.inf
-        last: tuple[Reals, Reals, Reals] | None = None
+        memory, column_slopes, largest = Anderson(), None, np.inf
+        previous: tuple[Reals, Reals, Reals] | None = None
         for count in range(1, max_iterations + 1):
             loss = None
             if newton is not None and count >= newton and largest > _RENEWED:
@@ -337,19 +337,19 @@ class Relaxation:
             target = self._relaxed(balance, source, unknown, origin, loss)
             change: Reals = target - unknown
             if loss is not None:
-                if last is not None and count > _USUAL:
-                    slope = steeper(slope, change, unknown, loss, *last)
-                own, last, memory = self._own_slopes(slope), (change, unknown, loss), Anderson()
-            if own is not None:
-                change = own.step(change)
+                if previous is not None and count > _USUAL:
+                    slope = steeper(slope, change, unknown, loss, *previous)
+                column_slopes, previous, memory = self._own_slopes(slope), (change, unknown, loss), Anderson()
+            if column_slopes is not None:
+                change = column_slopes.step(change)
                 target = unknown + change
             largest = max(change.max(), -change.min())
             if largest < tolerance:
-                return target, count, own
+                return target, count, column_slopes
             if not largest < 1e6:
                 break
             unknown = memory.next(target, change)
-        return unknown, count, own
+        return unknown, count, column_slopes
 
     def _own_slopes(self, slope: Reals) -> OwnSlopes:
         return OwnSlopes.of(slope, self.slope, self.stiffness, self.inverse)

@@ -303,7 +303,7 @@ def response_table(
     scene: Scene,
     *,
     steps: int = STEPS,
-    given: Collection[str] = (),
+    prescribed: Collection[str] = (),
 ) -> ResponseTable:
     """Responses of all materials at the altitudes of a scene and between those far apart, for faces of its slopes.
 
@@ -313,7 +313,7 @@ def response_table(
     scene : Scene
     steps : int
         Solver times of a day.
-    given : collection of str
+    prescribed : collection of str
         Names of materials whose temperature is given, which no heat changes.
     """
     altitudes = _close_enough(np.unique(np.asarray(scene.altitude, float)))
@@ -327,7 +327,7 @@ def response_table(
     solved: dict[Hashable, SurfaceResponse] = {}
     responses = []
     for material in materials:
-        if material.name in given:
+        if material.name in prescribed:
             responses.append(
                 SurfaceResponse.empty(altitudes.size * slopes.size, film=days[-1](FINE_STEPS).rain is not None)
             )
@@ -355,7 +355,7 @@ def response_table(
         np.array([material.solar_absorptance - material.surface.delivered for material in materials], np.float32),
         np.array([material.thermal_emissivity for material in materials], np.float32),
         np.array([melting_cap(material) or NO_LIMIT for material in materials], np.float32),
-        _film_table(materials, [response.film for response in responses], days, shape, given),
+        _film_table(materials, [response.film for response in responses], days, shape, prescribed),
     )
 
 
@@ -371,11 +371,11 @@ def _film_table(
     films: Sequence[FilmResponse | None],
     days: Sequence[Callable[[int], Forcing]],
     shape: tuple[int, ...],
-    given: Collection[str],
+    prescribed: Collection[str],
 ) -> FilmTable | None:
     """Of the responses of all materials; None where it does not rain, or no material holds a film."""
     rain = days[-1](FINE_STEPS).rain
-    wet = [None if material.name in given else material.film for material in materials]
+    wet = [None if material.name in prescribed else material.film for material in materials]
     if rain is None or not any(wet):
         return None
 

@@ -55,9 +55,11 @@ def heat_profile(stability: npt.ArrayLike) -> Floats:
 def _blended(zeta: Floats, kansas: Floats, slope: float) -> Floats:
     """Psi of unstable air: Kansas near neutral, free convection far from it."""
     y = np.cbrt(1 - slope * zeta)
-    free = 1.5 * np.log((1 + y + y**2) / 3) - np.sqrt(3) * np.arctan((1 + 2 * y) / np.sqrt(3)) + np.pi / np.sqrt(3)
+    convective = (
+        1.5 * np.log((1 + y + y**2) / 3) - np.sqrt(3) * np.arctan((1 + 2 * y) / np.sqrt(3)) + np.pi / np.sqrt(3)
+    )
     share = zeta**2 / (1 + zeta**2)
-    blended: Floats = (1 - share) * kansas + share * free
+    blended: Floats = (1 - share) * kansas + share * convective
     return blended
 
 

@@ -56,7 +56,7 @@ def skin_errors(
     parts : mapping of str to (N,) ndarray of bool
     """
     everything, day = np.ones(len(measured), bool), sunlight > DAYLIGHT
-    found = []
+    errors = []
     for part, inside in parts.items():
         for name, predicted in predictions.items():
             error = predicted - measured
@@ -64,5 +64,5 @@ def skin_errors(
                 values = error[inside & chosen & np.isfinite(error)]
                 if values.size:
                     bias, rms = float(values.mean()), float(np.sqrt(np.mean(values**2)))
-                    found.append(SkinError(part, name, hours, bias, rms, int(values.size)))
-    return tuple(found)
+                    errors.append(SkinError(part, name, hours, bias, rms, int(values.size)))
+    return tuple(errors)

@@ -75,22 +75,22 @@ class SkinModel:
         RuntimeError
             Newton does not converge.
         """
-        equations, free = self._equations, self._values(shares)
+        equations, values = self._equations, self._values(shares)
         flat = np.full((equations.points, equations.size), float(np.mean(self.record.values["air_temperature"])))
         try:
-            whole = equations.solve(free, flat if guess is None else guess, _TOLERANCE)
+            states = equations.solve(values, flat if guess is None else guess, _TOLERANCE)
         except RuntimeError:
             if guess is None:
                 raise
-            whole = equations.solve(free, flat, _TOLERANCE)
-        return self._at_times(whole)[:, 0], whole
+            states = equations.solve(values, flat, _TOLERANCE)
+        return self._at_times(states)[:, 0], states
 
-    def derivatives(self, shares: Floats, whole: Floats) -> Floats:
-        """Of the skin temperatures by the shares, (N, free) [K], where all temperatures are `whole`."""
-        by_value = self._equations.derivatives(whole, self._values(shares))
-        slopes = [each.slope(float(share)) for each, share in zip(self.parameters, shares, strict=True)]
-        found: Floats = self._at_times(by_value)[:, 0] * np.array(slopes)
-        return found
+    def derivatives(self, shares: Floats, states: Floats) -> Floats:
+        """Of the skin temperatures by the shares, (N, free) [K], where all temperatures are `states`."""
+        by_value = self._equations.derivatives(states, self._values(shares))
+        slopes = [parameter.slope(float(share)) for parameter, share in zip(self.parameters, shares, strict=True)]
+        slopes_of_skin: Floats = self._at_times(by_value)[:, 0] * np.array(slopes)
+        return slopes_of_skin
 
     def _values(self, shares: Floats) -> Floats:
         return np.array(list(parameter_values(self.parameters, shares).values()))
@@ -111,25 +111,25 @@ class SkinModel:
     def _equations(self) -> Collocation:
         import casadi as ca
 
-        record, names = self.record, [each.name for each in self.parameters]
-        free = ca.SX.sym("free", len(names))
-        values = {name: free[index] for index, name in enumerate(names)}
+        record, names = self.record, [parameter.name for parameter in self.parameters]
+        symbols = ca.SX.sym("free", len(names))
+        values = {name: symbols[index] for index, name in enumerate(names)}
         shares = cell_shares(SymbolicMaterial.of(self.material), _CELLS, DAY, record.period)
         material = with_values(self.material, values)
-        rate = rate_function(ca, material, grid(material, shares), free, values.get("back_temperature"))
+        rate = rate_function(ca, material, grid(material, shares), symbols, values.get("back_temperature"))
         return Collocation(rate, self._forcing(), record.step / self._intervals, _DEGREE)
 
     def _forcing(self) -> Floats:
         """Weather and back at the points of all intervals, linear between the record's times."""
         record = self.record
-        none = np.zeros(record.steps)
-        forcing = record_forcing(record, (none, record.values["sw_down"], none), 0.0)
+        no_light = np.zeros(record.steps)
+        forcing = record_forcing(record, (no_light, record.values["sw_down"], no_light), 0.0)
         hours = start_hour(record) + np.arange(float(record.steps)) * (record.step / 3600.0)
         drive = np.broadcast_to(back_drive(self.material, forcing, hours), (1, record.steps))
         rows = np.vstack([forcing_rows(forcing, record.steps, self.material, by_time=False), drive])
         points = (np.arange(record.steps * self._intervals)[:, None] + collocation_points(_DEGREE)).ravel()
-        places = points / self._intervals
-        return np.stack([np.interp(places, np.arange(record.steps + 1), np.append(row, row[0])) for row in rows])
+        times = points / self._intervals
+        return np.stack([np.interp(times, np.arange(record.steps + 1), np.append(row, row[0])) for row in rows])
 
 
 def start_hour(record: Record) -> float:
@@ -139,4 +139,4 @@ def start_hour(record: Record) -> float:
 
 def start_shares(parameters: Sequence[FreeParameter]) -> Floats:
     """Where the material's own values lie between the bounds, (free,)."""
-    return np.array([each.share(each.start) for each in parameters])
+    return np.array([parameter.share(parameter.start) for parameter in parameters])

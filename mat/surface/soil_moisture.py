@@ -111,8 +111,8 @@ def conductivity(soil: Soil, moisture: npt.ArrayLike, frozen: bool = False) -> F
     dry = texture.chi * 10.0 ** (-texture.eta * soil.porosity)
     saturated = soil.solid_conductivity ** (1 - soil.porosity) * pores**soil.porosity
     relative = kappa * saturation / (1 + (kappa - 1) * saturation)
-    whole: Floats = dry + (saturated - dry) * relative
-    return whole
+    result: Floats = dry + (saturated - dry) * relative
+    return result
 
 
 def unfrozen_water(texture: str, dry_density: float, frost: float) -> float:
@@ -162,8 +162,8 @@ def diffusivity(texture: str, moisture: npt.ArrayLike) -> Floats:
     # (1 - x)^-m + (1 - x)^m - 2, of which powers of a small x would leave no digits.
     bend = 4.0 * np.sinh(0.5 * m * np.log1p(-full)) ** 2
     scale = (1.0 - m) * soil.flow / (soil.alpha * m * (soil.saturated - soil.residual))
-    whole: Floats = scale * water ** (0.5 - 1.0 / m) * bend
-    return whole
+    result: Floats = scale * water ** (0.5 - 1.0 / m) * bend
+    return result
 
 
 def supply(texture: str, moisture: npt.ArrayLike) -> Floats:
@@ -193,16 +193,16 @@ def supply(texture: str, moisture: npt.ArrayLike) -> Floats:
     (array([ 0.44, 21.14]), array([0.  , 7.19]))
     """
     wet = np.maximum(np.asarray(moisture, float) - TEXTURES[texture].residual, 0.0)
-    whole: Floats = WATER_DENSITY * diffusivity(texture, moisture) * wet * np.pi**2 / (4 * DEPTH)
-    return whole
+    flux: Floats = WATER_DENSITY * diffusivity(texture, moisture) * wet * np.pi**2 / (4 * DEPTH)
+    return flux
 
 
 def resistance(texture: str, moisture: npt.ArrayLike) -> Floats:
     """Resistance of a soil to evaporation [s m^-1]: that through which its supply passes under the deficit of a fair
     day, over that of wet soil.
     """
-    whole: Floats = _LEAST_RESISTANCE + _DEFICIT / np.maximum(supply(texture, moisture), _LEAST_SUPPLY)
-    return whole
+    result: Floats = _LEAST_RESISTANCE + _DEFICIT / np.maximum(supply(texture, moisture), _LEAST_SUPPLY)
+    return result
 
 
 @lru_cache(maxsize=16)
@@ -260,14 +260,14 @@ def moist_stack(stack: ThermalStack, soil: Soil, moisture: float, frost: float =
             capacity += freezing_capacity(soil.texture, stack.layers[0].density, moisture, frost)
         return Layer(layer.thickness, float(conductivity(soil, moisture, frost > 0)), density, capacity / density)
 
-    first, second = stack.layers
+    upper, lower = stack.layers
     if soil.layers == 1:
-        return replace(stack, skin=moist(stack.skin, moisture), layers=(moist(first, moisture), second))
+        return replace(stack, skin=moist(stack.skin, moisture), layers=(moist(upper, moisture), lower))
     dry = dry_layer(soil.texture, moisture)
     below = (1 - dry / DEPTH) * min(drying_moisture(soil.texture), soil.porosity) if dry else moisture
-    if (deep := moist(second, below)).density >= second.density:
-        second = deep
+    if (deep := moist(lower, below)).density >= lower.density:
+        lower = deep
     if dry < _LEAST_DRY:
-        return replace(stack, skin=moist(stack.skin, moisture), layers=(moist(first, moisture), second))
-    second = replace(second, thickness=second.thickness + first.thickness - dry)
-    return replace(stack, layers=(replace(first, thickness=dry), second))
+        return replace(stack, skin=moist(stack.skin, moisture), layers=(moist(upper, moisture), lower))
+    lower = replace(lower, thickness=lower.thickness + upper.thickness - dry)
+    return replace(stack, layers=(replace(upper, thickness=dry), lower))

@@ -79,10 +79,10 @@ class Solution:
         """The solution of an index array of columns."""
         return Solution(**{name: values[chosen] for name, values in self.given.items()})
 
-    def with_columns(self, chosen: Integers, other: Solution) -> Solution:
+    def with_columns(self, chosen: Integers, replacement: Solution) -> Solution:
         """The solution, into whose index array of columns that of another is written."""
         for name, values in self.given.items():
-            values[chosen] = getattr(other, name)
+            values[chosen] = getattr(replacement, name)
         return self
 
     def under(self, forcing: Forcing, material: SurfaceMaterial) -> Forcing:
@@ -92,11 +92,11 @@ class Solution:
         canopy = material.canopy
         skins = [material.film] if canopy is None else [canopy.leaves.film, canopy.soil.film]
         steps = self.temperature.shape[1]
-        known, wanted = (np.arange(count) / count for count in (steps, forcing.shape[1]))
+        old_times, new_times = (np.arange(count) / count for count in (steps, forcing.shape[1]))
         films = {}
         for name, skin, film in zip(
             ("film", "film_below"), skins, np.split(self.film, len(skins), axis=1), strict=False
         ):
             share = film if skin is None else skin.share(film)
-            films[name] = np.stack([np.interp(wanted, known, row, period=1.0) for row in share])
+            films[name] = np.stack([np.interp(new_times, old_times, row, period=1.0) for row in share])
         return replace(forcing, **films)

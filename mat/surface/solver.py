@@ -120,15 +120,15 @@ def by_sturdier_schemes(
     solve : callable
         Solves an index array of columns by a scheme.
     """
-    left, parts = np.arange(columns), list[tuple[Integers, Solution]]()
+    remaining, parts = np.arange(columns), list[tuple[Integers, Solution]]()
     for name in SCHEMES[scheme]:
-        solution = solve(name, left)
+        solution = solve(name, remaining)
         broken = (solution.bound_excess > BOUND_TOLERANCE) & (name != SCHEMES[scheme][-1])
         if not np.any(broken):
-            return [*parts, (left, solution)]
+            return [*parts, (remaining, solution)]
         if not np.all(broken):
-            parts.append((left[~broken], solution.columns(np.flatnonzero(~broken))))
-        left = left[broken]
+            parts.append((remaining[~broken], solution.columns(np.flatnonzero(~broken))))
+        remaining = remaining[broken]
     return parts
 
 
@@ -271,10 +271,10 @@ def refuse_unsettled(residual: Floats, material: SurfaceMaterial, conduction: He
     """ConvergenceError where a residual (columns,) [W m^-2] of Newton's method exceeds the tolerance."""
     wrong = ~(residual <= TOLERANCE)
     if np.any(wrong):
-        worst = int(np.argmax(np.where(np.isfinite(residual), residual, np.inf)))
+        column = int(np.argmax(np.where(np.isfinite(residual), residual, np.inf)))
         raise ConvergenceError(
-            f"material '{material.name}', column {names[worst]}: damped Newton with {conduction.steps} steps "
-            f"({conduction.scheme}) stopped at a residual of {residual[worst]:.3g} W/m2 (allowed: {TOLERANCE:g}); "
+            f"material '{material.name}', column {names[column]}: damped Newton with {conduction.steps} steps "
+            f"({conduction.scheme}) stopped at a residual of {residual[column]:.3g} W/m2 (allowed: {TOLERANCE:g}); "
             "check the material's numbers and the weather of this column"
         )
 

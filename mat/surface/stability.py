@@ -27,7 +27,7 @@ class Stability:
     ----------
     richardson : ndarray
         Negative bulk Richardson number of a surface 1 K warmer than the air [K^-1].
-    free : ndarray
+    convection : ndarray
         Weight of free convection in warm ground's law [1].
     share : ndarray
         Share of stability in the factor: 1 on level to upright faces, less on overhanging ones, 0 on those that face
@@ -47,7 +47,7 @@ class Stability:
     """
 
     richardson: Floats
-    free: Floats
+    convection: Floats
     share: Floats
 
     @classmethod
@@ -79,8 +79,8 @@ class Stability:
         warmth = heat / heat_logarithm(wind.air_height, roughness_length)
         richardson: Floats = STANDARD_GRAVITY * height * warmth / (np.asarray(air_temperature, float) * speed**2)
         share: Floats = 1.0 + np.arcsin(np.clip(np.asarray(cos_slope, float), -1.0, 0.0)) / (np.pi / 2)
-        free: Floats = _SLOPE * _FREE * VON_KARMAN**2 / (momentum * heat) * np.exp(_FREE_POWER * heat)
-        return cls(richardson, free, share)
+        convection: Floats = _SLOPE * _FREE * VON_KARMAN**2 / (momentum * heat) * np.exp(_FREE_POWER * heat)
+        return cls(richardson, convection, share)
 
     def single(self) -> Stability:
         """The same in single precision."""
@@ -88,25 +88,25 @@ class Stability:
 
     def factor(self, difference: Reals) -> Reals:
         """The factor at temperature differences to the air [K]."""
-        warm, cold = self._sides(difference)
+        unstable, cold = self._sides(difference)
         tail = _TAIL * cold
         tail += 1.0
         np.sqrt(tail, out=tail)
         tail *= cold
         tail *= _SLOPE
         tail += 1.0
-        root = np.sqrt(warm)
-        root *= self.free
+        root = np.sqrt(unstable)
+        root *= self.convection
         root += 1.0
-        warm *= _SLOPE
-        warm /= root
-        warm += 1.0
-        warm /= tail
-        return self._shared(warm)
+        unstable *= _SLOPE
+        unstable /= root
+        unstable += 1.0
+        unstable /= tail
+        return self._shared(unstable)
 
     def factor_and_slope(self, difference: Reals) -> tuple[Reals, Reals]:
         """The factor, and its derivative by temperature [K^-1]."""
-        warm, cold = self._sides(difference)
+        unstable, cold = self._sides(difference)
         tail = _TAIL * cold
         tail += 1.0
         np.sqrt(tail, out=tail)
@@ -118,8 +118,8 @@ class Stability:
         tail += 1.0
         fall /= tail
         fall /= tail
-        root = np.sqrt(warm)
-        root *= self.free
+        root = np.sqrt(unstable)
+        root *= self.convection
         slope = 0.5 * root
         slope += 1.0
         root += 1.0
@@ -127,11 +127,11 @@ class Stability:
         slope /= root
         slope *= fall  # either side leaves the other 1
         slope *= _SLOPE * self.share * self.richardson
-        warm *= _SLOPE
-        warm /= root
-        warm += 1.0
-        warm /= tail
-        return self._shared(warm), slope
+        unstable *= _SLOPE
+        unstable /= root
+        unstable += 1.0
+        unstable /= tail
+        return self._shared(unstable), slope
 
     def _shared(self, factor: Reals) -> Reals:
         """A level surface's factor as that of the faces; in place."""
@@ -142,10 +142,10 @@ class Stability:
 
     def _sides(self, difference: Reals) -> tuple[Reals, Reals]:
         """|R| where the ground is warmer and where it is colder, 0 elsewhere."""
-        warm: Reals = self.richardson * difference
-        size = np.abs(warm)
-        cold: Reals = size - warm
+        unstable: Reals = self.richardson * difference
+        size = np.abs(unstable)
+        cold: Reals = size - unstable
         cold *= 0.5
-        warm += size
-        warm *= 0.5
-        return warm, cold
+        unstable += size
+        unstable *= 0.5
+        return unstable, cold

@@ -36,9 +36,9 @@ def step_means(values: Floats, steps: int) -> Floats:
     if ratio == 1:
         return values
     half = ratio // 2
-    around = np.concatenate([values[..., samples - half :], values, values[..., :half]], axis=-1)
-    total = sum((around[..., k : k + samples : ratio] for k in range(1, ratio)), around[..., :samples:ratio])
+    padded = np.concatenate([values[..., samples - half :], values, values[..., :half]], axis=-1)
+    total = sum((padded[..., k : k + samples : ratio] for k in range(1, ratio)), padded[..., :samples:ratio])
     if ratio % 2 == 0:  # a step ends at a sample: half of it, and of the one at which it begins
-        total = total + 0.5 * (around[..., ratio::ratio] - around[..., :samples:ratio])
+        total = total + 0.5 * (padded[..., ratio::ratio] - padded[..., :samples:ratio])
     means: Floats = total / ratio
     return means

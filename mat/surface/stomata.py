@@ -22,13 +22,13 @@ _LOW, _TREES = (100.0 * 3.0 / 1.1, 3.0, 36.35), (30.0 * 5.0 / 1.1, 5.0, 54.53)
 
 
 def canopy_resistance(
-    least: float, roughness_length: float, sunlight: Floats, air_temperature: Floats, air: tuple[Floats, Floats]
+    minimum: float, roughness_length: float, sunlight: Floats, air_temperature: Floats, air: tuple[Floats, Floats]
 ) -> Floats:
     """Resistance of a canopy to transpiration.
 
     Parameters
     ----------
-    least : float
+    minimum : float
         Resistance in full light and humid air of 25 C [s m^-1].
     roughness_length : float
         Tells trees from lower plants [m].
@@ -52,9 +52,9 @@ def canopy_resistance(
     half_open, leaf_area, sensitivity = _TREES if roughness_length > TREE_ROUGHNESS else _LOW
     vapour, pressure = air
     light = sunlight / half_open
-    open_share = (light + least * leaf_area / CLOSED) / (1 + light)
+    open_share = (light + minimum * leaf_area / CLOSED) / (1 + light)
     deficit = _WATER_RATIO * np.maximum(saturation_pressure(air_temperature) - vapour, 0.0) / pressure
     mild = np.maximum(1 - _COLD_AND_HEAT * (air_temperature - _BEST_TEMPERATURE) ** 2, _LEAST_SHARE)
     conductance = np.maximum(open_share * mild, _LEAST_SHARE**3)
-    resistance: Floats = np.minimum(least * (1 + sensitivity * deficit) / conductance, CLOSED)
+    resistance: Floats = np.minimum(minimum * (1 + sensitivity * deficit) / conductance, CLOSED)
     return resistance

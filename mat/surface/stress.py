@@ -36,7 +36,7 @@ def _log(generator: np.random.Generator, low: float, high: float) -> float:
 
 def random_material(generator: np.random.Generator) -> SurfaceMaterial:
     """A surface of foil to water, dry or wet, on any back."""
-    first, second = (_KINDS[generator.integers(len(_KINDS))] for _ in range(2))
+    upper, lower = (_KINDS[generator.integers(len(_KINDS))] for _ in range(2))
     back_boundary = [
         Back("adiabatic"),
         Back("fixed", float(generator.uniform(250, 310))),
@@ -45,10 +45,10 @@ def random_material(generator: np.random.Generator) -> SurfaceMaterial:
         Back("open", coefficient=_log(generator, 1, 30)),
         Back("cavity", None, _log(generator, 1, 30), None, _log(generator, 0.01, 100), _log(generator, 1, 1e6)),
     ][generator.integers(6)]
-    last = np.inf if generator.random() < 0.2 else _log(generator, 1e-4, 2.0)
+    thickness = np.inf if generator.random() < 0.2 else _log(generator, 1e-4, 2.0)
     stack = ThermalStack(
-        Layer(_log(generator, 1e-6, 5e-3), *first),
-        (Layer(_log(generator, 1e-5, 0.5), *first), Layer(last, *second)),
+        Layer(_log(generator, 1e-6, 5e-3), *upper),
+        (Layer(_log(generator, 1e-5, 0.5), *upper), Layer(thickness, *lower)),
         back_boundary,
     )
     wet = generator.random() < 0.5
@@ -153,8 +153,8 @@ def _red_noise(generator: np.random.Generator, steps: int, rate: float) -> Float
     """First-order autoregressive series (N,) of unit variance; `rate` is a step over the time of decay."""
     from scipy.signal import lfilter
 
-    kept = np.exp(-rate)
-    shocks = generator.normal(size=steps) * np.sqrt(1 - kept**2)
+    persistence = np.exp(-rate)
+    shocks = generator.normal(size=steps) * np.sqrt(1 - persistence**2)
     shocks[0] = generator.normal()
-    series: Floats = lfilter([1.0], [1.0, -kept], shocks)
+    series: Floats = lfilter([1.0], [1.0, -persistence], shocks)
     return series

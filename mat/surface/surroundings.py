@@ -46,10 +46,10 @@ class Surroundings:
     facing_emissivity: float = WALL_EMISSIVITY
 
     def __post_init__(self) -> None:
-        for first, last in self.shade:
-            if not (0 <= first < 24 and 0 <= last <= 24) or first == last:
+        for start, stop in self.shade:
+            if not (0 <= start < 24 and 0 <= stop <= 24) or start == stop:
                 raise InputError(
-                    f"found shade from {first:g} to {last:g} h; allowed: two different clock hours of 0 to 24"
+                    f"found shade from {start:g} to {stop:g} h; allowed: two different clock hours of 0 to 24"
                 )
         if not 0 <= self.sky_view <= 1:
             raise InputError(f"found sky_view {self.sky_view:g}; allowed: 0 (no sky) to 1 (the whole sky)")
@@ -153,9 +153,9 @@ def sunlight_left(
     direct: Floats, diffuse: Floats, even: Floats, shaded: Floats, sky_view: Floats | float
 ) -> tuple[Floats, Floats]:
     """Direct and diffuse irradiance under a shadow and beside a wall, as `Surroundings.sunlight` says."""
-    lit = 1.0 - shaded
+    sunlit = 1.0 - shaded
     spread = np.minimum(diffuse, even)
-    return direct * lit, sky_view * spread + lit * (diffuse - spread)
+    return direct * sunlit, sky_view * spread + sunlit * (diffuse - spread)
 
 
 def longwave_left(
@@ -197,18 +197,18 @@ def shaded_share(shade: Sequence[Interval], hours: Floats, step: float) -> Float
 def _shade_before(shade: Sequence[Interval], hours: Floats) -> Floats:
     """Hours of shade from midnight of day 0 to each time, which may lie on other days."""
     spans: list[list[float]] = []
-    parts = [part for first, last in shade for part in _within_day(first, last)]
-    for first, last in sorted(parts):
-        if spans and first <= spans[-1][1]:
-            spans[-1][1] = max(spans[-1][1], last)
+    parts = [part for start, stop in shade for part in _within_day(start, stop)]
+    for start, stop in sorted(parts):
+        if spans and start <= spans[-1][1]:
+            spans[-1][1] = max(spans[-1][1], stop)
         else:
-            spans.append([first, last])
+            spans.append([start, stop])
     day, hour = np.divmod(hours, 24.0)
     total = np.zeros(np.shape(hours))
-    for first, last in spans:
-        total += np.clip(hour, first, last) - first + day * (last - first)
+    for start, stop in spans:
+        total += np.clip(hour, start, stop) - start + day * (stop - start)
     return total
 
 
-def _within_day(first: float, last: float) -> list[Interval]:
-    return [(first, last)] if first < last else [(first, 24.0), (0.0, last)]
+def _within_day(start: float, stop: float) -> list[Interval]:
+    return [(start, stop)] if start < stop else [(start, 24.0), (0.0, stop)]

@@ -83,8 +83,8 @@ def forcing_rows(forcing: Forcing, count: int, material: SurfaceMaterial, *, by_
     """
     skin: list[float | Floats] = [0.0] * 5
     if by_time:
-        found = skin_of(material, forcing)
-        skin = [found.solar_absorptance, found.thermal_emissivity, found.wetness, found.surface_resistance]
+        surface = skin_of(material, forcing)
+        skin = [surface.solar_absorptance, surface.thermal_emissivity, surface.wetness, surface.surface_resistance]
         skin.append(-1.0 if material.film is None or forcing.film is None else forcing.film)
     warmer, colder = natural_coefficients(forcing.cos_slope, forcing.pressure, material.surface)
     rows = [
@@ -135,10 +135,10 @@ def loss(ca: Any, material: SymbolicMaterial, surface: Any, parameter: Any) -> A
     forced = _forced(ca, properties, volumetric, pressure, wind)
     if properties.exposure == "field" and not material.trees:
         forced *= _stability(ca, properties.roughness_length, difference / air, wind, upward)
-    least = 8.0
+    minimum = 8.0
     if properties.exposure == "field" and not material.trees:
-        least = ca.if_else(upward >= 1.0, 1.0, 8.0)
-    coefficient = ca.if_else(pressure > 0, (least + forced**3 + natural) ** (1.0 / 3.0), 0.0)
+        minimum = ca.if_else(upward >= 1.0, 1.0, 8.0)
+    coefficient = ca.if_else(pressure > 0, (minimum + forced**3 + natural) ** (1.0 / 3.0), 0.0)
     net += coefficient * difference
     if not material.dry:
         celsius = surface - ZERO_CELSIUS
@@ -166,13 +166,13 @@ def _over_water(ca: Any, kelvin: Any) -> Any:
 
 def _leaves(ca: Any, material: SymbolicMaterial, sunlight: Any, air: Any, humidity: tuple[Any, Any]) -> Any:
     """Resistance of a canopy [s m^-1] under sunlight on open level ground [W m^-2]."""
-    least, trees = material.surface.surface_resistance, material.trees
+    minimum, trees = material.surface.surface_resistance, material.trees
     vapour, pressure = humidity
     light = 1.1 * sunlight / (150.0 if trees else 300.0)
-    share = (light + least * (5.0 if trees else 3.0) / 5000.0) / (1.0 + light)
+    share = (light + minimum * (5.0 if trees else 3.0) / 5000.0) / (1.0 + light)
     deficit = 0.622 * ca.fmax(ca.exp(_over_water(ca, air)) - vapour, 0.0) / pressure
     mild = ca.fmax(1.0 - 0.0016 * (air - 298.15) ** 2, 0.01)
-    return ca.fmin(least * (1.0 + (54.53 if trees else 36.35) * deficit) / (share * mild), 5000.0)
+    return ca.fmin(minimum * (1.0 + (54.53 if trees else 36.35) * deficit) / (share * mild), 5000.0)
 
 
 def _forced(ca: Any, surface: SurfaceProperties, volumetric: Any, pressure: Any, wind: tuple[Any, Any, Any]) -> Any:
@@ -196,10 +196,10 @@ def _forced(ca: Any, surface: SurfaceProperties, volumetric: Any, pressure: Any,
 
 def _multiplier(ca: Any, roughness: Any) -> Any:
     """Walton's multiplier of a rough building surface, linear in the logarithm between its values."""
-    places, values = np.log10([1e-5, 1e-4, 1e-3, 0.002, 1e-2]), np.array([1.0, 1.11, 1.52, 1.67, 2.17])
+    nodes, values = np.log10([1e-5, 1e-4, 1e-3, 0.002, 1e-2]), np.array([1.0, 1.11, 1.52, 1.67, 2.17])
     level = ca.log10(roughness)
-    slopes = np.diff(values) / np.diff(places)
-    parts = zip(places, places[1:], slopes, strict=False)
+    slopes = np.diff(values) / np.diff(nodes)
+    parts = zip(nodes, nodes[1:], slopes, strict=False)
     return values[0] + sum(slope * (ca.fmin(ca.fmax(level, low), high) - low) for low, high, slope in parts)
 
 
@@ -217,8 +217,8 @@ def _stability(ca: Any, roughness: Any, relative: Any, wind: tuple[Any, Any, Any
     excess = 2.0
     cubic = 3.2165 + 4.3431 * excess + 0.5360 * excess**2 - 0.0781 * excess**3
     power = 0.5802 - 0.1571 * excess + 0.0327 * excess**2 - 0.0026 * excess**3
-    free = 15 * cubic * 0.16 / (momentum * heat(height)) * (1 + height * np.exp(2.0) / roughness) ** power
-    warm, cold = ca.fmax(number, 0.0), ca.fmax(-number, 0.0)
-    unstable = 1 + 15 * warm / (1 + free * ca.sqrt(warm + 1e-16))
+    convection = 15 * cubic * 0.16 / (momentum * heat(height)) * (1 + height * np.exp(2.0) / roughness) ** power
+    unstable_number, cold = ca.fmax(number, 0.0), ca.fmax(-number, 0.0)
+    unstable = 1 + 15 * unstable_number / (1 + convection * ca.sqrt(unstable_number + 1e-16))
     level = ca.if_else(number > 0, unstable, 1 / (1 + 15 * cold * ca.sqrt(1 + 5 * cold)))
     return 1 + upward * (level - 1)

@@ -71,12 +71,14 @@ def grid(material: SymbolicMaterial, shares: Sequence[tuple[Floats, Any]]) -> li
     cells = []
     for layer, (widths, thickness) in zip(material.thermal.layers, shares, strict=True):
         capacity = layer.density * layer.heat_capacity
-        whole = thickness if isinstance(layer.thickness, float) and np.isinf(layer.thickness) else layer.thickness
-        cells += [Cell(whole * width, layer.conductivity, capacity) for width in widths]
+        extent = thickness if isinstance(layer.thickness, float) and np.isinf(layer.thickness) else layer.thickness
+        cells += [Cell(extent * width, layer.conductivity, capacity) for width in widths]
     return cells
 
 
-def rate_function(ca: Any, material: SymbolicMaterial, cells: Sequence[Cell], free: Any, drive: Any = None) -> Any:
+def rate_function(
+    ca: Any, material: SymbolicMaterial, cells: Sequence[Cell], parameters: Any, drive: Any = None
+) -> Any:
     """casadi function of state, forcing and free parameters to the state's rate of change [K/s] and its derivatives.
 
     Parameters
@@ -84,9 +86,9 @@ def rate_function(ca: Any, material: SymbolicMaterial, cells: Sequence[Cell], fr
     ca : module
         casadi.
     material : SymbolicMaterial
-        Its numbers may depend on `free`.
+        Its numbers may depend on `parameters`.
     cells : sequence of Cell
-    free : casadi.SX
+    parameters : casadi.SX
         Column of parameters, or of none.
     drive : casadi.SX, optional
         Drive of the back, which replaces the last value of the forcing.
@@ -96,30 +98,30 @@ def rate_function(ca: Any, material: SymbolicMaterial, cells: Sequence[Cell], fr
     casadi.Function
         The state is the surface, then the cells, then the air of a cavity that stores heat; the forcing has the values
         of `FORCING` and the drive of the back. The derivatives by the state are those of its tridiagonal pattern,
-        column by column, those by `free` column by column.
+        column by column, those by `parameters` column by column.
     """
     enclosed = _floats(material)
-    last = len(cells)
-    size = last + 1 + enclosed
+    cell_count = len(cells)
+    size = cell_count + 1 + enclosed
     state, forcing = ca.SX.sym("T", size), ca.SX.sym("p", len(FORCING) + 1)
     down = [(state[0] - state[1]) / cells[0].half_resistance]
-    between = zip(cells, cells[1:], range(1, last), strict=False)
+    between = zip(cells, cells[1:], range(1, cell_count), strict=False)
     down += [(state[i] - state[i + 1]) / (cell.half_resistance + below.half_resistance) for cell, below, i in between]
     behind = forcing[-1] if drive is None else drive
-    down.append(_into_back(material, state[size - 1] if enclosed else behind, state[last], cells[-1]))
+    down.append(_into_back(material, state[size - 1] if enclosed else behind, state[cell_count], cells[-1]))
     skin = material.thermal.skin
     capacity = skin.thickness * skin.density * skin.heat_capacity
     rates = [(-loss(ca, material, state[0], forcing[: len(FORCING)]) - down[0]) / capacity]
-    rates += [(down[i - 1] - down[i]) / (cells[i - 1].width * cells[i - 1].capacity) for i in range(1, last + 1)]
+    rates += [(down[i - 1] - down[i]) / (cells[i - 1].width * cells[i - 1].capacity) for i in range(1, cell_count + 1)]
     if enclosed:
         back = material.thermal.back
-        rates.append((down[last] - back.exchange * (state[size - 1] - behind)) / back.capacity)
+        rates.append((down[cell_count] - back.exchange * (state[size - 1] - behind)) / back.capacity)
     rate = ca.vertcat(*rates)
     rows, columns = _tridiagonal(size)
     by_state = ca.jacobian(rate, state)
     band = ca.vertcat(*(by_state[int(row), int(column)] for row, column in zip(rows, columns, strict=True)))
-    outputs = [ca.densify(part) for part in (rate, band, ca.vec(ca.jacobian(rate, free)))]
-    return ca.Function("rate", [state, forcing, free], outputs)
+    outputs = [ca.densify(part) for part in (rate, band, ca.vec(ca.jacobian(rate, parameters)))]
+    return ca.Function("rate", [state, forcing, parameters], outputs)
 
 
 def _floats(material: SymbolicMaterial) -> bool:
@@ -128,7 +130,7 @@ def _floats(material: SymbolicMaterial) -> bool:
     return ended and material.thermal.back.kind == "cavity" and bool(material.thermal.back.capacity)
 
 
-def _into_back(material: SymbolicMaterial, drive: Any, temperature: Any, last: Cell) -> Any:
+def _into_back(material: SymbolicMaterial, drive: Any, temperature: Any, cell: Cell) -> Any:
     """Heat flux out of the last cell into a back that is driven by a temperature or a heat flux, or into the air of a
     cavity.
     """
@@ -138,7 +140,7 @@ def _into_back(material: SymbolicMaterial, drive: Any, temperature: Any, last: C
         return 0.0
     if boundary.kind == "heated":
         return -drive
-    resistance = last.half_resistance
+    resistance = cell.half_resistance
     if boundary.coefficient is not None:
         resistance = resistance + 1.0 / boundary.coefficient
     if boundary.exchange is not None and not boundary.capacity:
@@ -193,7 +195,7 @@ class Collocation:
         """Of all intervals."""
         return int(self.forcing.shape[1])
 
-    def solve(self, free: Floats, guess: Floats, tolerance: float = 1e-8) -> Floats:
+    def solve(self, parameters: Floats, guess: Floats, tolerance: float = 1e-8) -> Floats:
         """Temperatures (points, size) [K] at values of the free parameters, by Newton from a guess of that shape.
 
         Raises
@@ -205,7 +207,7 @@ class Collocation:
 
         values, change, before = guess, np.inf, np.inf
         for _ in range(_ROUNDS):
-            rate, band, _ = self._evaluated(values, free)
+            rate, band, _ = self._evaluated(values, parameters)
             step = spsolve(self._matrix(band), -self._defect(values, rate).ravel()).reshape(values.shape)
             change = float(np.abs(step).max())
             # Across a bend of the balance whole steps may go to and fro; a half one ends between.
@@ -216,24 +218,24 @@ class Collocation:
                 return values
         raise RuntimeError(f"the collocation's Newton iteration did not converge: last step {change:.3g} K")
 
-    def derivatives(self, values: Floats, free: Floats) -> Floats:
+    def derivatives(self, values: Floats, parameters: Floats) -> Floats:
         """Of the solution by each free parameter, (points, size, free)."""
         from scipy.sparse.linalg import splu
 
-        _, band, by_free = self._evaluated(values, free)
-        right = self.interval * by_free.reshape(self.points, len(free), self.size).transpose(0, 2, 1)
-        found: Floats = splu(self._matrix(band)).solve(np.ascontiguousarray(right.reshape(-1, len(free))))
-        return found.reshape(self.points, self.size, len(free))
+        _, band, by_free = self._evaluated(values, parameters)
+        right = self.interval * by_free.reshape(self.points, len(parameters), self.size).transpose(0, 2, 1)
+        derivatives: Floats = splu(self._matrix(band)).solve(np.ascontiguousarray(right.reshape(-1, len(parameters))))
+        return derivatives.reshape(self.points, self.size, len(parameters))
 
     def ends(self, values: Floats) -> Floats:
         """What belongs to the ends of the intervals, of values by point along the first axis."""
         return values[self.degree - 1 :: self.degree]
 
-    def _evaluated(self, values: Floats, free: Floats) -> tuple[Floats, Floats, Floats]:
+    def _evaluated(self, values: Floats, parameters: Floats) -> tuple[Floats, Floats, Floats]:
         """Rates (points, size), band of their derivatives by the state and derivatives by the free parameters."""
-        many = np.repeat(np.reshape(free, (-1, 1)), self.points, axis=1)
-        found = self._mapped(values.T, self.forcing, many)
-        rate, band, by_free = (np.asarray(part).T for part in found)
+        many = np.repeat(np.reshape(parameters, (-1, 1)), self.points, axis=1)
+        outputs = self._mapped(values.T, self.forcing, many)
+        rate, band, by_free = (np.asarray(part).T for part in outputs)
         return rate, band, by_free
 
     @cached_property
@@ -267,21 +269,21 @@ class Collocation:
         from scipy.sparse import csc_array, identity, kron
 
         intervals = self.points // self.degree
-        last = np.zeros((self.degree, self.degree))
-        last[:, -1] = self._weights[0, 1:]
+        end_weights = np.zeros((self.degree, self.degree))
+        end_weights[:, -1] = self._weights[0, 1:]
         at = np.arange(intervals)
         before = (at - 1) % intervals
         follows = at if self.start is None else at[1:]
         shift = csc_array((np.ones(len(follows)), (follows, before[follows])), shape=(intervals, intervals))
-        by_point = kron(identity(intervals), self._weights[1:, 1:].T) + kron(shift, last)
+        by_point = kron(identity(intervals), self._weights[1:, 1:].T) + kron(shift, end_weights)
         return csc_array(kron(by_point, identity(self.size)))
 
     @cached_property
     def _places(self) -> tuple[Integers, Integers]:
         """Rows and columns of the bands of all points."""
-        first = self.size * np.arange(self.points)[:, None]
+        offset = self.size * np.arange(self.points)[:, None]
         rows, columns = _tridiagonal(self.size)
-        return (first + rows).ravel(), (first + columns).ravel()
+        return (offset + rows).ravel(), (offset + columns).ravel()
 
     def _matrix(self, band: Floats) -> Any:
         """Derivatives of the equations by the temperatures."""

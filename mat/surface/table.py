@@ -75,7 +75,7 @@ def temperature_table(
     times_h: Sequence[float],
     *,
     steps: int = STEPS,
-    given: Mapping[str, float | tuple[float, ...]] | None = None,
+    prescribed: Mapping[str, float | tuple[float, ...]] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> SurfaceTemperatures:
     """Solve the heat balance of all columns.
@@ -95,7 +95,7 @@ def temperature_table(
         Local clock hours of the day: the clock by which `sun` is given.
     steps : int
         Solver times of a day, a divisor of 576.
-    given : mapping, optional
+    prescribed : mapping, optional
         Temperatures [K] by name of material, which replace its heat balance: one, or 24 at the hours 0 to 23.
     progress : callable, optional
         Called with 1 after each material, or with parts of 1 where they are solved in parts.
@@ -119,17 +119,17 @@ def temperature_table(
     table = SurfaceTemperatures(
         np.empty((*shape, len(hours)), np.float32), *(np.empty(shape, kind) for kind in _DIAGNOSTICS.values())
     )
-    for part, first in _parts(scene):
+    for part, start in _parts(scene):
         days, solved = part.days, dict[Hashable, int]()
         for number, material in enumerate(materials):
-            if given and material.name in given:
-                _fill_given(table, number, at_hours(given[material.name], hours))
+            if prescribed and material.name in prescribed:
+                _fill_given(table, number, at_hours(prescribed[material.name], hours))
             elif (twin := solved.setdefault(material.physics, number)) != number:
                 for name in ("temperature", *_DIAGNOSTICS):
                     getattr(table, name)[number] = getattr(table, name)[twin]
             else:
                 for columns, solution in solve_days(material, days, steps=steps):
-                    _fill(table, number, columns + first * len(planes), solution, plane_of, len(planes), hours)
+                    _fill(table, number, columns + start * len(planes), solution, plane_of, len(planes), hours)
             if progress is not None:
                 progress(len(part.altitude) / len(scene.altitude))
     return table
@@ -140,8 +140,8 @@ def _parts(scene: Scene) -> Iterator[tuple[Scene, int]]:
     columns, and one altitude where days before come with it, or a month of them would take gigabytes.
     """
     together = 1 if scene.weather.before else max(1, _COLUMNS // len(scene.slope))
-    for first in range(0, len(scene.altitude), together):
-        yield replace(scene, altitude=scene.altitude[first : first + together]), first
+    for start in range(0, len(scene.altitude), together):
+        yield replace(scene, altitude=scene.altitude[start : start + together]), start
 
 
 def _checked_axes(

@@ -91,8 +91,8 @@ class NearSurfaceAir:
     def wetting(self) -> Wetting:
         """What of it the skins of surfaces need to know beforehand."""
         moistures = [air.soil_moisture for _, air in self.before] + [self.soil_moisture]
-        known = [moisture for moisture in moistures if moisture is not None]
-        return Wetting(self.rain is not None, float(np.mean(known)) if known else None, self._frost)
+        values = [moisture for moisture in moistures if moisture is not None]
+        return Wetting(self.rain is not None, float(np.mean(values)) if values else None, self._frost)
 
     @property
     def _frost(self) -> float:

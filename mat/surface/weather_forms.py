@@ -147,14 +147,14 @@ class FormTable:
     form : Form
     readings : Readings
         Time in seconds since 1970, UTC; cells that are missing are NaN.
-    place : (3,) tuple of float or None
+    location : (3,) tuple of float or None
         Latitude, longitude [degree] and altitude [m] that the file states.
     notes : tuple of str
     """
 
     form: Form
     readings: Readings
-    place: tuple[float, float, float] | None
+    location: tuple[float, float, float] | None
     notes: tuple[str, ...]
 
 
@@ -220,8 +220,8 @@ def _stated(lines: Sequence[str]) -> dict[str, str]:
         names, values = (line.split(",") for line in lines)
         stated |= {folded(name): value.strip() for name, value in zip(names, values, strict=False)}
     for name, pattern in (("latitude", r"LATITUDE:\s*([-\d.]+)"), ("longitude", r"LONGITUDE:\s*([-\d.]+)")):
-        for found in re.findall(pattern, "\n".join(lines))[:1]:
-            stated.setdefault(name, found)
+        for text in re.findall(pattern, "\n".join(lines))[:1]:
+            stated.setdefault(name, text)
     return stated
 
 
@@ -278,9 +278,9 @@ def _time(clock: _Clock, parts: Sequence[tuple[str, int]], file: Path, line: int
         moment = clock.read([parts[n][0] for n in clock.columns])
         return (moment if moment.tzinfo else moment.replace(tzinfo=clock.zone)).timestamp()
     except (ValueError, OverflowError):
-        written = " ".join(parts[n][0] for n in clock.columns)
+        text = " ".join(parts[n][0] for n in clock.columns)
         raise InputError(
-            f"found '{written[:40]}'; allowed: a date and time", file=file, line=line, column=parts[clock.columns[0]][1]
+            f"found '{text[:40]}'; allowed: a date and time", file=file, line=line, column=parts[clock.columns[0]][1]
         ) from None
 
 
@@ -304,10 +304,10 @@ def _tilted(key: str, stated: Mapping[str, str]) -> bool:
 def _unread(heads: Sequence[str], keys: Sequence[str], chosen: Mapping[int, object]) -> list[str]:
     """A line for the columns that are left alone."""
     times = {"valid", "valid(utc)", "time", "time(utc)", "date/time", "date", "year", "month", "day", "hour", "minute"}
-    left = [n for n, key in enumerate(keys) if n not in chosen and key not in times]
-    if not left:
+    unread = [n for n, key in enumerate(keys) if n not in chosen and key not in times]
+    if not unread:
         return []
-    words = [f"{heads[n]} ({_LEFT[keys[n]]})" if keys[n] in _LEFT else heads[n] for n in left]
+    words = [f"{heads[n]} ({_LEFT[keys[n]]})" if keys[n] in _LEFT else heads[n] for n in unread]
     return [f"has columns that are not read: {', '.join(words)[:200]}"]
 
 
@@ -340,7 +340,9 @@ def _sorted(file: Path, lines: list[int], time: Floats, values: dict[str, Floats
     order = order[np.append(np.diff(time[order]) > 0, True)] if order.size else order
     if not order.size:
         raise InputError("has no row with an air temperature; download it again", file=file)
-    return Readings(file, [lines[n] for n in order], time[order], {name: each[order] for name, each in values.items()})
+    return Readings(
+        file, [lines[n] for n in order], time[order], {name: column[order] for name, column in values.items()}
+    )
 
 
 def is_station_archive(file: Path) -> bool:
@@ -362,7 +364,7 @@ def read_station_archive(file: Path) -> tuple[Readings, tuple[float, float, floa
     names = {"ghi": "sw_down", "dni": "direct_normal", "dhi": "diffuse", "lwd": "lw_down"}
     try:
         data, stated = pvlib.iotools.read_bsrn(file)
-        place = float(stated["latitude"]), float(stated["longitude"]), float(stated["altitude"])
+        location = float(stated["latitude"]), float(stated["longitude"]), float(stated["altitude"])
         values = {ours: data[theirs].to_numpy(float) for theirs, ours in names.items()}
         values["air_temperature"] = data["temp_air"].to_numpy(float) + ZERO_CELSIUS
         values["relative_humidity"] = data["relative_humidity"].to_numpy(float)
@@ -370,7 +372,7 @@ def read_station_archive(file: Path) -> tuple[Readings, tuple[float, float, floa
         time = data.index.as_unit("s").asi8.astype(float)
     except Exception as error:  # a reader of another project: whatever it raises, the file is at fault
         raise InputError(f"is no BSRN station file that can be read: {error}; download it again", file=file) from None
-    return _sorted(file, [0] * len(time), time, values), place
+    return _sorted(file, [0] * len(time), time, values), location
 
 
 def _place(stated: Mapping[str, str]) -> tuple[float, float, float] | None:

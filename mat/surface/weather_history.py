@@ -81,18 +81,19 @@ def read_history(file: Path) -> Readings:
         file,
         [int(row) + 2 for row in second],
         3600.0 * (hour[second] - _DAY_H),
-        {name: each[second] for name, each in values.items()},
+        {name: column[second] for name, column in values.items()},
     )
 
 
 def _step(lines: list[str], file: Path) -> float:
     """Hours between rows, of the first line, which must fit the number of rows and two days."""
-    first = _NUMBER.findall(lines[0]) if lines else []
-    count, step = (int(first[0]), float(first[1])) if len(first) == 2 and first[0].isdecimal() else (0, 0.0)
+    numbers = _NUMBER.findall(lines[0]) if lines else []
+    count, step = (int(numbers[0]), float(numbers[1])) if len(numbers) == 2 and numbers[0].isdecimal() else (0, 0.0)
     if not 0 < step <= 1 or count > _MOST_ROWS or abs((count - 1) * step - 2 * _DAY_H) > 0.01:
-        found = lines[0][:40] if lines else ""
+        heading = lines[0][:40] if lines else ""
         raise InputError(
-            f"found '{found}'; allowed: the number of rows and their step in hours, two days with both ends: 193 0.25",
+            f"found '{heading}'; allowed: the number of rows and their step in hours, two days with both ends: 193"
+            " 0.25",
             file=file,
             line=1,
         )

@@ -41,7 +41,7 @@ class Column:
     units: Mapping[str, tuple[float, float]]
     low: float
     high: float
-    none: bool = False  # whether 0 is allowed below the lowest: no air at all
+    zero_allowed: bool = False  # whether 0 is allowed below the lowest: no air at all
 
     def to_si(self, cell: str, unit: str) -> float:
         """The value of a cell in a unit, by default the first; ValueError says what was found and what is allowed."""
@@ -50,9 +50,11 @@ class Column:
             value = plain_number(cell) * factor + offset
         except ValueError:
             value = np.nan
-        if not (self.low <= value <= self.high or (self.none and value == 0)):
+        if not (self.low <= value <= self.high or (self.zero_allowed and value == 0)):
             si_unit = next(iter(self.units)).replace("1", "")
-            allowed = f"{self.low:g} to {self.high:g} {si_unit}".strip() + (" or 0, a vacuum" if self.none else "")
+            allowed = f"{self.low:g} to {self.high:g} {si_unit}".strip() + (
+                " or 0, a vacuum" if self.zero_allowed else ""
+            )
             raise ValueError(f"found '{cell}'; allowed: numbers worth {allowed}; fix or remove the line")
         return value
 
@@ -183,8 +185,8 @@ def read_readings(
             column=1,
         )
     names = [head.name for head in heads if head.name in columns]
-    left = ", ".join(head.name for head in heads if head.name not in columns and head.name != "time")
-    notes = (f"has columns that are not read: {left[:200]}",) if left else ()
+    unread = ", ".join(head.name for head in heads if head.name not in columns and head.name != "time")
+    notes = (f"has columns that are not read: {unread[:200]}",) if unread else ()
     values = {name: np.array([values[name] for _, values in rows]) for name in names}
     return Readings(file, numbers, time, values, notes)
 
@@ -222,7 +224,7 @@ def _header(
 def _row(
     file: Path,
     number: int,
-    found: list[tuple[str, int]],
+    cells: list[tuple[str, int]],
     heads: list[Head],
     columns: Mapping[str, Column],
     read_time: Callable[[str], float],
@@ -230,7 +232,7 @@ def _row(
 ) -> tuple[float, dict[str, float]]:
     """Seconds and the values in SI of a line."""
     seconds, values = np.nan, {}
-    for head, (cell, column) in zip(heads, found, strict=True):
+    for head, (cell, column) in zip(heads, cells, strict=True):
         try:
             if head.name == "time":
                 seconds = read_time(cell)

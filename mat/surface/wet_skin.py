@@ -85,8 +85,8 @@ def aged_albedo(fresh: float, age: Floats, air_temperature: Floats) -> Floats:
     """Albedo of snow at an age [d] whose fresh albedo is known; `air_temperature` (rows, N) [K], of which the mean
     tells whether old snow melts.
     """
-    warm = np.mean(np.atleast_2d(air_temperature), axis=1, keepdims=True) - ZERO_CELSIUS
-    melting = np.clip(0.5 + 0.5 * warm / _THAW, 0.0, 1.0)
+    excess = np.mean(np.atleast_2d(air_temperature), axis=1, keepdims=True) - ZERO_CELSIUS
+    melting = np.clip(0.5 + 0.5 * excess / _THAW, 0.0, 1.0)
     old = np.minimum(_OLD_DRY + melting * (_OLD_MELTING - _OLD_DRY), fresh)
     albedo: Floats = old + (fresh - old) * np.exp(-_AGEING * age)
     return albedo

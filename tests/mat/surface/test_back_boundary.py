@@ -240,7 +240,7 @@ def test_given_temperatures_stand_in_the_table(sun_path, weather, sky):
     by_hand = tuple(300.0 + hour for hour in range(24))
     chosen = [material(Back("fixed")), replace(material(Back("fixed")), name="engine")]
     table = temperature_table(
-        chosen, sun_path, weather, sky, [0.0], [0.0, 90.0], [0.0, 90.0], [3.0, 3.5], given={"engine": by_hand}
+        chosen, sun_path, weather, sky, [0.0], [0.0, 90.0], [0.0, 90.0], [3.0, 3.5], prescribed={"engine": by_hand}
     )
     assert np.all(table.temperature[1] == np.array([303.0, 303.5], np.float32))
     assert np.all(table.method[1] == Method.GIVEN) and not np.any(table.method[0] == Method.GIVEN)

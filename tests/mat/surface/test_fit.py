@@ -82,7 +82,7 @@ def test_a_thick_slab_gives_the_product_only():
         thick, replace(measured, skin=measured.skin + noise), ["conductivity", "heat_capacity"], held_out=0
     )
     assert fit.uncertainty.correlation[0, 1] < -0.95
-    assert any("conductivity and heat_capacity are not told apart" in note for note in fit.notes)
+    assert any("conductivity and heat_capacity cannot be distinguished" in note for note in fit.notes)
     first = material.thermal.layers[0]
     product = fit.values["conductivity"] * fit.values["heat_capacity"]
     assert product == pytest.approx(first.conductivity * first.heat_capacity, rel=0.15)

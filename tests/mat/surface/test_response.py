@@ -83,7 +83,7 @@ def test_the_excess_of_the_loss_is_none_at_the_temperature_itself_and_bends_as_r
 def test_materials_of_given_temperature_do_not_respond(sun_path, weather, sky):
     scene = Scene(sun_path, weather, sky, np.array([0.0, 500.0, 2000.0]), np.array([0.0, 45.0]), np.zeros(2))
     materials = [lump(1e5), lump(1e5, "hot"), replace(lump(1e5), name="twin")]
-    table = response_table(materials, scene, given=["hot"])
+    table = response_table(materials, scene, prescribed=["hot"])
     assert table.kernel.shape == (3, 4, 2, 24, LAG_STARTS.size)
     assert table.altitudes_m.tolist() == [0, 500, 1250, 2000]  # one between those more than 1 km apart
     assert not table.kernel[1].any() and not table.loss_excess[1].any() and np.all(table.loss_slope[1] == 1)

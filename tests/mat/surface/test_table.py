@@ -155,7 +155,7 @@ def test_altitudes_with_days_before_are_those_of_each_alone(sun_path, weather, s
     materials, ticks = [soil(), soil("twin"), soil("given")], []
     place = ([0.0, 90.0], [0.0, 60.0], HOURS)
     table = temperature_table(
-        materials, sun_path, after, sky, [0.0, 800.0], *place, given={"given": 300.0}, progress=ticks.append
+        materials, sun_path, after, sky, [0.0, 800.0], *place, prescribed={"given": 300.0}, progress=ticks.append
     )
     for number, altitude in enumerate((0.0, 800.0)):
         alone = temperature_table([soil()], sun_path, after, sky, [altitude], *place)

@@ -16,7 +16,7 @@ UNITS = ["um", "nm", "angstrom", "m", "cm-1"]
 
 @click.command(
     "new",
-    epilog="Example: mat materials new hangar_roof --absorptance .32 --emissivity .87 --like paint_white_on_metal",
+    epilog="Example: mat materials new hangar_roof --absorptance 0.32 --emissivity 0.87 --like paint_white_on_metal",
 )
 @click.argument("name")
 @click.option("--like", required=True, metavar="NAME", help="Base material for all unspecified properties.")

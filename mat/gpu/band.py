@@ -13,7 +13,7 @@ _MATERIAL = ("specular_fraction", "shininess", "normalisation", "reflectance")
 
 
 def export_band(band: BandTable) -> GpuFile:
-    """Single precision throughout: half floats would err by .02 K in black-body radiance, and the tables are small.
+    """Single precision throughout: half floats would err by 0.02 K in black-body radiance, and the tables are small.
 
     Raises
     ------

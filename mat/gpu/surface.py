@@ -1,6 +1,6 @@
 """A ``.htt`` database as textures: temperatures of faces through the day, and their response to shade.
 
-At 300 K half floats are .25 K apart. The textures therefore hold the difference from the level face of the same
+At 300 K half floats are 0.25 K apart. The textures therefore hold the difference from the level face of the same
 material, altitude and time, which has a table in single precision.
 """
 
@@ -26,7 +26,7 @@ _LIGHT = (shade.DIRECT, shade.DIFFUSE, shade.LONGWAVE, shade.AIR)
 _SUN = (shade.SUN_ELEVATION, shade.SUN_AZIMUTH, shade.AUREOLE)
 _PER_MATERIAL = (shade.ABSORPTANCE, shade.EMISSIVITY, response.HIGHEST)
 # Degree between nodes of temperatures in the shade, which follow the Sun's angle within the cells of the table: a slope
-# of 31 degree errs by 2 K between slopes of 0 and 45 and azimuths of 90, by .04 K (97 % of faces) with these.
+# of 31 degree errs by 2 K between slopes of 0 and 45 and azimuths of 90, by 0.04 K (97 % of faces) with these.
 _SLOPE_STEP, _AZIMUTH_STEP = 7.5, 15.0
 _TRACKS = ("sun_elevation", "sun_azimuth", "moon_elevation", "moon_azimuth")
 

@@ -30,7 +30,7 @@ from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
 
 PAGE = "viewer.html.j2"
 SCRIPTS = ("tables.js", "surfaces.js", "viewer.js")  # in the order in which the page loads them
-TEXELS = 14_000  # of the air at one altitude, for differences from the library below .05 K
+TEXELS = 14_000  # of the air at one altitude, for differences from the library below 0.05 K
 LARGEST = 2048  # columns or rows of a plan; larger textures are shown by a mip level
 PALETTE_STEPS = 64  # colours, between which a palette is linear: Inferno within 2 of 255
 FARTHEST_KM, _ABOVE_KM, _HOUR = 30.0, 1.0, 14.0

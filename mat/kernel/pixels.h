@@ -147,7 +147,7 @@ typedef struct {
     const double *shaded;   /* SKY_STEPS a row: share of each step in which no light comes from the Sun's direction */
     const double *sky_view; /* open share of the sky */
     const double *facing;   /* temperature of the wall that hides the rest; NULL or NaN: that of the air */
-    const double *facing_emissivity; /* NULL or NaN: .95 */
+    const double *facing_emissivity; /* NULL or NaN: 0.95 */
 } SkySurroundings;
 
 /* Change of the heat that faces absorb, (count, SKY_STEPS) [W m^-2]. */
@@ -215,7 +215,7 @@ typedef struct {
     const double *sky_view;         /* open share of the sky above it; NULL: all */
     const double *wall_temperature; /* of what hides the rest; NULL or NaN: that of the air */
     const double *shade;            /* share of the face in the shade all day; NULL: none */
-    const double *shaded_sky;       /* open share of the sky there, at most; NULL: .5 */
+    const double *shaded_sky;       /* open share of the sky there, at most; NULL: 0.5 */
     const double *shaded_temperature; /* (count, M) there; NULL or NaN: by the response of the surface file */
     const int32_t *ground_material;   /* code of the ground around the face; NULL or 0: that of the atmosphere file, at the
                                          pixel's hour; where it names none, the temperature that it states */

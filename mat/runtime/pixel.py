@@ -105,7 +105,7 @@ class Faces:
         Share of the face that lies in the shade all day, as `skyshine.tmm.TmmFile.shade` gives it; by default none. No
         direct light falls there, and no more of the sky is open than `shaded_sky`.
     shaded_sky : array, optional
-        Open share of the sky above the part in the shade; by default .5, as in a scene of `mat render`.
+        Open share of the sky above the part in the shade; by default 0.5, as in a scene of `mat render`.
     shaded_temperature : (n, M) array, optional
         Temperatures of the materials in the shade [K], instead of the table's response; ignored where `shade` is 0.
     """

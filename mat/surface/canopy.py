@@ -32,7 +32,7 @@ from skyshine.schemas.errors import InputError
 PROJECTION = (
     0.5  # of leaf area that faces all ways alike, in any direction (a sphere's: Campbell and Norman 1998, 15.4)
 )
-# Of single leaves for sunlight: .8 for its visible half, .2 for the other (Campbell and Norman 1998, section 15.2).
+# Of single leaves for sunlight: 0.8 for its visible half, 0.2 for the other (Campbell and Norman 1998, section 15.2).
 LEAF_ABSORPTANCE = 0.5
 # m s^-1: of heat from soil to the air where no wind reaches it, 1 / (a' + b' u) with u = 0 (Norman et al. 1995).
 CALM_SOIL = 0.004

@@ -23,7 +23,7 @@ from skyshine.schemas.arrays import Floats, Integers
 
 # Heat of vaporisation of which the psychrometer constant of the balance is made: FAO Paper 56, equation 8 [J kg^-1].
 LATENT_HEAT = 2.45e6
-# Change of the heat balance [W m^-2] by which the last film may differ from that of its temperatures: below .05 K.
+# Change of the heat balance [W m^-2] by which the last film may differ from that of its temperatures: below 0.05 K.
 TOLERANCE = 0.2
 ROUNDS = 40  # at most; what is left then stands in the residual
 _CAREFUL = 4  # rounds after which the next film is taken by part

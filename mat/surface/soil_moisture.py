@@ -129,7 +129,7 @@ def unfrozen_water(texture: str, dry_density: float, frost: float) -> float:
 
     References
     ----------
-    Anderson and Tice (1972): ln w = .2618 + .5519 ln S - 1.449 S^-.264 ln frost, w in per cent of the dry mass.
+    Anderson and Tice (1972): ln w = 0.2618 + 0.5519 ln S - 1.449 S^-0.264 ln frost, w in per cent of the dry mass.
 
     Examples
     --------

@@ -2,7 +2,7 @@
 
 References
 ----------
-Snow: albedo falls to that of old snow by 0.01 an hour exponentially, .70 dry and .50 melting (Verseghy 1991, Int. J.
+Snow: albedo falls to that of old snow by 0.01 an hour exponentially, 0.70 dry and 0.50 melting (Verseghy 1991, Int. J.
 Climatol. 11, 111-133). Film: its share of the surface is (film / capacity)^(2/3) (Deardorff 1978, J. Geophys. Res. 83,
 1889-1903, for leaves; Noilhan and Planton 1989), capacities those of Grimmond and Oke (1991), Water Resour. Res. 27,
 1739-1755.

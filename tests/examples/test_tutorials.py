@@ -88,7 +88,7 @@ def test_the_three_ways_find_the_same_road_and_forest(builds_here, tmp_path, mon
     for way in ("answers", "labels", "polygons", "all"):
         with open_tmm(tmp_path / "build" / f"{way}.tmm.h5") as file:
             assert set(file.usage) == {"asphalt_road", "grass_green", "conifer"}
-            assert 0.06 < file.usage["asphalt_road"] < 0.12  # .08 by the polygons of the example
+            assert 0.06 < file.usage["asphalt_road"] < 0.12  # 0.08 by the polygons of the example
             found[way] = file.array("levels/0/code")
     seeds = {way: seed_texels(f"{way}.yaml") for way in found}
     for way in ("answers", "labels", "polygons"):

@@ -26,7 +26,7 @@ def test_matching_functions_are_those_of_the_observer():
 
 
 def test_grey_is_grey_by_its_lightness():
-    """A reflectance of .184 has L* 50."""
+    """A reflectance of 0.184 has L* 50."""
     colour = natural_colour(WAVELENGTHS, np.full(WAVELENGTHS.shape, 0.18419))
     np.testing.assert_allclose(rgb2lab(colour[np.newaxis])[0], [50, 0, 0], atol=0.5)
 

@@ -1,7 +1,9 @@
 """Plain words in the code: no vague variable names, and docstring entries that begin with a noun."""
 
 import ast
+import io
 import re
+import tokenize
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -23,6 +25,8 @@ PLAIN = [  # all folders of the package
     *("tmm", "schemas", "materials"),
     *(f"mat/{folder.name}" for folder in sorted((ROOT / "mat").iterdir()) if any(folder.glob("*.py"))),
 ]
+ZERO = re.compile(r"(?:^|(?<=[\s(|/~<>=±`]))-?\.\d", re.M)  # ".9 K" without its zero
+TEXTS = [".md", ".c", ".h", ".rs", ".js", ".ts", ".ipynb", ".yaml"]  # beside comments and strings of Python
 DOCUMENTED = ast.Module, ast.ClassDef, ast.FunctionDef
 
 
@@ -56,6 +60,30 @@ def read(folder: str) -> tuple[list[str], list[str], int, int]:
     return vague, bare, bound, described
 
 
+def sentences(file: Path) -> str:
+    """Text of a page or of sources in another language; strings and comments of Python."""
+    text = file.read_text(encoding="utf-8")
+    if file.suffix != ".py":
+        return text if file.suffix in TEXTS else ""
+    if not ZERO.search(text):  # tokens take long
+        return ""
+    words = tokenize.generate_tokens(io.StringIO(text).readline)
+    return "\n".join(word.string.strip("\"'#") for word in words if word.type in (tokenize.STRING, tokenize.COMMENT))
+
+
+@pytest.mark.parametrize("folder", ["atmospheres", "examples", "mat", "materials", "schemas", "tmm"])
+def test_numbers_have_their_zero(folder: str) -> None:
+    files = [*(ROOT / folder).rglob("*.*"), *ROOT.glob("*.md")]
+    lacking = [
+        f"{file.relative_to(ROOT)}: {' '.join(line.split())[:80]}"
+        for file in files
+        if file.suffix in (".py", *TEXTS) and not {"node_modules", "target", "build"} & {*file.parts}
+        for line in sentences(file).splitlines()
+        if ZERO.search(line) and not re.search(r"\drem|\dmm;|0-9|fortran", line)
+    ]
+    assert not lacking, "write 0.9, not .9: " + "; ".join(lacking[:20])
+
+
 @pytest.mark.parametrize("folder", PLAIN)
 def test_names_and_entries_are_plain(folder: str) -> None:
     vague, bare, bound, described = read(folder)
@@ -70,3 +98,4 @@ def test_counts_notice_vague_words() -> None:
     )
     assert [name for _, name in names(tree) if VAGUE.fullmatch(name)] == ["found"]
     assert list(entries(tree)) == ["Of x."] and PREPOSITION.match("Of x.")
+    assert [bool(ZERO.search(text)) for text in ("errs by .9 K", "(-.5)", "0.9 K", "v1.2 and .md")] == [1, 1, 0, 0]

@@ -12,10 +12,10 @@ import numpy as np
 from skyshine.mat.atmosphere.transfer.optics import rayleigh_phase, rayleigh_scattering
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 
-# With half as many the series of crystals is up to 74 % off at .65 um, with these .7 %.
+# With half as many the series of crystals is up to 74 % off at 0.65 um, with these 0.7 %.
 MOMENTS = 3000
 # A forward peak narrower than this counts as light that was not scattered: nobody looks that close to the Sun, and its
-# moments would not end. With half of it the series of rain at 3.85 um is 15 % off at 120 degrees, with this .1 %.
+# moments would not end. With half of it the series of rain at 3.85 um is 15 % off at 120 degrees, with this 0.1 %.
 CORE = np.radians(0.5)
 _EDGES = np.concatenate([np.linspace(0, CORE, 9), CORE + (np.pi - CORE) * np.linspace(0, 1, 1601)[1:] ** 1.5])
 _POINT, _WEIGHT = np.polynomial.legendre.leggauss(6)

@@ -28,7 +28,7 @@ pytestmark = [pytest.mark.validation, pytest.mark.shared_data]
 
 LATITUDE, LONGITUDE, STATION = 46.815, 6.944, 491.0  # degree, m
 CO2 = 404.0  # ppm, June 2016 (NOAA, Mauna Loa monthly means: 406.8; global mean 402.2)
-USUAL_DEPTH = 0.12  # of aerosol at .55 um on nights without a beam; western Switzerland in summer
+USUAL_DEPTH = 0.12  # of aerosol at 0.55 um on nights without a beam; western Switzerland in summer
 NIGHTS = (6, 10, 23, 28)  # of June, whose sondes left at 23 UTC before; half an hour before and after
 CONTINUA = {"mt_ckd_4.3_closure": (-1.1, 3.0), "mt_ckd_4.3": (-3.0, 5.0), "mt_ckd_2.4": (-0.5, 3.0)}
 DAYS, HOURS = (22, 23, 24), range(8, 16)  # of June, UTC

@@ -41,7 +41,7 @@ SHADES = [
 ]
 FACES = [(0.0, 180.0), (30.0, 90.0)]  # degree: slope and azimuth
 ALTITUDE = np.array([300.0])  # m
-# With the film of open ground the same cases err by 25 K at most, 1.6 K rms after the shower and by 11 and .9 K after
+# With the film of open ground the same cases err by 25 K at most, 1.6 K rms after the shower and by 11 and 0.9 K after
 # drizzle; a day without rain by 1.9 K at most.
 LARGEST, RMS = 2.5, 0.25  # K
 

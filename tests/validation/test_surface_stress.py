@@ -115,6 +115,6 @@ def test_solver_agrees_with_the_oracle_on_random_columns():
         middle, most, largest = np.quantile(listed, [0.5, 0.95, 1.0])
         print(f"\n{scheme}: median {middle:.4f} K, 95 % {most:.4f} K, largest {largest:.4f} K")
     # In nearly calm air over a rough field the heat loss bends within a step: there 768 steps instead of 192 change the
-    # solution by .04 K, towards the oracle's. One column of the 200 is such a one.
+    # solution by 0.04 K, towards the oracle's. One column of the 200 is such a one.
     assert np.quantile(errors["spectral"], 0.99) < 0.02
     assert np.max(errors["spectral"]) < 0.06

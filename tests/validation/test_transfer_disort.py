@@ -128,7 +128,7 @@ def solar_layers(state, layers):
     ],
 )
 def test_the_truth_gives_the_fluxes_of_disorts_own_test_problem(depth, reflected, diffuse, direct):
-    """Problem 3 of DISORT's test suite (Stamnes et al. 2000, DISORT report v1.1): Henyey and Greenstein of .75, no
+    """Problem 3 of DISORT's test suite (Stamnes et al. 2000, DISORT report v1.1): Henyey and Greenstein of 0.75, no
     absorption, beam of irradiance pi from the zenith."""
     phase = (1 - 0.75**2) / (1 + 0.75**2 - 1.5 * np.cos(plane_parallel.ANGLES)) ** 1.5
     moments, core = plane_parallel.moments_of(phase[:, None])
@@ -242,7 +242,7 @@ def plane_monte_carlo():
 
 
 def test_the_monte_carlo_is_disort_where_that_settles(plane_monte_carlo):
-    """Henyey and Greenstein of .75 with a little absorption, at 9 to 90 degrees from the Sun."""
+    """Henyey and Greenstein of 0.75 with a little absorption, at 9 to 90 degrees from the Sun."""
     phase = (1 - 0.75**2) / (1 + 0.75**2 - 1.5 * np.cos(plane_parallel.ANGLES)) ** 1.5
     moments, _ = plane_parallel.moments_of(phase[:, None])
     layers = plane_parallel.Layers(*map(np.array, ([0.4, 0.6], [0.9, 0.9], [moments[:, 0]] * 2)), None, None, None)

@@ -27,7 +27,7 @@ VARIED = 20.0  # median variances of a superpixel's colours, beyond which none i
 STRANGE = 0.3  # chance that what resembles no seed is of a material without seeds
 LEAST_SHARE = 0.01  # of a material where its rarity counts
 # Share of a doubt that an answer removes where seeds look alike already, or a library knows the materials: there the
-# materials look alike. With it a second click a class is stated to gain .021 on 46 aerial sheets, by which it was
+# materials look alike. With it a second click a class is stated to gain 0.021 on 46 aerial sheets, by which it was
 # chosen, and gains that.
 SETTLED = 0.28
 

@@ -70,7 +70,7 @@ class _Edges:
     texel, edge : (M,) int; texels of the runs that lead from the edges through the dark, and the edge of each.
     ended : (N,) bool; whether the run came to an end in brighter light.
     cast : (N,)
-        How little the light beyond the run is that of the edge's own bright side: 1 is a caster, .3 the same ground.
+        How little the light beyond the run is that of the edge's own bright side: 1 is a caster, 0.3 the same ground.
     """
 
     ratio: npt.NDArray[Any]

@@ -75,7 +75,7 @@ typedef struct {
     size_t shade_count;
     double sky_view;          /* open share of the sky */
     double facing;            /* temperature of the wall that hides the rest; NaN: that of the air */
-    double facing_emissivity; /* NaN: .95 */
+    double facing_emissivity; /* NaN: 0.95 */
 } skyshine_surroundings;
 
 /* A pixel; the atmosphere is read at the range and elevation of the centre. */

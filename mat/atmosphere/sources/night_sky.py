@@ -1,9 +1,9 @@
 """Light of the night sky without the Moon: airglow, zodiacal light and starlight, outside the lower atmosphere.
 
 Airglow is what the ESO sky model (Noll et al. 2012) has beyond zodiacal light, as means over broad bands: the lines of
-O at .5577 and .630 um and of Na at .589 um and the bands of OH, which make most of it from .7 um on, are inside these
-means and not resolved. It comes from a thin layer and brightens towards the horizon (van Rhijn 1921). Zodiacal light
-and starlight are even over the sky, of the Sun's colour.
+O at 0.5577 and 0.630 um and of Na at 0.589 um and the bands of OH, which make most of it from 0.7 um on, are inside
+these means and not resolved. It comes from a thin layer and brightens towards the horizon (van Rhijn 1921). Zodiacal
+light and starlight are even over the sky, of the Sun's colour.
 """
 
 from __future__ import annotations

@@ -16,8 +16,8 @@ core itself, which is not resolved.
 Limits: one scattering has the peak of its own place, all others that of the mean particle of the state. The line of
 sight and the rays of the source are taken as one line, which they nearly are close to the source: the correction ends
 between 20 and 40 degrees from it. Of a path that ends inside a cloud, each segment has a part of the light by its part
-of p, as in first order. Below a p of .01 the correction fades out: at .005, where it is .25 % of light scattered once,
-it is none, and most lines of sight through clear air need none of it.
+of p, as in first order. Below a p of 0.01 the correction fades out: at 0.005, where it is 0.25 % of light scattered
+once, it is none, and most lines of sight through clear air need none of it.
 
 The change varies smoothly with wavelength. It is computed at a few of the spectral points, those next to the
 wavelengths of the phase functions among them, and is linear in the logarithm of wavenumber between them.

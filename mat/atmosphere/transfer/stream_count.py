@@ -17,7 +17,7 @@ from skyshine.schemas.arrays import Floats
 
 # Nodes of each hemisphere where delta-M cuts off more than `_THICK` of `NODES`.
 MANY = 6
-# Vertical depth of scattering, at .55 um.
+# Vertical depth of scattering, at 0.55 um.
 _THICK = 0.1
 _REFERENCE = np.array([1e4 / 0.55])  # cm^-1
 
@@ -43,7 +43,7 @@ def azimuthal_count(nodes: int) -> int:
 
 
 def cut_depth(state: AtmosphericState, nodes: int) -> float:
-    """Vertical optical depth of the scattering at .55 um that delta-M takes for straight forward."""
+    """Vertical optical depth of the scattering at 0.55 um that delta-M takes for straight forward."""
     humidity = state.relative_humidity
     per_metre: Floats = np.zeros(state.altitude.size)
     for component in state.particles:

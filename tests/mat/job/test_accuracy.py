@@ -52,7 +52,7 @@ def test_no_part_may_take_more_than_the_pixel():
     assert job.atmosphere_grid.tolerance == "0.5 K"
     assert float(job.surface_grid.tolerance.removesuffix(" K")) <= 0.5
     assert job.accuracy.tilted_faces_k < 0.5
-    # 1 % of transmittance is .27 K of a black body at 300 K in 3-5 um, .65 K in 8-12 um.
+    # 1 % of transmittance is 0.27 K of a black body at 300 K in 3-5 um, 0.65 K in 8-12 um.
     assert 65 * job.accuracy.spectral_tolerance < 0.5
 
 

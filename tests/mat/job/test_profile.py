@@ -18,7 +18,7 @@ def load(folder, tiny_job, profile):
 
 @pytest.mark.parametrize("profile", ["auto", None])
 def test_without_a_name_it_follows_from_latitude_and_date(tmp_path, tiny_job, profile):
-    """29.7 N on 28 June: .51 tropical and .49 of 45 degrees, 18 days from midsummer, in steps of .02."""
+    """29.7 N on 28 June: 0.51 tropical and 0.49 of 45 degrees, 18 days from midsummer, in steps of 0.02."""
     (state,) = load(tmp_path, tiny_job, profile).states
     assert state.profile == {"tropical": 0.5, "midlatitude_summer": 0.48, "midlatitude_winter": 0.02}
 

@@ -96,7 +96,7 @@ def test_what_an_epw_file_lacks_all_day_is_replaced_and_said(tmp_path, column, c
 
 @pytest.mark.parametrize("cover", [0.0, 3.0, 10.0])
 def test_cloud_of_pvgis_follows_from_the_longwave_of_its_sky(tmp_path, cover, epw):
-    """99 tenths in all hours; the emissivity of Clark and Allen at a dew point of 1 C is .7876."""
+    """99 tenths in all hours; the emissivity of Clark and Allen at a dew point of 1 C is 0.7876."""
     emissivity = 0.787 + 0.764 * np.log(274.15 / 273)
     emissivity *= 1 + 0.0224 * cover - 0.0035 * cover**2 + 0.00028 * cover**3
     change = missing(22, "99")

@@ -17,9 +17,9 @@ from skyshine.schemas.errors import InputError
     [
         ("", (12.0, 9.0, 30.0)),  # the air of a whole year, as nothing is said
         (", ground: file", (12.0, 9.0, 30.0)),
-        # 7 K at .5 m, coldest at 1.5 months; damping depth 2.46 m: 7 exp(.203) K at the surface, 11.8 d earlier
+        # 7 K at 0.5 m, coldest at 1.5 months; damping depth 2.46 m: 7 exp(0.203) K at the surface, 11.8 d earlier
         (", ground: epw", (10.0, 8.6, 45.7 - 11.8)),
-        # Tropical and midlatitude air, .177 and .823 of them, 11.7 K colder at 1.8 km.
+        # Tropical and midlatitude air, 0.177 and 0.823 of them, 11.7 K colder at 1.8 km.
         (", ground: latitude", (1.3, 9.05, 15.0)),
         (", ground: {mean_c: 3, amplitude_c: 4, coldest_day: 99}", (3.0, 4.0, 99.0)),
     ],

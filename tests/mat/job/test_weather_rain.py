@@ -21,7 +21,7 @@ def rain_of(weather):
 
 
 def test_rain_of_an_epw_file_is_read_where_it_falls(tmp_path, load_weather, epw):
-    """3 mm in the hour that ends at 5, 6 mm in the three that end at 12 of which .6 in that which ends at 11."""
+    """3 mm in the hour that ends at 5, 6 mm in the three that end at 12 of which 0.6 in that which ends at 11."""
     file = epw(tmp_path, rainy((24 + 4, "3", "1"), (24 + 10, "0.6", "1"), (24 + 11, "6.0", "3")))
     found = rain_of(read_weather(file, date(2026, 6, 22), -7, rain="file").hourly)
     fallen = {hour: depth for hour, depth in found.items() if depth}

@@ -13,7 +13,7 @@ from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.quantities.joined_paths import JoinedPaths
 from skyshine.mat.quantities.line_sources import LineSources
 
-# Spectral points from 5 to .83 um, of cross sections from none to one that nothing gets through.
+# Spectral points from 5 to 0.83 um, of cross sections from none to one that nothing gets through.
 MANY, FEW = 61, 9
 ELEVATIONS = -20, -10, -6, -4, -2, 0, 2, 5.5, 12, 23, 38, 57, 90
 STATES = {

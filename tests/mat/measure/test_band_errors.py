@@ -48,7 +48,7 @@ def test_radiance_between_nodes_errs_by_the_half_of_its_curvature(thermal):
 
 
 def test_error_in_kelvin_is_that_of_the_emitted_light(thermal):
-    """An emissivity that is .01 too high makes a body at T warmer by .01 L / L'."""
+    """An emissivity that is 0.01 too high makes a body at T warmer by 0.01 L / L'."""
     root, response, materials = thermal
     variable = root.variables["emissivity_planck"]
     wrong = replace(

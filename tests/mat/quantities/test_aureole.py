@@ -47,7 +47,7 @@ OBSTACLES = {
 
 
 def test_a_sector_before_the_sun_holds_more_than_its_share_of_the_sky():
-    """.29 of an even sky, .5 to .7 of the diffuse light."""
+    """.29 of an even sky, 0.5 to 0.7 of the diffuse light."""
     share, even = sky(23.0)[0].within(OBSTACLES["building"])
     assert even == pytest.approx(52 / 180, abs=0.01)
     assert np.all((share > 0.5) & (share < 0.7))

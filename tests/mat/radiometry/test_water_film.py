@@ -47,8 +47,8 @@ def test_bright_and_dark_ends_stay():
 
 
 def test_idso_loam():
-    """Idso et al. (1975): smooth loam goes from an albedo of .30 dry to .14 wet; in sunlight without absorption in
-    water, Lekner and Dorf's share of that is to some .19."""
+    """Idso et al. (1975): smooth loam goes from an albedo of 0.30 dry to 0.14 wet; in sunlight without absorption in
+    water, Lekner and Dorf's share of that is to some 0.19."""
     assert film_reflectance([0.30], [0.6], [1.333 + 0j], 1e-4)[0] == pytest.approx(0.18, abs=0.02)
 
 

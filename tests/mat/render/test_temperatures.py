@@ -87,5 +87,5 @@ def test_a_mixture_gets_the_light_that_its_shaded_materials_leave():
     shares = np.array([[0.75, 0.25], [0.75, 0.25], [0.5, 0.5]])
     lit, view = exposure.of_mixtures(shares, np.array([[np.nan, 0.4], [np.nan, 0.4], [np.nan, np.nan]]))
     np.testing.assert_allclose(lit, [0.75, 0.75, 1.0], rtol=1e-12)
-    # The second material sees .4 of the sky at most; where the surface leaves less, that is what it sees.
+    # The second material sees 0.4 of the sky at most; where the surface leaves less, that is what it sees.
     np.testing.assert_allclose(view, [0.75 + 0.25 * 0.4, 0.3, 0.9], rtol=1e-12)

@@ -78,8 +78,8 @@ def test_emissivity_of_quartz_sand_rises_as_measured():
 
 
 def test_wet_spectra_of_the_library_are_met():
-    """The library's wet sand has the quotient of a measured wet and dry beach sand: an albedo .126; ours of the dry
-    sand is .15, from which a tenth of the sunlight differs at most."""
+    """The library's wet sand has the quotient of a measured wet and dry beach sand: an albedo 0.126; ours of the dry
+    sand is 0.15, from which a tenth of the sunlight differs at most."""
     wet = material_summary(moist(load_library()["soil_sand"], 0.4))["solar_absorptance"]
     assert wet == pytest.approx(material_summary(load_library()["sand_wet"])["solar_absorptance"], abs=0.04)
 

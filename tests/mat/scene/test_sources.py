@@ -55,7 +55,7 @@ def test_usual_moonlight_has_the_shape_of_moonlight_between_the_quarters(job_on)
 
 
 def test_moonlight_is_that_of_its_night(job_on):
-    """Full Moon of 2026-06-29, 23:57 UTC, new Moon of 2026-06-15 (Astronomical Almanac): at .55 um a full Moon gives
+    """Full Moon of 2026-06-29, 23:57 UTC, new Moon of 2026-06-15 (Astronomical Almanac): at 0.55 um a full Moon gives
     about 4.5 mW m^-2 um^-1 at its mean distance (Miller and Turner 2009), a new one next to nothing.
     """
     wavenumber = np.array([1e4 / 0.555])

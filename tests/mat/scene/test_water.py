@@ -128,7 +128,7 @@ def test_rain_of_a_record_is_neither_lost_nor_made_where_rows_are_missing(tmp_pa
 
 
 def test_given_optics_of_a_wet_surface(tmp_path):
-    """A roof of .3 is darker wet, by what Lekner and Dorf have for rough ground; leaves of .3 stay .3."""
+    """A roof of 0.3 is darker wet, by what Lekner and Dorf have for rough ground; leaves of 0.3 stay 0.3."""
     wet, dry = Wetting(rain=True), {"solar_absorptance": 0.3, "thermal_emissivity": None}
     road = surface_material("asphalt_road", {}, dry, wetting=wet)
     assert 0.35 < road.film.solar_absorptance < 0.6 and road.solar_absorptance == 0.3

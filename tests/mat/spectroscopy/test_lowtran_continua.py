@@ -60,8 +60,8 @@ def test_nitrogen_follows_density_and_the_root_of_temperature(continua):
 
 
 def test_oxygen_has_the_strengths_of_drayson_at_220_kelvin(continua):
-    # BLOCK DATA BO2C at 1550 cm-1: .148E-5 for air of 20.946 % oxygen, cm-1 per atm-cm and atm; A = -.899E-2 K-1,
-    # B = .243E-4 K-2.
+    # BLOCK DATA BO2C at 1550 cm-1: 0.148E-5 for air of 20.946 % oxygen, cm-1 per atm-cm and atm; A = -0.899E-2 K-1,
+    # B = 0.243E-4 K-2.
     at = continua.o2(1555.0, 101325.0, 220.0)
     assert at * 2.6868e25 * 0.20946 * 1e-2 == pytest.approx(0.148e-5, rel=1e-4, abs=0)
     warmer = continua.o2(1555.0, 101325.0, 260.0) / at

@@ -168,7 +168,7 @@ def test_convection_by_hand():
 def test_evaporation_of_a_canopy_by_hand():
     """Penman and Monteith with FAO Paper 56's numbers: grass of 12 cm in 2 m/s, air of 20 C and 50 %, the leaf at air
     temperature: rho cp / gamma (es - e) / (ra + rs). r_s of the stomata is 70 s/m in light of 500 W/m2:
-    r_least (1 + 36.35 dq) / (light (1 - .0016 5^2)), light = (y + r_least 3 / 5000) / (1 + y), y = 500 / 272.7."""
+    r_least (1 + 36.35 dq) / (light (1 - 0.0016 5^2)), light = (y + r_least 3 / 5000) / (1 + y), y = 500 / 272.7."""
     vapour = 0.5 * saturation_pressure(293.15)
     dryness, light = 1 + 36.35 * 0.622 * 0.5 * 2339.2 / 101325.0, 500 / (300 / 1.1)
     least = 70.0 * 0.96 * light / (dryness * (1 + light) - 70.0 * 0.96 * 3 / 5000)

@@ -172,7 +172,7 @@ def test_the_slope_of_a_film_over_a_moist_surface_is_that_of_its_loss():
 
 
 def test_capacities():
-    """Grimmond and Oke (1991): pavement .48, buildings .25, grass 1.9, trees 1.3 mm; nothing on snow and water."""
+    """Grimmond and Oke (1991): pavement 0.48, buildings 0.25, grass 1.9, trees 1.3 mm; nothing on snow and water."""
     base = ROAD.surface
     assert film_capacity(base, None) == 0.48
     assert film_capacity(replace(base, exposure="roof"), None) == 0.25
@@ -182,7 +182,7 @@ def test_capacities():
 
 
 def test_snow_grows_old():
-    """Verseghy (1991): 0.01 an hour: after a day .785 of the excess over .70 (dry) or .50 (melting) is left."""
+    """Verseghy (1991): 0.01 an hour: after a day 0.785 of the excess over 0.70 (dry) or 0.50 (melting) is left."""
     cold, warm = np.full((1, 4), 263.0), np.full((1, 4), 275.0)
     assert aged_albedo(0.85, np.array([[1.0]]), cold)[0, 0] == pytest.approx(0.70 + 0.15 * np.exp(-0.24))
     assert aged_albedo(0.85, np.array([[1.0]]), warm)[0, 0] == pytest.approx(0.50 + 0.35 * np.exp(-0.24))

@@ -175,7 +175,7 @@ def test_a_surface_in_an_isothermal_enclosure_has_its_temperature(sun_path, sky)
 
 
 def test_diffuse_light_on_a_plane_by_hand(sun_path, weather, sky):
-    """A share of .3 comes from the Sun's direction, the rest evenly from the sky that the plane sees."""
+    """A share of 0.3 comes from the Sun's direction, the rest evenly from the sky that the plane sees."""
     forcing = Scene(sun_path, weather, sky, np.array([0.0]), np.array([40.0]), np.array([180.0])).forcing(SUN_STEPS)
     direct, diffuse = (part[0] for part in sky.irradiance(sun_path, 0.0, np.array([0.0])))
     noon = SUN_STEPS // 2
@@ -199,8 +199,8 @@ def test_light_around_a_low_sun_comes_from_ten_degrees():
 
 
 def test_shade_takes_the_light_around_the_sun_in_proportion_to_direct_light(sun_path, make_weather, sky):
-    """On level ground in the shade all day: (1 - .3) of a clear day's diffuse light, all of an overcast day's, and
-    under half a sky of cloud without .3 of what the clear sky sends through its gaps."""
+    """On level ground in the shade all day: (1 - 0.3) of a clear day's diffuse light, all of an overcast day's, and
+    under half a sky of cloud without 0.3 of what the clear sky sends through its gaps."""
     shade = Surroundings(shade=((0.0, 24.0),))
     up = sun_path.solar_elevation > 5
     _, clear = (part[0] for part in sky.irradiance(sun_path, 0.0, np.zeros(1)))

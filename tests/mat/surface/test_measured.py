@@ -99,7 +99,7 @@ def test_measured_light_is_no_longer_dimmed_by_cloud(sun_path, make_weather, sky
 
 @pytest.mark.parametrize("every", [1, 4])
 def test_a_total_is_parted_as_erbs_does_and_keeps_its_energy(sun_path, every):
-    """Above a clearness of .8 the diffuse share is .165, below .22 it is 1 - .09 of it (Erbs et al. 1982); in
+    """Above a clearness of 0.8 the diffuse share is 0.165, below 0.22 it is 1 - 0.09 of it (Erbs et al. 1982); in
     intervals of four hours the Sun is up for a part of one."""
     hours = np.arange(every, 25.0, every)
     sine = np.sin(np.radians(sun_path.solar_elevation))

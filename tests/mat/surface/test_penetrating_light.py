@@ -76,7 +76,7 @@ def test_light_warms_endless_ice_at_a_depth_as_its_closed_form(extinction, depth
 
 @pytest.mark.parametrize("depth", [0.0, 0.05, 0.1, 0.25, 0.3])
 def test_steady_light_warms_a_slab_over_water_by_its_parabola_and_one_on_a_closed_back_by_what_is_below(depth):
-    """k T'' = -1 / d within d = .3 m: T = z (d - z) / (2 k d) over water, z (d - z / 2) / (k d) on a closed back."""
+    """k T'' = -1 / d within d = 0.3 m: T = z (d - z) / (2 k d) over water, z (d - z / 2) / (k d) on a closed back."""
     k, d, even = ICE["conductivity"], 0.3, 1e-6
     for back, expected in (
         (Back("fixed", 271.35), depth * (d - depth) / (2 * k * d)),

@@ -72,7 +72,7 @@ def test_a_refined_record_keeps_its_readings_and_its_period():
     "kelvin, vapour, emissivity", [(293.15, 1400.0, 0.80492), (273.15, 300.0, 0.71071), (303.15, 3000.0, 0.88358)]
 )
 def test_longwave_of_a_clear_sky_is_prata_s(kelvin, vapour, emissivity):
-    """1 - (1 + w) exp(-sqrt(1.2 + 3 w)) with w = 46.5 e / T, e in hPa, by hand; under full cloud .84 + .16 of it."""
+    """1 - (1 + w) exp(-sqrt(1.2 + 3 w)) with w = 46.5 e / T, e in hPa, by hand; under full cloud 0.84 + 0.16 of it."""
     air, pressure = np.array([kelvin]), np.array([vapour])
     black = SIGMA * kelvin**4
     assert sky_longwave(air, pressure, np.zeros(1)) == pytest.approx(emissivity * black, rel=5e-4)
@@ -97,7 +97,7 @@ def test_what_was_not_measured_is_said():
 
 
 def test_pressure_that_a_record_lacks_is_that_of_iso_2533_or_is_asked_for():
-    """Tables of ISO 2533 by geopotential altitude [hPa]: .25 % of gravity between it and a height of 20 km stays."""
+    """Tables of ISO 2533 by geopotential altitude [hPa]: 0.25 % of gravity between it and a height of 20 km stays."""
     for kilometres, hectopascal in ((0, 1013.25), (5, 540.20), (11, 226.32), (15, 120.45), (20, 54.75)):
         assert standard_pressure(1e3 * kilometres) == pytest.approx(100 * hectopascal, rel=1e-3)
     with pytest.raises(InputError, match="found no pressure at 50 km; allowed: without it to 20 km"):

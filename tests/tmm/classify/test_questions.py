@@ -87,7 +87,7 @@ def test_gains_never_exceed_what_is_wrong_and_nothing_is_asked_twice():
 
 
 def test_what_is_contested_by_hand():
-    """Margins of .8, .2 and 0; the last has seeds. Each two are alike: the doubt around is that of the others."""
+    """Margins of 0.8, 0.2 and 0; the last has seeds. Each two are alike: the doubt around is that of the others."""
     shares, told = np.array([[0.9, 0.1], [0.4, 0.6], [0.5, 0.5]]), np.full((3, 3), 0.5) + 0.5 * np.eye(3)
     seeded, texels = np.array([False, False, True]), np.array([4.0, 9, 3])
     found = contest(told.astype(np.float32), texels, shares, np.ones(3), seeded)

@@ -187,7 +187,7 @@ def test_composites_of_a_table_outside_a_cdb(indexed, library):
         assert [file.materials[int(code)] for code in codes[:2]] == [bases["BM_ASPHALT"], bases["BM_SAND"]]
         assert shares == pytest.approx([0.6, 0.4, 0], abs=1e-5)
         assert file.code(2.5, 0.5) == 0
-        # Over the columns 4, 9, 0, 4: asphalt .6 + .6 of 3 texels with a material.
+        # Over the columns 4, 9, 0, 4: asphalt 0.6 + 0.6 of 3 texels with a material.
         codes, shares = file.mixture(0.5, 0.5, level=2)
         assert shares == pytest.approx([1.8 / 3, 1.2 / 3, 0] if bases["BM_ASPHALT"] else [], abs=2e-5)
 

@@ -113,7 +113,7 @@ def test_seeds_in_another_system_are_reprojected(job, tmp_path, library, crs):
         (34735, "H", len(keys), tuple(keys), True),
     ]
     tifffile.imwrite(tmp_path / "a.tif", np.zeros((8, 9, 3), np.uint8), photometric="rgb", extratags=tags)
-    # The scale of .9996 takes the meridian's arc of 5,540,847.04 m to a northing of 5,538,630.70 m.
+    # The scale of 0.9996 takes the meridian's arc of 5,540,847.04 m to a northing of 5,538,630.70 m.
     place = [15.0, 50.0] if crs != "EPSG:3857" else [1_669_792.3618991037, 6_446_275.841017158]
     named = {} if crs is None else {"crs": {"type": "name", "properties": {"name": crs}}}
     _write(tmp_path / "seeds.geojson", [(GREEN, "Point", place)], **named)

@@ -75,7 +75,7 @@ def test_degrees_are_shorter_to_the_east(tmp_path):
 
 @pytest.mark.parametrize("elevation, reach", [(80.0, 45), (45.0, 128), (89.99, 16), (1.0, 128)])
 def test_a_high_sun_casts_short_shadows(tmp_path, elevation, reach):
-    """50 m over the tangent, in texels of .2 m: 44.1 at 80 degrees, 250 at 45."""
+    """50 m over the tangent, in texels of 0.2 m: 44.1 at 80 degrees, 250 at 45."""
     path = geotiff(tmp_path / "a.tif", 500_000.0, 5_542_000.0, 32633)
     fall = shadow_fall(Shade(sun_azimuth_deg=135, sun_elevation_deg=elevation), path)
     assert fall.reach == pytest.approx(reach, abs=1)

@@ -12,7 +12,7 @@ from skyshine.mat.atmosphere.state.sounding import continued
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.errors import InputError
 
-# Altitude m, pressure hPa, temperature C, dew point C: hydrostatic within .2 %.
+# Altitude m, pressure hPa, temperature C, dew point C: hydrostatic within 0.2 %.
 AIR = [
     (10, 1010.0, 20.0, 12.0),
     (800, 920.6, 14.2, 9.0),

@@ -63,7 +63,7 @@ class TestSun:
     @pytest.mark.parametrize(
         ("wavelength", "expected", "tolerance"),
         # Brightness temperature of the quiet Sun, K. From about 95 to 200 um it is flat at its minimum, measured from
-        # balloons as 4,100 to 4,500 (reviewed by De Jager 1975, Space Sci. Rev. 17, 645). At .86 mm the centre of the
+        # balloons as 4,100 to 4,500 (reviewed by De Jager 1975, Space Sci. Rev. 17, 645). At 0.86 mm the centre of the
         # disk has 5,500 to 6,085 (Alissandrakis, Bastian and Nindos 2022, arXiv:2205.01008), at 1.3 mm 5,900 (White et
         # al. 2017, Sol. Phys. 292, 88).
         [(100.0, 4300, 0.05), (150.0, 4300, 0.05), (200.0, 4300, 0.05), (860.0, 5800, 0.06), (990.0, 5850, 0.06)],

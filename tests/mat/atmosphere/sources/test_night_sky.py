@@ -25,7 +25,7 @@ def zenith(wavelength):
 
 
 def test_brightness_of_a_dark_site():
-    """21.4 to 21.9 mag arcsec^-2 in V at dark sites (Leinert et al. 1998, table 9; Patat 2003: 21.6 +- .2), which lie
+    """21.4 to 21.9 mag arcsec^-2 in V at dark sites (Leinert et al. 1998, table 9; Patat 2003: 21.6 +- 0.2), which lie
     under somewhat fewer stars than the mean of the sky.
     """
     magnitude = -2.5 * np.log10(zenith(0.545)[0] * SQUARE_ARCSECOND / VEGA_V)
@@ -33,14 +33,14 @@ def test_brightness_of_a_dark_site():
 
 
 def test_starlight_in_stars_of_magnitude_10():
-    """1 S10(V) of the Sun's colour is 1.28e-8 W m^-2 sr^-1 um^-1 at .5 um (Leinert et al. 1998, table 2)."""
+    """1 S10(V) of the Sun's colour is 1.28e-8 W m^-2 sr^-1 um^-1 at 0.5 um (Leinert et al. 1998, table 2)."""
     nu = np.array([2e4])
     assert per_um(starlight_radiance(nu, 2000.0), 0.5)[0] / 215 == pytest.approx(1.28e-8, rel=0.06)
 
 
 def test_airglow_holds_the_lines_of_oxygen_and_sodium():
-    """[O I] .5577 alone has 250 rayleigh (Leinert et al. 1998): airglow of .5 to .6 um has more, by no more than the
-    continuum of .3 to .8 rayleigh per angstrom beside it.
+    """[O I] 0.5577 alone has 250 rayleigh (Leinert et al. 1998): airglow of 0.5 to 0.6 um has more, by no more than the
+    continuum of 0.3 to 0.8 rayleigh per angstrom beside it.
     """
     wavelength = np.linspace(0.5, 0.6, 101)
     photon = 6.62607015e-34 * 299792458 / (wavelength * 1e-6)

@@ -126,7 +126,7 @@ def test_air_of_any_weather_is_sound(name, kelvin, humidity):
 @pytest.mark.parametrize("name", ["tropical", "midlatitude_summer", "us_standard"])
 @pytest.mark.parametrize(("kelvin", "humidity"), [(283.0, 60.0), (293.0, 30.0), (300.0, 50.0), (303.0, 80.0)])
 def test_columns_follow_the_humidity_at_the_ground(name, kelvin, humidity):
-    """Leckner (1978), Solar Energy 20, 143: .00493 e / T [mm, with e in Pa and T in K, 10 kg/m2 a cm]; his formula
+    """Leckner (1978), Solar Energy 20, 143: 0.00493 e / T [mm, with e in Pa and T in K, 10 kg/m2 a cm]; his formula
     scatters by a quarter between climates.
     """
     vapour = humidity / 100 * saturation_pressure(kelvin)

@@ -16,7 +16,7 @@ from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
 
-EDGES = np.array([15380.0, 15390.0])  # .65 um
+EDGES = np.array([15380.0, 15390.0])  # 0.65 um
 NEAR = np.radians([0.0, 1.0, 2.5, 8.0])
 
 
@@ -121,7 +121,7 @@ def test_sources_far_from_the_line_are_left_as_they_are(fog):
 
 
 def test_the_correction_begins_without_a_step_where_there_is_enough_of_the_peak(air):
-    """Light of a cloud that gets thicker, over its depth, near a source at the zenith: below .25 %, then smoothly."""
+    """Light of a cloud that gets thicker, over its depth, near a source at the zenith: below 0.25 %, then smoothly."""
     light = []
     for depth in (4e-3, 0.02, 0.03, 0.04, 0.06, 0.1):
         thin = air(clouds=[CloudLayer("water", 1e3, 2e3, 10.0, depth)])

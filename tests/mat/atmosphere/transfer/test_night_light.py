@@ -34,7 +34,7 @@ def above(air, altitude=0.0):
 
 
 def test_clear_air_loses_what_it_scatters_back(air):
-    """Rayleigh optical depths of .02 to .08 send half of what they scatter back: of isotropic light about the optical
+    """Rayleigh optical depths of 0.02 to 0.08 send half of what they scatter back: of isotropic light about the optical
     depth itself; without the half that comes down twice as much would be missing.
     """
     clear = air(aerosol="none")

@@ -25,7 +25,7 @@ PLAIN = [  # all folders of the package
     *("tmm", "schemas", "materials"),
     *(f"mat/{folder.name}" for folder in sorted((ROOT / "mat").iterdir()) if any(folder.glob("*.py"))),
 ]
-ZERO = re.compile(r"(?:^|(?<=[\s(|/~<>=±`]))-?\.\d", re.M)  # ".9 K" without its zero
+ZERO = re.compile(r"(?:^|(?<=[\s(|/~<>=±`]))-?\.\d(?!sc)", re.M)  # ".9 K" without its zero
 TEXTS = [".md", ".c", ".h", ".rs", ".js", ".ts", ".ipynb", ".yaml"]  # beside comments and strings of Python
 DOCUMENTED = ast.Module, ast.ClassDef, ast.FunctionDef
 

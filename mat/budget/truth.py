@@ -18,7 +18,6 @@ from skyshine.mat.budget.columns import temperatures_at
 from skyshine.mat.budget.runtime_terms import Finish, exact_normalisation, reflection, spectral_radiance
 from skyshine.mat.budget.views import Views
 from skyshine.mat.job.load import LoadedJob
-from skyshine.mat.job.surface import at_kelvin
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.facet_light import Facets, Walls
 from skyshine.mat.quantities.lines_of_sight import slope_and_azimuth
@@ -34,7 +33,7 @@ from skyshine.mat.scene.ground import over_ground
 from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
-from skyshine.mat.scene.surface import scene_inputs, surface_materials
+from skyshine.mat.scene.surface import given_temperatures, scene_inputs, surface_materials
 from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.sun_path import SunPath
 from skyshine.mat.surface.surroundings import Surroundings
@@ -165,7 +164,7 @@ class FacetTruth:
         chosen = [library[name] for name in names]
         self.inputs = prepared.inputs
         self.materials = surface_materials(chosen, job.operated, self.inputs[1].wetting)
-        self.given = {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()}
+        self.given = given_temperatures(job, job.states[prepared.state - 1])
         micron = 1e4 / self.air.band.wavenumber
         self.reflectance = np.array([np.interp(micron, m.wavelength, m.reflectance) for m in chosen])
         ground = job.states[prepared.state - 1].ground_material

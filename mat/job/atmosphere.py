@@ -173,7 +173,8 @@ class State(StrictModel):
         description=(
             "Temperature of the surface of a sea below the paths. To 50 m above it air temperature and humidity are"
             " those of bulk theory (COARE 3.5) by the weather's wind and the lowest air, rays bend in them, and a"
-            " maritime aerosol has large drops of spray by wind and height."
+            " maritime aerosol has large drops of spray by wind and height. water_sea and water_coastal have this"
+            " temperature all day where neither operated nor temperatures_c names them."
         ),
     )
     humidity_scale: float = Field(1.0, ge=0, le=10, description="Factor on the profile's water vapour.")

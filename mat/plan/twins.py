@@ -7,7 +7,7 @@ from collections.abc import Hashable
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.left_out import LeftOut
 from skyshine.mat.scene.moisture import job_library
-from skyshine.mat.scene.surface import surface_materials
+from skyshine.mat.scene.surface import given_temperatures, surface_materials
 from skyshine.mat.scene.weather import wetting_of
 
 
@@ -15,7 +15,8 @@ def twins_left_out(loaded: LoadedJob, materials: tuple[str, ...]) -> list[LeftOu
     """Materials whose heat balance is that of another, by name the first of each."""
     job = loaded.trimmed
     library = job_library(job)
-    solved = [library[name] for name in materials if name not in job.temperatures_c]
+    given = {name for state in job.states for name in given_temperatures(job, state)}
+    solved = [library[name] for name in materials if name not in given]
     wettings = {wetting_of(state.weather) for state in job.states}
     by_weather = [surface_materials(solved, job.operated, wetting) for wetting in wettings]
     representatives: dict[tuple[Hashable, ...], str] = {}

@@ -25,7 +25,7 @@ from skyshine.mat.products.turbulence import HOURS, turbulence_fields
 from skyshine.mat.scene.atmosphere import materials_digest, without_air_time
 from skyshine.mat.scene.sources import source_tracks
 from skyshine.mat.scene.summary import state_attributes
-from skyshine.mat.scene.surface import scene_inputs, surface_materials, surroundings_identity
+from skyshine.mat.scene.surface import given_temperatures, scene_inputs, surface_materials, surroundings_identity
 from skyshine.mat.surface.enclosure import Enclosure
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
@@ -249,7 +249,7 @@ class StartAxes:
 def state_solver(job: Job, materials: Sequence[Material], state: int) -> Solver:
     """The heat balance of some materials in a state, counted from 1, on whose date the job's site is."""
     inputs = scene_inputs(job, state)
-    fixed = {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()}
+    fixed = given_temperatures(job, job.states[state - 1])
     return Solver(surface_materials(materials, job.operated, inputs[1].wetting), inputs, fixed)
 
 

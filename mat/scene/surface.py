@@ -30,6 +30,8 @@ from skyshine.mat.surface.weather import DRY, NearSurfaceAir, Wetting
 from skyshine.materials.records import Material, OpenStand
 from skyshine.schemas.errors import InputError
 
+SEA_WATER = ("water_sea", "water_coastal")
+
 
 def surface_inputs(
     source: str | os.PathLike[str] | Mapping[str, Any], state_index: int = 1
@@ -89,10 +91,10 @@ def _enclosure(job: Job, state: State, sun: SunPath, weather: NearSurfaceAir, sk
     surroundings = state.surroundings or StateSurroundings()
     ground = GivenEmitter(1.0, sky.ground_albedo)
     if state.ground_material is not None:
-        ground = replace(_emitter(job, state.ground_material, weather.wetting), albedo=sky.ground_albedo)
+        ground = replace(_emitter(job, state, state.ground_material, weather.wetting), albedo=sky.ground_albedo)
     wall, (azimuth, elevation) = surroundings.wall, surroundings.horizon
     if wall.material is not None:
-        walls = _emitter(job, wall.material, weather.wetting)
+        walls = _emitter(job, state, wall.material, weather.wetting)
     else:
         celsius = wall.temperature_c
         walls = GivenEmitter(wall.emissivity, wall.albedo, None if celsius is None else at_kelvin(celsius))
@@ -109,15 +111,24 @@ def _enclosure(job: Job, state: State, sun: SunPath, weather: NearSurfaceAir, sk
     )
 
 
-def _emitter(job: Job, name: str, wetting: Wetting) -> GivenEmitter:
+def _emitter(job: Job, state: State, name: str, wetting: Wetting) -> GivenEmitter:
     """A material as ground or wall, at the temperature that the job gives or that its heat balance has."""
     (material,) = surface_materials([job_library(job)[name]], job.operated, wetting)
-    celsius = job.temperatures_c.get(name)
+    kelvin = given_temperatures(job, state).get(name)
     return GivenEmitter(
         material.thermal_emissivity,
         1 - material.solar_absorptance,
-        material if celsius is None else at_kelvin(celsius),
+        material if kelvin is None else kelvin,
     )
+
+
+def given_temperatures(job: Job, state: State) -> dict[str, float | tuple[float, ...]]:
+    """Temperatures [K] of materials that the job gives; sea water that it neither gives nor operates has that of the
+    state's sea.
+    """
+    sea = state.sea_temperature_c
+    celsius = {} if sea is None else {name: sea for name in SEA_WATER if name not in job.operated}
+    return {name: at_kelvin(value) for name, value in {**celsius, **job.temperatures_c}.items()}
 
 
 def surroundings_identity(job: Job, state_index: int) -> dict[str, Any]:

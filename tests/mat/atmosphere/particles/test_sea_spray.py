@@ -35,3 +35,8 @@ def test_more_drops_low_down_and_in_wind():
 
 def test_none_above_the_mixed_layer():
     assert sea_spray(10.0, 0.4, 80.0).extinction_550([620.0])[0] == 0
+
+
+def test_winds_beyond_the_measurements_make_no_more_drops_at_ten_metres():
+    amounts = [sea_spray(wind, 1.2, 80.0).extinction_550([10.0])[0] for wind in (28.0, 30.0, 35.0, 60.0)]
+    assert amounts[0] < amounts[1] == pytest.approx(amounts[2]) == pytest.approx(amounts[3])

@@ -7,7 +7,7 @@ project = "skyshine"
 release = version = installed("skyshine")
 html_title = f"skyshine {release}"
 root_doc = "index"
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_nb", "sphinx_copybutton", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 
 # Pages are read where no network is: the theme brings its own scripts and takes the fonts of the system, and widgets,
 # which load a script of theirs, are off.
@@ -18,9 +18,7 @@ html_copy_source = html_show_sourcelink = html_show_copyright = False
 nb_ipywidgets_js: dict[str, Any] = {}
 
 myst_heading_anchors = 4
-nb_execution_mode = "force"
-nb_execution_raise_on_error = True
-nb_execution_timeout = 120  # s, of a cell; each notebook takes some seconds
+nb_execution_mode = "off"  # notebooks have what their cells showed: python -m mat.maintain.notebooks
 nb_merge_streams = True
 
 default_role = "code"  # docstrings have one backtick around names

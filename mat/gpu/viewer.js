@@ -473,6 +473,10 @@
     element("band").selectedIndex = band;
     for (const name of ["hour", "source", "range", "gain"]) if (wanted[name] !== undefined) element(name).value = wanted[name];
     const frames = Array.from({ length: wanted.frames ?? 1 }, () => draw({ complete: true }));
+    if (wanted.coarse) {
+      drawRows(setScene(chosen()), coarse, wanted.coarse, 0, Math.ceil(rows / wanted.coarse));
+      Object.assign(shown, { stride: wanted.coarse, finished: 0 });
+    }
     const [picked, stride] = [[], wanted.stride ?? 1];
     for (let y = 0; y < rows; y += stride) {
       for (let x = 0; x < columns; x += stride) {

@@ -2,8 +2,9 @@
 
 Run ``python -m mat.maintain.figures FOLDER`` after a fresh build of the starter job in FOLDER. It writes
 ``examples/manual/figures.json`` from ``build.json`` of that folder and from the results of the validations, and every
-figure of every page again: a page quotes one as ``0.80<!-- figure texture.asked_6.mean_iou -->``, and the README has a
-table of the starter's files between marks. Without FOLDER the starter's figures stay. A test holds pages to the file.
+figure of every page again: a page quotes one as ``0.80<!-- figure texture.asked_6.mean_iou -->``, and tables of the
+starter's files and of ways to classify textures are between marks. Without FOLDER the starter's figures stay. A test
+holds pages to the file.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ CHECKOUT = Path(__file__).parents[2]
 FIGURES = CHECKOUT / "examples" / "manual" / "figures.json"
 VALIDATION = CHECKOUT / "tests" / "validation"
 QUOTE = re.compile(r"(-?[\d.,]*\d)(<!-- figure ([\w.]+) -->)")
-BEGIN, END = "<!-- figures.json: begin -->", "<!-- figures.json: end -->"
+BLOCK = re.compile(r"(<!-- figures.json: (\w+) begin -->\n).*?(<!-- figures.json: end -->)", re.DOTALL)
 # Files of the starter job in the README: what they contain, and of the errors which.
 FILES = {
     "s01.htt.h5": (
@@ -32,13 +33,18 @@ FILES = {
     "b02.band.h5": ("black-body radiance, reflectance, emissivity, specular lobe of each material", ""),
     "yellowstone_road.tmm.h5": ("material, mixture, confidence and cast shade of each texel", ""),
 }
-TEXTURES = {  # name in the file of results: name of the figure
-    "default with model, asked by a model, 6": "asked_6",
-    "default with model, asked by a model, 1": "asked_1",
-    "default, random, 6": "random_6",
-    "scikit-learn QDA, random, 6": "qda_6",
-    "scikit-learn forest, random, 6": "forest_6",
+WAYS = {  # of classifying textures: words of the table, way in the file of results
+    "random": ("seeds alone, at random", "default, random"),
+    "fast": ("the same, `speed: fast`", "speed fast, random"),
+    "qda": ("scikit-learn's QDA on the colours of the same clicks", "scikit-learn QDA, random"),
+    "forest": ("scikit-learn's forest", "scikit-learn forest, random"),
+    "model": ("with a model, at random", "default with model, random"),
+    "from_nothing": ("seeds alone, asked from nothing", "default, asked from nothing"),
+    "fast_from_nothing": ("the same, `speed: fast`", "speed fast, asked from nothing"),
+    "qda_from_nothing": ("QDA on the same answers", "scikit-learn QDA, asked from nothing"),
+    "asked": ("with a model, asked by it", "default with model, asked by a model"),
 }
+CLICKS = (1, 2, 6)  # a class; with one or two that are asked from nothing most sheets have answers of one class alone
 Figures = dict[str, dict[str, str]]
 
 
@@ -53,11 +59,12 @@ def of_validations() -> Figures:
                 source = "tests/validation/report_results.py"
                 figures[f"{name}.{short}_{measure}"] = {"value": f"{value:.2g}", "unit": "K", "source": source}
     textures = json.loads((VALIDATION / "texture_results.json").read_text(encoding="utf-8"))
-    for key, short in TEXTURES.items():
-        for measure in ("mean_iou", "accuracy"):
-            source = "tests/validation/test_texture_suggest.py"
-            value = f"{textures[key][measure]:.2f}"
-            figures[f"texture.{short}.{measure}"] = {"value": value, "unit": "1", "source": source}
+    for short, (_, way) in WAYS.items():
+        for clicks in CLICKS[2:] if short.endswith("from_nothing") else CLICKS:
+            for measure in ("mean_iou", "accuracy"):
+                source = "tests/validation/test_texture_suggest.py"
+                value = f"{textures[f'{way}, {clicks}'][measure]:.2f}"
+                figures[f"texture.{short}_{clicks}.{measure}"] = {"value": value, "unit": "1", "source": source}
     return figures
 
 
@@ -85,8 +92,8 @@ def of_build(folder: Path) -> Figures:
     return figures
 
 
-def table(figures: Figures) -> str:
-    """Text of the README between its marks: a row for each file of the starter job."""
+def starter_table(figures: Figures) -> str:
+    """A row for each file of the starter job."""
     lines = ["| file | content | stated error, 99 % | seconds of a processor |", "|---|---|---|---|"]
     for name, (what, _) in FILES.items():
         own = {
@@ -98,17 +105,32 @@ def table(figures: Figures) -> str:
     return "\n".join(lines)
 
 
+def texture_table(figures: Figures) -> str:
+    """A row for each way to classify textures: mean IoU and accuracy with one, two and six clicks a class."""
+    lines = ["| way | one click a class | two | six |", "|---|---|---|---|"]
+    for short, (words, _) in WAYS.items():
+        cells = []
+        for name in (f"texture.{short}_{clicks}." for clicks in CLICKS):
+            pair = [
+                figures[name + measure]["value"] for measure in ("mean_iou", "accuracy") if name + measure in figures
+            ]
+            cells.append(" / ".join(pair))
+        lines.append(f"| {words} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+TABLES = {"starter": starter_table, "textures": texture_table}
+
+
 def with_figures(text: str, figures: Figures) -> str:
-    """A page with its quoted figures, and its table if it has the marks of one, as the file has them.
+    """A page with its quoted figures, and its tables between marks, as the file has them.
 
     Raises
     ------
     KeyError
         The page quotes a figure that the file lacks.
     """
-    if BEGIN in text:
-        before, rest = text.split(BEGIN)
-        text = f"{before}{BEGIN}\n\n{table(figures)}\n\n{END}{rest.split(END)[1]}"
+    text = BLOCK.sub(lambda match: f"{match[1]}\n{TABLES[match[2]](figures)}\n\n{match[3]}", text)
     return QUOTE.sub(lambda match: figures[match[3]]["value"] + match[2], text)
 
 

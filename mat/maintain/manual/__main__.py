@@ -1,8 +1,8 @@
 """Builds the documentation site; needs the extra ``docs``.
 
-Run ``python -m mat.maintain.manual CHECKOUT OUT``; with ``--notebooks-as-they-are`` at the end the notebooks
-are shown without being run, for who runs them anyway. Warnings are errors: a link or an anchor that leads
-nowhere, a page that no page names, a notebook that fails, a page that loads something from another machine.
+Run ``python -m mat.maintain.manual CHECKOUT OUT``. Notebooks are shown with the results that they have. Warnings are
+errors: a link or an anchor that leads nowhere, a page that no page names, a page that loads something from another
+machine.
 """
 
 from __future__ import annotations
@@ -17,21 +17,18 @@ from mat.maintain.manual.outside import requests_of_folder
 from mat.maintain.manual.sources import gather
 
 
-def build(checkout: Path, out: Path, *, run_notebooks: bool = True) -> int:
+def build(checkout: Path, out: Path) -> int:
     """Write the site into a folder; the exit status is 1 where something is wrong with it.
 
     Parameters
     ----------
     checkout, out : Path
-    run_notebooks : bool
-        Whether the pages of the notebooks show what their cells give.
     """
     with tempfile.TemporaryDirectory() as name:
         tree = Path(name) / "site"
         tree.mkdir()
         gather(checkout.resolve(), tree)
         command = [sys.executable, "-m", "sphinx", "--quiet", "--fail-on-warning", "--keep-going", "--builder", "html"]
-        command += [] if run_notebooks else ["-D", "nb_execution_mode=off"]
         process = subprocess.run([*command, "--doctree-dir", f"{name}/doctrees", tree, out], check=False)
     requests = requests_of_folder(out) if process.returncode == 0 else []
     for line in requests:
@@ -43,6 +40,5 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description="Build the documentation site.")
     parser.add_argument("checkout", type=Path)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--notebooks-as-they-are", action="store_true", help="Show notebooks without running them.")
     arguments = parser.parse_args()
-    sys.exit(build(arguments.checkout, arguments.out, run_notebooks=not arguments.notebooks_as_they_are))
+    sys.exit(build(arguments.checkout, arguments.out))

@@ -11,7 +11,6 @@ from pathlib import Path
 from mat.maintain.manual import command_pages, python_pages, reader_page
 
 OWN = "examples/manual"  # pages of the site alone, shown at its top
-INDEX = "index.md"
 NOTEBOOKS = "examples/notebooks"
 LEADING = ("atmospheres", "examples/runtimes", "schemas/formats")  # their README leads to all pages below
 FOLDERS = ("mat", "tmm", "materials", "atmospheres", "schemas", "examples")
@@ -52,10 +51,6 @@ def gather(checkout: Path, tree: Path) -> None:
         _write(tree / name, text)
     for path in (checkout / NOTEBOOKS).glob("*.ipynb"):
         _copy(path, tree / NOTEBOOKS / path.name)
-    _write(tree / INDEX, with_patterns_that_find((tree / INDEX).read_text(encoding="utf-8"), tree))
-    for path in tree.rglob("*.md"):  # own pages show pictures of the checkout by their path in it
-        for picture in re.findall(r"examples/pictures/[\w.]+", path.read_text(encoding="utf-8")):
-            _copy(checkout / picture, tree / picture)
 
 
 def leads(page: str, checkout: Path) -> str:
@@ -66,20 +61,6 @@ def leads(page: str, checkout: Path) -> str:
     below = [path.relative_to(checkout / folder).as_posix() for path in (checkout / folder).rglob("*.md")]
     entries = sorted(name for name in below if name != "README.md")
     return "\n".join(["", "```{toctree}", ":hidden:", *entries, "```", ""])
-
-
-def with_patterns_that_find(text: str, tree: Path) -> str:
-    """The text of the index without patterns that no page fits, of which Sphinx would warn.
-
-    Parameters
-    ----------
-    text : str
-    tree : Path
-        Folder of the index.
-    """
-    lines = text.splitlines(keepends=True)
-    pattern = re.compile(r"[\w/-]+\*\s*")
-    return "".join(line for line in lines if not pattern.fullmatch(line) or any(tree.glob(line.strip() + ".*")))
 
 
 def linked_files(text: str, checkout: Path, page: str) -> Iterator[str]:

@@ -135,6 +135,20 @@ def test_shade_without_the_response_to_it_is_refused_in_one_line(shaded_build, t
     assert "holds no response to shade" in done.output and len(done.output.strip().splitlines()) == 1
 
 
+def test_the_first_picture_of_a_frame_has_the_values_of_every_third_texel(browser, page):
+    wanted = {"band": "s01b01", "hour": 16.4, "source": "sun", "range": 0.6}
+    settings = settings_of(page)
+    frames = []
+    for more in ({}, {"coarse": 3}):
+        _, pixels, messages, _ = browser.probe(page / "index.html", **wanted, **more)
+        assert messages == []
+        frames.append(pixels.reshape(settings["rows"], settings["columns"], 4)[::-1])  # from the bottom, as it is drawn
+    complete, first = frames
+    assert np.ptp(complete[..., 1]) > 0.05
+    middles = [np.minimum(3 * (np.arange(count) // 3) + 1, count - 1) for count in complete.shape[:2]]
+    assert np.array_equal(first, complete[np.ix_(*middles)])
+
+
 def test_palettes_run_from_cold_to_hot(page):
     palettes = {entry["name"]: np.array(entry["colours"]) for entry in settings_of(page)["palettes"]}
     assert list(palettes) == ["White hot", "Black hot", "Inferno"]

@@ -1,6 +1,4 @@
-"""The tree of the site: links to folders and files, pages in the navigation, patterns that find nothing."""
-
-import re
+"""The tree of the site: links to folders and files, pages in the navigation."""
 
 import pytest
 
@@ -11,7 +9,7 @@ from mat.maintain.manual import python_pages, sources
 def checkout(tmp_path):
     """A small checkout with a page for each rule."""
     files = {
-        "examples/manual/index.md": "# Site\n\n```{toctree}\n:glob:\nREADME\ntutorials/*\nexamples/notebooks/*\n```\n",
+        "examples/manual/index.md": "# Site\n\n```{toctree}\nREADME\n```\n",
         "README.md": "# Top\n\n[m](materials) [n](materials/) [file](schemas/a.json#L3) ![p](examples/pictures/p.png)\n"
         "[page](materials/README.md#b) [here](#top) [out](https://example.org/materials)\n",
         "materials/README.md": "# M\n",
@@ -76,24 +74,6 @@ def test_the_page_of_a_leading_folder_leads_to_the_others(tree):
     text = (tree / "schemas" / "formats" / "README.md").read_text(encoding="utf-8")
     assert "```{toctree}\n:hidden:\na-1.md\nz-1.md\n```" in text
     assert "toctree" not in (tree / "materials" / "README.md").read_text(encoding="utf-8")
-
-
-def test_patterns_without_a_page_leave_the_index(tree):
-    assert re.findall(r"^[\w/*]+$", (tree / "index.md").read_text(encoding="utf-8"), re.MULTILINE) == ["README"]
-
-
-def test_pages_and_notebooks_enter_the_index_once_they_are_there(checkout, tmp_path, monkeypatch):
-    monkeypatch.setattr(sources, "generated_pages", dict)
-    for name in ("examples/manual/tutorials/texture_artist.md", "examples/notebooks/spectrum.ipynb"):
-        (checkout / name).parent.mkdir(parents=True)
-        (checkout / name).write_text("# A\n", encoding="utf-8")
-    tree = tmp_path / "tree"
-    tree.mkdir()
-    sources.gather(checkout, tree)
-    text = (tree / "index.md").read_text(encoding="utf-8")
-    assert "tutorials/*" in text and "examples/notebooks/*" in text
-    assert (tree / "tutorials" / "texture_artist.md").is_file()
-    assert (tree / "examples" / "notebooks" / "spectrum.ipynb").is_file()
 
 
 @pytest.mark.parametrize("package", python_pages.PACKAGES)

@@ -1,0 +1,40 @@
+"""The gallery: twelve pictures, small, each under lines that name it."""
+
+import re
+
+import pytest
+from PIL import Image
+
+from mat.maintain import gallery
+
+
+def test_the_page_shows_twelve_pictures_under_the_blocks_that_draw_them():
+    shown = list(gallery.sections())
+    assert len(shown) == 12
+    for _, text, picture in shown:
+        path = (gallery.PAGE.parent / picture).resolve()
+        assert path.is_file() and path.stat().st_size <= gallery.LARGEST
+        named = path.name in text or "mat render" in text or "--to gpu" in text
+        assert named, f"no line of the block names {path.name}"
+    own = {picture.rpartition("/")[2] for _, _, picture in shown if "/gallery/" in picture}
+    assert {path.name for path in gallery.PICTURES.iterdir()} == own
+
+
+def test_python_of_the_page_is_python_and_commands_are_those_that_exist():
+    for language, text, _ in gallery.sections():
+        if language == "python":
+            compile(text, "gallery.md", "exec")
+        else:
+            assert all(re.match(r"(mat|tmm|chromium) ", line) for line in text.splitlines())
+
+
+def test_a_picture_of_many_colours_is_made_to_fit(tmp_path):
+    Image.effect_noise((1400, 900), 60).save(tmp_path / "noise.png")
+    flat = Image.new("RGB", (1400, 900), "white")
+    flat.paste("black", (100, 100, 900, 500))
+    flat.save(tmp_path / "flat.png")
+    gallery.shrink(tmp_path / "flat.png", tmp_path / "small.png")
+    with Image.open(tmp_path / "small.png") as small:
+        assert small.width == max(gallery.WIDTHS) and small.convert("L").getextrema() == (0, 255)
+    with pytest.raises(ValueError, match="is larger than"):
+        gallery.shrink(tmp_path / "noise.png", tmp_path / "small.png")

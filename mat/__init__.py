@@ -7,8 +7,8 @@ tables; `report` measures how wrong built tables are; `fit_material` finds a mat
 record; `Scene` draws pictures from built tables, `Frame` does so from
 the buffers of another renderer, and `contrast` compares two materials through the day; `example` names
 a packaged job; `query` interpolates one table, with its stated error; `export` writes other formats, `lut` a look-up
-table for ISOFIT; `needs` limits a job to what a scene reads. Results are small objects; those of numbers have
-`to_xarray`.
+table for ISOFIT; `needs` limits a job to what a scene reads. Results are small objects, which notebooks show; those
+of numbers have `to_xarray`, and `plot` where they are lines.
 
 Examples
 --------

@@ -16,6 +16,7 @@ from skyshine.mat.job.load import JobSites, LoadedJob, job_sites
 from skyshine.mat.scene.agreement import air_warnings, twilight_warnings
 from skyshine.mat.tables.dataset import dataset
 from skyshine.mat.tables.loader import open_table
+from skyshine.mat.tables.result import Result
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.progress import Progress, silent
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Build:
+class Build(Result):
     """Files and times of a build.
 
     Attributes

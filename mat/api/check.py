@@ -27,6 +27,7 @@ from skyshine.mat.scene.sources import source_hours
 from skyshine.mat.scene.summary import state_summaries
 from skyshine.mat.scene.surface_notes import surface_notes
 from skyshine.mat.tables.dataset import dataset
+from skyshine.mat.tables.result import Result
 from skyshine.schemas.errors import InputError
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class JobCheck:
+class JobCheck(Result):
     """A valid job with its plan.
 
     Attributes

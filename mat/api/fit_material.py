@@ -20,6 +20,7 @@ from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.measured_skin import read_measured
 from skyshine.mat.surface.skin_errors import SkinError
 from skyshine.mat.tables.dataset import dataset
+from skyshine.mat.tables.result import Panel, Result
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
@@ -58,7 +59,7 @@ class FittedParameter:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MaterialFit:
+class MaterialFit(Result):
     """A material fitted to a record; arrays are (N,) over time.
 
     Attributes
@@ -123,6 +124,10 @@ class MaterialFit:
         )
         del over_time["time"].attrs["units"]  # a date needs none, and xarray writes its own
         return over_time
+
+    def _panels(self) -> list[Panel]:
+        kelvin = {"measured": self.measured, "predicted": self.predicted}
+        return [Panel(self.time.astype("datetime64[s]"), "UTC", "skin temperature, K", kelvin)]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values with their units, as ``mat materials fit --json`` prints them."""

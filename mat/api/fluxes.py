@@ -20,6 +20,7 @@ from skyshine.mat.atmosphere.spectra.level_fluxes import LevelFluxes
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.scene.sources import source_irradiance
 from skyshine.mat.tables.dataset import dataset
+from skyshine.mat.tables.result import Panel, Result
 from skyshine.mat.tables.spectrum_file import IRRADIANCE
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -32,7 +33,7 @@ _THERMAL, _LIGHT = ("thermal_up", "thermal_down"), ("direct", "diffuse_down", "d
 
 
 @dataclass(frozen=True, eq=False)
-class Fluxes:
+class Fluxes(Result):
     """Fluxes through horizontal surfaces at N levels, under a source at S elevations, in B spectral bins.
 
     Attributes
@@ -73,6 +74,17 @@ class Fluxes:
             | {name: (("altitude", "source_elevation", *bins), units, getattr(self, name)) for name in _LIGHT},
             {},
         )
+
+    def _panels(self) -> list[Panel]:
+        thermal = {name.replace("_", " "): self.in_band[name] for name in _THERMAL}
+        light = {
+            f"{name.replace('_', ' ')}, source at {elevation:g}°": self.in_band[name][:, number]
+            for number, elevation in enumerate(self.source_elevation)
+            for name in _LIGHT
+        }
+        above = self.altitude / 1e3
+        parts = [values for values in (thermal, light) if values]
+        return [Panel(above, "altitude, km", "flux, W m$^{-2}$", values, upright=True) for values in parts]
 
     def __repr__(self) -> str:
         bins = f"{self.wavenumber.size} bins" if self.wavenumber.size else "the whole spectrum"

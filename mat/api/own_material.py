@@ -95,7 +95,7 @@ def new_material(
     library = refuse_taken(name, like, target)
     pattern = library[like]
     number = next(free_codes(library)) if code is None else code
-    if number in {library.code(known) for known in library.names}:
+    if number in {library.code(existing) for existing in library.names}:
         raise InputError(f"code {number} is that of '{library.by_code(number).name}'; remove --code for a free one")
     wavelength, reflectance, borrowed = _joined(pattern, spectrum)
     if emissivity is not None:

@@ -19,6 +19,7 @@ from skyshine.mat.budget.truth import Prepared
 from skyshine.mat.job.load import LoadedJob, load_job
 from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.tables.dataset import dataset
+from skyshine.mat.tables.result import Result
 from skyshine.schemas.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ MEASURES = ("rms", "p95", "p99", "maximum")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Report:
+class Report(Result):
     """Error budgets of the tables of a job, one for each state, band and source.
 
     Attributes

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 from collections.abc import Mapping, Sequence
@@ -21,6 +22,7 @@ from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, SpectralPoi
 from skyshine.mat.atmosphere.spectra.spectrum import LineSpectrum, line_spectrum
 from skyshine.mat.tables.dataset import Column, dataset
 from skyshine.mat.tables.other_spectra import read_other_spectrum
+from skyshine.mat.tables.result import Panel, Result
 from skyshine.mat.tables.spectrum_file import IRRADIANCE, RADIANCE, write_spectrum, write_spectrum_csv
 from skyshine.schemas.errors import InputError
 
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Spectrum(LineSpectrum):
+class Spectrum(Result, LineSpectrum):
     """Spectra of lines of sight; the fields are those of `LineSpectrum`, arrays (..., B) over spectral bins.
 
     Attributes
@@ -87,6 +89,19 @@ class Spectrum(LineSpectrum):
             },
             self.attributes,
         )
+
+    def _panels(self) -> list[Panel]:
+        def lines(values: npt.NDArray[np.float64], name: str) -> dict[str, npt.NDArray[np.float64]]:
+            return {f"{label} {name}".strip(): row for label, row in zip(labels, values.reshape(rows, -1), strict=True)}
+
+        points = itertools.product(*(values for _, values in self.coords.values()))
+        labels = [", ".join(f"{key} {value:g}" for key, value in zip(self.coords, at, strict=True)) for at in points]
+        rows = len(labels)
+        light = lines(self.path_thermal, "thermal") | lines(self.path_scattered, "scattered")
+        return [
+            Panel(self.wavelength, "wavelength, µm", "transmittance", lines(self.transmittance, "")),
+            Panel(self.wavelength, "wavelength, µm", f"path radiance, {RADIANCE}", light, logarithmic=True),
+        ]
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a file of the format `spectrum` (HDF5, for a name that ends in .h5) or a CSV file (.csv).

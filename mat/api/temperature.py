@@ -26,6 +26,7 @@ from skyshine.mat.surface.weather import DRY, Wetting
 from skyshine.mat.surface.weather_readings import read_record
 from skyshine.mat.surface.wet_skin import FilmSkin, film_capacity
 from skyshine.mat.tables.dataset import dataset
+from skyshine.mat.tables.result import CLOCK, Panel, Result
 from skyshine.materials.files import MOST_LEAVES, load_thermal
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.errors import InputError
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 SPIN_UP_DAYS = 7
 
 
-class SurfaceTemperature(ColumnResult):
+class SurfaceTemperature(Result, ColumnResult):
     """Temperature and fluxes of a surface; the fields are those of `ColumnResult`, arrays (N,) over time."""
 
     def to_xarray(self) -> xarray.Dataset:
@@ -65,6 +66,22 @@ class SurfaceTemperature(ColumnResult):
         if not local:
             del over_time["time"].attrs["units"]  # a date needs none, and xarray writes its own
         return over_time
+
+    def _panels(self) -> list[Panel]:
+        time, label = (
+            (np.asarray(self.time, float), CLOCK)
+            if self.time_units == "h"
+            else (np.array([str(t).removesuffix("Z") for t in self.time], "datetime64[s]"), "UTC")
+        )
+        kelvin = {"surface": self.temperature}
+        for name, values in (("at depth", self.depth_temperature), ("leaves", self.leaf_temperature)):
+            kelvin |= {} if values is None else {name: values}
+        kelvin |= {} if self.soil_temperature is None else {"soil": self.soil_temperature}
+        fluxes = {name.replace("_", " "): values for name, values in self.fluxes.items()}
+        return [
+            Panel(time, label, "temperature, K", kelvin),
+            Panel(time, label, "flux, W m$^{-2}$", fluxes),
+        ]
 
     def __repr__(self) -> str:
         low, high = np.argmin(self.temperature), np.argmax(self.temperature)

@@ -17,6 +17,7 @@ from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.dataset import dataset
 from skyshine.mat.tables.htt import TemperatureTable
+from skyshine.mat.tables.result import CLOCK, Panel, Result
 from skyshine.mat.tables.tracks import SUNRISE_ELEVATION
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -69,8 +70,8 @@ class Sight:
     altitude: float | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class Contrast:
+@dataclass(frozen=True, eq=False, repr=False)
+class Contrast(Result):
     """Apparent temperatures of two faces through the day.
 
     Attributes
@@ -110,6 +111,20 @@ class Contrast:
     def contrast(self) -> Floats:
         """Material minus background (T,) [K]."""
         return self.material - self.background
+
+    def __repr__(self) -> str:
+        low, high = float(np.min(self.contrast)), float(np.max(self.contrast))
+        return (
+            f"<Contrast {self.wavelength[0]:g} to {self.wavelength[1]:g} um, {self.date}: {low:+.2f} to {high:+.2f} K,"
+            f" {len(self.crossovers)} crossovers, stated error {self.stated_error:.2g} K>"
+        )
+
+    def _panels(self) -> list[Panel]:
+        apparent = {"material": self.material, "background": self.background}
+        return [
+            Panel(self.hours, CLOCK, "apparent temperature, K", apparent),
+            Panel(self.hours, CLOCK, "contrast, K", {"contrast": self.contrast}),
+        ]
 
     def to_xarray(self) -> xarray.Dataset:
         """Both apparent temperatures and the contrast as an `xarray.Dataset` over hours of the local clock."""

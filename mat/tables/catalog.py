@@ -16,6 +16,7 @@ import pydantic
 
 from skyshine.mat.tables.dataset import dataset
 from skyshine.mat.tables.loader import open_table
+from skyshine.mat.tables.result import Result
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.format_versions import FORMAT_VERSION
@@ -82,7 +83,7 @@ class Entry(pydantic.BaseModel):
 
 
 @dataclass(frozen=True, eq=False)
-class Catalog:
+class Catalog(Result):
     """The databases of a folder, found by what they hold.
 
     Attributes

@@ -51,14 +51,19 @@ def draw(file: StrPath, picture: StrPath) -> Path:
     InputError
         The file is not a database of the table builder.
     """
-    table = open_table(file)
+    with chart_style():
+        return save_figure(figure_of(open_table(file)), picture)
+
+
+def figure_of(table: Table) -> Figure:
+    """The picture of a database."""
     with chart_style():
         drawn, size = _DRAWN[table.filetype]
         figure = new_figure(*size, arranged=False)
         names = ", ".join(str(table.attributes[key]) for key in NAMED if key in table.attributes)
         figure.suptitle(f"{table.path.name}  ({table.attributes['title']})  {names}".rstrip(), fontsize=10)
         drawn(figure, table)
-        return save_figure(figure, picture)
+    return figure
 
 
 def draw_spectrum(spectrum: Any, title: str, picture: StrPath) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -13,6 +14,7 @@ from skyshine.mat.tables.axes import CLOCK_UNIT, AxisRule
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.named_materials import AXIS, COORDINATES, NAMES
 from skyshine.mat.tables.out_of_range import AS_STATED, OutOfRange
+from skyshine.mat.tables.result import Chart, Result
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.hdf5 import Group
 
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Table:
+class Table(Result):
     """An open database; safe to share between threads, for nothing in it changes once it is read.
 
     Attributes
@@ -131,6 +133,11 @@ class Table:
             return {}
         at = list(group.axes["quantity"].values).index(quantity)
         return {name: float(v.data[at]) for name, v in group.variables.items() if v.dims == ("quantity",)}
+
+    def plot(self) -> Chart:
+        """The picture that a build draws of the database, as `Result.plot`."""
+        pictures = importlib.import_module("skyshine.mat.tables.pictures")  # which reads tables of every type
+        return Chart(pictures.figure_of(self))
 
     def to_xarray(self) -> xarray.Dataset:
         """The table as an xarray Dataset, in memory: axes as coordinates, materials by name.

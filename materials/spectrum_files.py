@@ -22,7 +22,7 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.csv_table import read_text
 from skyshine.schemas.errors import InputError
 
-LEAST_POINTS = 10
+LEAST_POINTS = 10  # wavelengths of a spectrum
 DELETED = -1e30  # the USGS writes -1.23e34 in deleted channels
 HIGHEST = 1.1  # of a reflectance: noise of a bright sample against a white standard
 # Where a file says no scale and its largest value lies between both, it may be a bright fraction or a dark percentage.

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _TERMINAL_NAMED = ("FORCE_COLOR", "TTY_COMPATIBLE")  # variables by which rich takes a pipe for a terminal
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-CHECK_FAILED, INPUT_WRONG, INTERRUPTED = 1, 2, 130
+CHECK_FAILED, INPUT_WRONG, INTERRUPTED = 1, 2, 130  # exit statuses; 130 is a shell's for SIGINT
 # Packages that only some commands need, with the extra that installs them.
 EXTRAS = {
     "casadi": "fit",

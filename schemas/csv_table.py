@@ -23,7 +23,7 @@ from skyshine.schemas.plain_numbers import plain_number
 from skyshine.schemas.regular_files import refuse_special_file
 
 _ZIP = b"PK\x03\x04"
-ROW_LIMIT = 100_000
+ROW_LIMIT = 100_000  # rows
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
 # A cell between blanks; a unit in brackets may follow after a blank.
 _WORD = re.compile(r"[^\s\[(]*(?:[^\S\n]*[\[(][^\])]*[\])]?)|\S+")

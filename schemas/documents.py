@@ -24,9 +24,9 @@ from skyshine.schemas.paths import StrPath
 Location = tuple[Any, ...]  # keys and list indices
 Text = Annotated[str, pydantic.StringConstraints(strip_whitespace=True, min_length=1)]
 
-NODE_LIMIT = 200_000
-DEPTH_LIMIT = 64
-BYTE_LIMIT = 20_000_000
+NODE_LIMIT = 200_000  # nodes of a YAML document, against bombs of aliases
+DEPTH_LIMIT = 64  # levels of nesting
+BYTE_LIMIT = 20_000_000  # bytes
 MAPPING = "<mapping>"  # represents the file of a document that is given as plain data
 
 

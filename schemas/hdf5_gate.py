@@ -21,12 +21,12 @@ from skyshine.schemas.plain_numbers import plain_number
 
 OBJECT_LIMIT = 20_000  # groups and arrays of a file; a texture of 17 levels has 150
 DEPTH_LIMIT = 16  # of groups in groups
-RANK_LIMIT = 8
+RANK_LIMIT = 8  # axes of an array
 ATTRIBUTE_LIMIT = 10_000  # of one object; a texture has one for each of its seed files
-ATTRIBUTE_BYTES = 1 << 20
+ATTRIBUTE_BYTES = 1 << 20  # 1 MiB
 SHORT_TEXT = 4096  # characters of an attribute that is one line
 JOB_LIMIT = 16_000_000  # bytes of a job's text, those of a job file at most
-CHUNK_BYTES = 1 << 28
+CHUNK_BYTES = 1 << 28  # 256 MiB
 # Deflate packs at most 1032 bytes into one (zlib technical details); a file that claims more contains a forged shape.
 PACKING_LIMIT, SMALL = 1100, 1 << 20
 ARRAY_LIMIT_VARIABLE, ARRAY_LIMIT_GIB = "SKYSHINE_MAX_ARRAY_GIB", 4.0
@@ -301,7 +301,7 @@ def _names(item: Any) -> list[bytes]:
 
 
 _passed: dict[str, tuple[int, ...]] = {}  # files that the gate let through, with what changes when they do
-_REMEMBERED = 256
+_REMEMBERED = 256  # files that were checked in this process
 _SETTLED = 2.0  # s; a file changed less long ago may change again without a change of its times
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from skyshine.schemas.process_memory import children_seconds
 
 WALLS = 36  # of the prism, one per 10 degree of azimuth
-COLUMNS = WALLS + 1
+COLUMNS = WALLS + 1  # walls and one roof
 YEAR = 365  # days
 _HEAD = """
 Version, 25.2;

@@ -32,7 +32,7 @@ from skyshine.schemas.whole_files import PART, write_whole
 if TYPE_CHECKING:
     from distributed import Client
 
-CONNECT_SECONDS = 30.0
+CONNECT_SECONDS = 30.0  # wait for a scheduler [s]
 RECONNECT_SECONDS = 600.0  # for a scheduler that was there before
 # Dask's nannies let glibc give every freed array back to the system (distributed.nanny.pre-spawn-environ), and tasks
 # then take twice as long. Its own values (mallopt(3): M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX) are those that a

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from skyshine.materials.library import Material
 
-BANDS = ((3.0, 5.0), (8.0, 12.0))
+BANDS = ((3.0, 5.0), (8.0, 12.0))  # MWIR and LWIR [um]
 # Clear sky, midsummer, 45 degree north; the day on which all cards show their material.
 DAY: dict[str, Any] = {
     "skyshine": 1,

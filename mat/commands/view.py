@@ -6,7 +6,7 @@ import click
 
 from skyshine.schemas.errors import InputError
 
-METRES_PER_TEXEL = 0.25
+METRES_PER_TEXEL = 0.25  # [m], of an aerial photograph
 
 
 @click.command(epilog="Example: mat view built --out view")

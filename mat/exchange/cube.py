@@ -29,10 +29,11 @@ from skyshine.schemas.whole_files import part_file
 if TYPE_CHECKING:
     from netCDF4 import Dataset
 
-HOURS = np.arange(24.0)
+HOURS = np.arange(24.0)  # local clock [h]
 DATE_UNITS = "days since 1970-01-01"
+# [degree], denser at the horizon, where the path radiance changes most.
 ELEVATIONS = (-90.0, -60.0, -30.0, -15.0, -8.0, -4.0, -2.0, 0.0, 2.0, 4.0, 8.0, 15.0, 30.0, 60.0, 90.0)
-AZIMUTHS = (0.0, 15.0, 45.0, 90.0, 135.0, 180.0)
+AZIMUTHS = (0.0, 15.0, 45.0, 90.0, 135.0, 180.0)  # from the Sun [degree], denser near it
 RANGES, ALTITUDES, SOURCE_STEP = 8, 3, 10.0  # nodes; degree
 _SHORTEST = 1e-2  # km, the first range of a file that begins nearer
 Axes = dict[str, tuple[Any, str, str]]  # nodes, units, meaning

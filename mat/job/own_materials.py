@@ -19,7 +19,7 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.documents import StrictModel, Text
 from skyshine.schemas.errors import InputError
 
-FIRST_CODE, LAST_CODE = 1001, 65535
+FIRST_CODE, LAST_CODE = 1001, 65535  # beyond the codes of the library, up to 16 bits
 BORDER = 2.5  # um; sunlight below, heat beyond
 ROUNDS = 4  # of the two levels, each of which moves the other by the little light beyond its side of the border
 THERMAL = ("conductivity", "density", "heat_capacity", "thickness")

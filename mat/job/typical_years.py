@@ -26,7 +26,7 @@ from skyshine.schemas.plain_numbers import plain_number
 Kind = Literal["EPW", "TMY3"]
 _GROUND_CELLS = 16  # of a depth in the header of EPW
 _NO_GROUND = 90.0  # Celsius: beyond, a code for a missing value
-_BYTE_LIMIT = 64_000_000
+_BYTE_LIMIT = 64_000_000  # bytes; a year of hours has 2 MB
 _EPW_HEADER = 8  # lines, where none of them says where it ends
 _DATES = {"EPW": ("year", "month", "day", "hour"), "TMY3": ("Date (MM/DD/YYYY)", "Time (HH:MM)")}
 
@@ -61,7 +61,7 @@ FIELDS = {
     RAIN_HOURS: _Field(34, 99.0, "Lprecip quantity (hr)", 1.0, 0.0, 24.0),
 }
 _LAST = (RAIN_DEPTH, RAIN_HOURS)  # which older files end before
-_TMY3_MISSING = -9900.0
+_TMY3_MISSING = -9900.0  # missing value of TMY3 (NREL/TP-581-43156)
 
 
 @dataclass(frozen=True)

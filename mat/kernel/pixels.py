@@ -42,7 +42,7 @@ TERMS = (
 )  # fmt: skip
 STEPS = 288  # of a day
 _CODES = {"material", "ground_material"}
-_ALIGNMENT = 64
+_ALIGNMENT = 64  # bytes, of a vector of eight doubles
 
 
 class Failure(ctypes.Structure):

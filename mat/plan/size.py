@@ -5,7 +5,7 @@ from __future__ import annotations
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.plan import FLOAT_BYTES, Kind, Plan
 
-GIGABYTE = 1e9
+GIGABYTE = 1e9  # bytes
 _GRIDS = {Kind.TEMPERATURE: "surface_grid"}  # of the other kinds: atmosphere_grid
 
 

@@ -16,7 +16,7 @@ from skyshine.mat.tables.axes import CLOCK_UNIT, PERIODIC, table_axis
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.hdf5 import Axis, Variable
 
-HOURS = np.arange(24.0)
+HOURS = np.arange(24.0)  # local clock [h]
 HEIGHTS = np.geomspace(0.5, 50.0, 14)  # m: between them linear reading errs by 5 % at most
 
 

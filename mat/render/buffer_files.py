@@ -16,7 +16,7 @@ from skyshine.schemas.errors import InputError, nearest
 _NUMBERS = "buif"  # kinds of numpy that are numbers
 _PICTURE_CHANNELS = 4  # of a file without layers: red, green, blue, alpha
 _ORDER = "rgbaxyz"  # of the channels of a layer, whatever that of the file
-_MANIFEST_BYTES = 1 << 24
+_MANIFEST_BYTES = 1 << 24  # of a manifest of object names: more is another kind of file
 
 
 def read_layer(path: Path, layer: str | None) -> npt.NDArray[Any]:

@@ -16,9 +16,9 @@ from skyshine.mat.render.surface import PARTS
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import InputError
 
-_BYTE = 255
+_BYTE = 255  # largest value of 8 bits
 _WHOLE_24 = (1 << 24) - 1  # CARLA's farthest depth: R + 256 G + 65536 B
-_ID_LIMIT = 1 << 32
+_ID_LIMIT = 1 << 32  # ids have 32 bits
 _SHOWN = 5  # unknown ids in a message
 _LEAST_NORMAL = 1e-3  # length below which a stored normal has no direction
 

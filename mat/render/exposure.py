@@ -14,7 +14,7 @@ from skyshine.mat.render.walls import WallKinds
 from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.progress import Advance, Progress, silent
 
-SKY_RAYS = 64
+SKY_RAYS = 64  # of the hemisphere above a point: 1 / 64 of the sky each
 _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))  # of Vogel's spiral, Mathematical Biosciences 44, 1979
 
 

@@ -33,7 +33,7 @@ from skyshine.schemas.gltf import (
 
 COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-TRIANGLES, STRIP, FAN = 4, 5, 6
+TRIANGLES, STRIP, FAN = 4, 5, 6  # codes of primitives (glTF 2.0, section 3.7.2)
 # Translation, rotation and scale of what is not moved.
 _REST = {
     "TRANSLATION": np.array([0.0, 0.0, 0.0]),

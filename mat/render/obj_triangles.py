@@ -21,7 +21,7 @@ from skyshine.schemas.paths import job_path
 from skyshine.schemas.plain_numbers import plain_number
 from skyshine.schemas.regular_files import refuse_special_file
 
-BYTE_LIMIT = 1 << 30
+BYTE_LIMIT = 1 << 30  # 1 GiB
 READ = ("v", "vt", "f", "usemtl", "mtllib")  # of an OBJ; map_Kd -s -o of an MTL
 # Of curves and surfaces that are no polygons: without them a part of the scene would be missing.
 FREE_FORM = ("curv", "curv2", "surf", "bzp", "bsp", "cdc", "cdp", "res", "call", "csh")

@@ -16,7 +16,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import open_tmm
 from skyshine.tmm.images.raster import read_channels
 
-MAX_HEIGHTS = 1 << 23
+MAX_HEIGHTS = 1 << 23  # samples of a height map, for memory
 _NODATA_TAG = 42113  # GDAL_NODATA, of GeoTIFF files
 
 

@@ -21,8 +21,8 @@ from skyshine.schemas.documents import Document, StrictModel, parse_model, read_
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import job_path
 
-MAX_RAYS = 1 << 22
-MAX_FRAMES = 1000
+MAX_RAYS = 1 << 22  # rays of a frame, for memory
+MAX_FRAMES = 1000  # files of a run
 
 
 def _existing(value: object, info: pydantic.ValidationInfo) -> Path:

@@ -13,7 +13,7 @@ from skyshine.mat.quantities.lines_of_sight import slope_and_azimuth
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 
-MAX_TRIANGLES = 1 << 24
+MAX_TRIANGLES = 1 << 24  # for memory
 # A part of a mesh: material, corners (F, 3, 3), texture coordinates (F, 3, 2) from the top left corner.
 MeshPart = tuple[str, Floats, Floats | None]
 

@@ -16,7 +16,7 @@ from skyshine.mat.surface.forcing import Scene
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.arrays import Floats
 
-_AZIMUTHS = np.array([0.0, 90.0, 180.0, 270.0])
+_AZIMUTHS = np.array([0.0, 90.0, 180.0, 270.0])  # [degree] of slopes that are compared
 _SOIL = "soil_loam_brown"
 _STEPS = 48  # half hours: enough to know a difference to a tenth
 # Materials of a kind that are solved; chosen. Glass and snow, which ground warms less, are among the bright ones.

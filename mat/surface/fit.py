@@ -18,7 +18,7 @@ from skyshine.mat.surface.solver import DAY
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import CheckFailed, InputError
 
-LEAST_DAYS = 2.0
+LEAST_DAYS = 2.0  # [d]
 LEAST_READINGS = 10  # a free parameter: chosen
 ALTERNATE = "alternate"  # every second day is held out
 # K by which a parameter must move some temperature between its bounds, by its slope at the start: chosen, what good

@@ -17,7 +17,7 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 YEAR = 365.25  # d
-_SECONDS = 86400.0
+_SECONDS = 86400.0  # in a day
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,7 +33,7 @@ from skyshine.mat.surface.table import FINEST
 from skyshine.schemas.arrays import Floats, Integers, Singles
 from skyshine.schemas.digits import rounded_bits, rounded_to
 
-RESPONSE_HOURS = np.arange(24.0)
+RESPONSE_HOURS = np.arange(24.0)  # local clock [h]
 # m between altitudes at most: leaves draw water by the temperature and dryness of their air, so that what they lose at
 # an offset from it is not linear in altitude. Of grass in calm air 3 km apart, shade errs by 1.8 K rms without it.
 ALTITUDE_STEP = 1000.0

@@ -35,7 +35,7 @@ NOTE = (
     " sure, exposure of the sky, clouds and rain are not read"
 )
 _NUMBER = re.compile(r"[-+]?(?:\d+\.\d*|\.\d+|\d+)")
-_DAY_H, _MOST_ROWS = 24.0, 10_000
+_DAY_H, _MOST_ROWS = 24.0, 10_000  # [h]; rows of a file
 _HUMIDITY_ERROR = 0.1  # between the humidity and that of the dew point, half of the rows: over water or over ice
 
 

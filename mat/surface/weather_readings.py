@@ -19,9 +19,9 @@ from skyshine.schemas.csv_table import Head, column_heads, data_lines, delimiter
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.plain_numbers import plain_number
 
-LEAST_READINGS = 4
+LEAST_READINGS = 4  # of a record
 MAXIMUM_GAP = 3 * 3600.0  # s that linear interpolation may bridge
-MAXIMUM_STEPS = 200_000
+MAXIMUM_STEPS = 200_000  # of a record: a year in steps of 3 minutes has 175,200
 _SLIP = 0.75  # likeness of names, beyond which one is a slip of the pen for the other
 MOST_MOISTURE = 0.95  # m3/m3, the porosity of the loosest peat
 

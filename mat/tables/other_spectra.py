@@ -53,7 +53,7 @@ _MODTRAN_COLUMNS = {
 }
 _OF_AXIS = {"cm-1": "Wcm-2sr-1(cm-1)-1", "um": "Wcm-2sr-1um-1", "nm": "uWcm-2sr-1nm-1"}
 _ALIGNED = 3  # characters between the ends of a number and of its heading, at most
-_END = -9999.0
+_END = -9999.0  # marks the end of a spectrum in MODTRAN's files
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,7 @@
 
 import ast
 import io
+import itertools
 import re
 import tokenize
 from collections.abc import Iterator
@@ -21,6 +22,7 @@ PREPOSITION = re.compile(
     "(As|At|Behind|Beside|Between|By|For|From|In|Of|On|Over|Than|That|Through|To|Under|Until|Where|Which|Whose|With)\\b"
 )
 NAMES, ENTRIES = 0.01, 0.05  # largest shares; codebases of the field have 0.001 to 0.007 and 0 to 0.02
+UNEXPLAINED = 0.05  # largest share of numeric constants without a comment
 PLAIN = [  # all folders of the package
     *("tmm", "schemas", "materials"),
     *(f"mat/{folder.name}" for folder in sorted((ROOT / "mat").iterdir()) if any(folder.glob("*.py"))),
@@ -71,6 +73,43 @@ def sentences(file: Path) -> str:
     return "\n".join(word.string.strip("\"'#") for word in words if word.type in (tokenize.STRING, tokenize.COMMENT))
 
 
+def is_number(node: ast.AST) -> bool:
+    """Whether a value is a number, a tuple of numbers, or arithmetic with one."""
+    if isinstance(node, ast.Constant):
+        return isinstance(node.value, int | float) and not isinstance(node.value, bool)
+    if isinstance(node, ast.Tuple | ast.List):
+        return bool(node.elts) and all(map(is_number, node.elts))
+    if isinstance(node, ast.UnaryOp):
+        return is_number(node.operand)
+    sides = [node.left, node.right] if isinstance(node, ast.BinOp) else []
+    return any(map(is_number, sides)) and all(is_number(side) or isinstance(side, ast.Name) for side in sides)
+
+
+def constants(text: str) -> Iterator[tuple[int, bool]]:
+    """Line of each numeric constant of a module; whether it, or its paragraph above it, has a comment."""
+    lines = text.splitlines()
+    for node in ast.parse(text).body:
+        if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None and is_number(node.value):
+            target = ast.unparse(node.targets[0] if isinstance(node, ast.Assign) else node.target)
+            if target == target.upper():
+                paragraph = itertools.takewhile(str.strip, reversed(lines[: node.end_lineno]))
+                code = itertools.takewhile(
+                    lambda line: not line.startswith(("import", "from", "def", "class")), paragraph
+                )
+                yield node.lineno, any("#" in line for line in code)
+
+
+def test_constants_have_a_unit_and_a_reason() -> None:
+    found = {
+        f"{file.relative_to(ROOT)}:{line}": explained
+        for folder in ("mat", "tmm", "schemas", "materials")
+        for file in sorted((ROOT / folder).rglob("*.py"))
+        for line, explained in constants(file.read_text(encoding="utf-8"))
+    }
+    bare = [place for place, explained in found.items() if not explained]
+    assert len(found) > 1000 and len(bare) <= UNEXPLAINED * len(found), f"say unit and reason: {'; '.join(bare)}"
+
+
 @pytest.mark.parametrize("folder", ["atmospheres", "examples", "mat", "materials", "schemas", "tmm"])
 def test_numbers_have_their_zero(folder: str) -> None:
     files = [*(ROOT / folder).rglob("*.*"), *ROOT.glob("*.md")]
@@ -98,4 +137,5 @@ def test_counts_notice_vague_words() -> None:
     )
     assert [name for _, name in names(tree) if VAGUE.fullmatch(name)] == ["found"]
     assert list(entries(tree)) == ["Of x."] and PREPOSITION.match("Of x.")
+    assert list(constants("A = 1\n\nB = 2  # [K]\n\n# Of both.\nC, D = 3, 4\n")) == [(1, False), (3, True), (6, True)]
     assert [bool(ZERO.search(text)) for text in ("errs by .9 K", "(-.5)", "0.9 K", "v1.2 and .md")] == [1, 1, 0, 0]

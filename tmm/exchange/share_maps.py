@@ -21,7 +21,7 @@ from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.legend import legend
 from skyshine.tmm.exchange.rasters import png_bytes
 
-FULL = 255
+FULL = 255  # a share of 1 in 8 bits
 CHANNELS = "RGBA"
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from skyshine.tmm.images.texture import Windowed
 
 PIECE_TEXELS = 1 << 21  # looked at at a time
-CACHED_TEXELS = 1 << 17
+CACHED_TEXELS = 1 << 17  # texels of a block, for the processor's cache
 TABLED = 1 << 21  # distinct colours of one table: beyond, its posteriors would not fit the memory aimed at
 
 

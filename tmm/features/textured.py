@@ -15,7 +15,7 @@ from skyshine.tmm.features.colour import DistinctColours, to_lab, to_linear
 from skyshine.tmm.images.texture import Windowed
 
 RADII = (2, 6, 16)  # of the boxes, in texels, beside the texel itself
-GRADIENT_RADII = (4, 12)
+GRADIENT_RADII = (4, 12)  # texels
 MARGIN = max(RADII) + 1  # texels about a window that its features depend on
 DARK = 0.004  # added to linear light before logarithms: about the first step of 8 bit sRGB that is above noise
 BRIGHT = 1e6  # times white, to which light is limited, so that squares and sums of features stay finite

@@ -12,7 +12,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.tmm.images.raster import Raster
 from skyshine.tmm.job.model import LabelImage
 
-NONE = -1
+NONE = -1  # no label
 
 
 class Labels:

@@ -15,7 +15,7 @@ from skyshine.materials.library import unknown_material
 
 UNKNOWN = "unknown"  # the class of seeds of what is none of the materials
 MOST_PARTS = 3  # of a mixture, as `mix_code` stores them
-MOST_WEIGHT = 65535
+MOST_WEIGHT = 65535  # largest value of 16 bits
 _BETWEEN = " + "
 
 

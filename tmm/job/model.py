@@ -22,7 +22,7 @@ from skyshine.tmm.job.images import find_images, texture_name
 from skyshine.tmm.job.materials import UNKNOWN, MaterialName, MaterialOrMixture, SeedName, is_mixture, parts_of
 from skyshine.tmm.job.shade import Polygon, Shade
 
-MAX_RADIUS = 127
+MAX_RADIUS = 127  # texels
 
 
 def _palette_key(key: object) -> str:

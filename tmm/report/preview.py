@@ -25,7 +25,7 @@ _WIDTH, _GAP, _BAR = 14.0, 0.4, 0.8  # inches: of the figure, between panels, be
 _LEGEND_COLUMNS, _LEGEND_LINE = 4, 0.24  # entries side by side beneath the panels; inches of a line of them
 _SHORT = 0.5  # height over width of an image below which panels are in one column
 MAX_SIDE = 1600  # texels drawn a side; larger textures are thinned
-UNKNOWN = (0.0, 0.0, 0.0)
+UNKNOWN = (0.0, 0.0, 0.0)  # black
 
 
 def draw(

@@ -17,7 +17,7 @@ from skyshine.schemas.arrays import Floats
 
 Complexes = npt.NDArray[np.complex128]
 
-_TERMS_AT_ONCE = 256
+_TERMS_AT_ONCE = 256  # terms of the Mie series, which bound the memory of a block
 _LARGEST_TABLE = 20_000_000  # logarithmic derivatives held at once
 # Panels of the quadrature over scattering angle: the first, over the largest size parameter, and at most, rad; growth;
 # widest, rad.

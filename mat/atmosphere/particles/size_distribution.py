@@ -20,7 +20,7 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 MEDIAN_RADII = (0.001, 20.0)  # um
-GEOMETRIC_SDS = (1.05, 4.0)
+GEOMETRIC_SDS = (1.05, 4.0)  # geometric standard deviations: nearly one radius, to beyond measured aerosol
 # Radii that are integrated over, um: smaller spheres hardly scatter, larger ones fall within minutes.
 RADII = (0.0005, 100.0)
 _STEPS_PER_SD, _MOST_RADII = 60, 600

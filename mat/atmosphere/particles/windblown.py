@@ -21,7 +21,7 @@ from skyshine.schemas.errors import InputError
 
 DEFAULT_WIND = 10.0  # m/s, which LOWTRAN7 takes for the desert where none is given (SUBROUTINE DESATT)
 AIR_MASSES = (1, 10)  # open ocean to strong continental influence
-DEFAULT_AIR_MASS = 3
+DEFAULT_AIR_MASS = 3  # air mass character of the Navy Maritime model: 1 is open ocean, 10 coastal
 STRONGEST_WIND = 20.0  # m/s; LOWTRAN7 takes stronger wind as this
 # Humidities, percent, at which the mixture is tabulated; its parts are known at 50, 85, 95 and 98.
 HUMIDITY = np.append(np.arange(50.0, 95.0, 2.5), [95.0, 96.0, 97.0, 98.0])

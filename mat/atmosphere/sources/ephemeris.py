@@ -14,7 +14,7 @@ from skyshine.schemas.errors import InputError
 
 SOURCES = ("sun", "moon")
 J2000 = np.datetime64("2000-01-01T12:00:00", "us")
-MICROSECONDS_PER_DAY = 86_400e6
+MICROSECONDS_PER_DAY = 86_400e6  # 24 h of 3600 s
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from skyshine.mat.atmosphere.state.state import AtmosphericState
 
 SEA_LEVEL_PRESSURE = 101325.0  # Pa
 LEAST_DEPTH = 0.01  # what the stratosphere holds without volcanoes
-_MM_PER_CM = 10.0
+_MM_PER_CM = 10.0  # precipitable water in cm is in the formula, in mm in the state
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 
 from skyshine.schemas.arrays import Floats, Integers
 
-_WIDTH = 4
+_WIDTH = 4  # nodes of a cubic
 
 
 @dataclass(frozen=True, eq=False)

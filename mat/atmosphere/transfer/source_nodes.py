@@ -16,7 +16,7 @@ ELEVATIONS: tuple[float, ...] = (
     *(-20, -10, -8, -6, -5, -4, -3, -2, -1, 0, 1, 2, 3.5),
     *(5.5, 8, 12, 17, 23, 30, 38, 47, 57, 70, 90),
 )
-_SMOOTH = 5.5
+_SMOOTH = 5.5  # elevation of the source [degree]
 # In twilight, scattered light near the ground falls by a factor e for each degree, high up more slowly; this rate,
 # degree^-1, below the first of two elevations, degree, and none above the second, is between.
 FALL, FALLING = 0.7, (-2.0, 1.0)

@@ -15,7 +15,7 @@ from skyshine.mat.atmosphere.transfer.kernel_arrays import SCRATCH, KernelArrays
 from skyshine.mat.kernel.library import function
 from skyshine.schemas.arrays import Floats, Singles
 
-_SMALLEST_DEPTH = 1e-30
+_SMALLEST_DEPTH = 1e-30  # optical depth whose logarithm is finite in single precision
 # Nodes of the source table. Down: the lowest point of the ray, as (i / n)^2 of the height above the ground. Up:
 # degrees.
 _GRAZING_NODES = 20

@@ -41,7 +41,7 @@ HEIGHTS = np.array([0.0, 0.5e3, 1e3, 2e3, 3e3, 5e3, 8e3])  # m above the ground
 ELEVATIONS = np.array([-4.0, 0.5, 3.0, 8.0, 15.0, 30.0, 50.0, 75.0])  # degree
 CANDIDATES = 1600  # points, drawn in equal parts from the regions
 REGIONS = 16  # of the spectrum, of equal energy: each gives its share of the candidates
-TOLERANCE, MAX_POINTS = 0.0125, 96
+TOLERANCE, MAX_POINTS = 0.0125, 96  # of transmittance; spectral points of a band
 # A flux's error counts in units of 1 W m^-2 and 1 % of the flux: the tolerance is 0.0125 W m^-2 and 0.0125 % of it.
 _UNIT, _RELATIVE = 1.0, 0.01
 _WEIGHT_TEMPERATURE = 260.0  # K, of the black body whose flux the weights of the thermal points hold exactly

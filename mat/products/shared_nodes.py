@@ -11,6 +11,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 
+import numpy as np
+
 from skyshine.mat import measure, products, quantities
 from skyshine.mat.atmosphere.band.cache import code_digest, content_key
 from skyshine.mat.atmosphere.band.compile import over_air
@@ -127,7 +129,12 @@ def _arrays(nodes_of_cell: SharedNodes | None) -> dict[str, Floats]:
     if nodes_of_cell is None:
         return {}
     parts = (("nodes", nodes_of_cell.nodes), ("sources", nodes_of_cell.sources))
-    return {f"{name}.{field.name}": getattr(part, field.name) for name, part in parts for field in fields(part)}
+    # In the order of memory that a reader gets: sums over another one differ in their last bits.
+    return {
+        f"{name}.{field.name}": np.array(getattr(part, field.name), order="C")
+        for name, part in parts
+        for field in fields(part)
+    }
 
 
 def _of_arrays(arrays: Mapping[str, Floats]) -> SharedNodes | None:

@@ -101,13 +101,14 @@ def _kept_light(air: AtmosphericState, levels: Floats, ground_albedo: float, wat
     key = content_key(_data(water_continuum), air, levels, SUN_ELEVATIONS, AUREOLE_ELEVATIONS, float(ground_albedo))
     path = folder / f"{key}.npz"
     arrays = kept_arrays(path, HEAD, key)
-    if arrays is not None:
-        aureole = arrays.pop("aureole")
-        return ClearLight(BroadbandFluxes(**arrays), aureole)
-    light = ClearLight.of(air, levels, ground_albedo, water_continuum)
-    of_fluxes = {field.name: getattr(light.fluxes, field.name) for field in fields(light.fluxes)}
-    keep_arrays(path, HEAD, key, of_fluxes | {"aureole": light.aureole})
-    return light
+    if arrays is None:
+        light = ClearLight.of(air, levels, ground_albedo, water_continuum)
+        values = {field.name: getattr(light.fluxes, field.name) for field in fields(light.fluxes)}
+        # In the order of memory that a reader gets: sums over another one differ in their last bits.
+        arrays = {name: np.array(part, order="C") for name, part in (values | {"aureole": light.aureole}).items()}
+        keep_arrays(path, HEAD, key, arrays)
+    aureole = arrays.pop("aureole")
+    return ClearLight(BroadbandFluxes(**arrays), aureole)
 
 
 @lru_cache(maxsize=2)

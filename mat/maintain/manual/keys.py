@@ -120,9 +120,18 @@ def _models(rule: Schema, definitions: Schema) -> Iterator[tuple[str, Schema]]:
             yield "", model
     for part in [*rule.get("anyOf", []), *rule.get("oneOf", [])]:
         yield from _models(part, definitions)
-    for holder, ends in (("items", "[]"), ("additionalProperties", ".NAME")):
-        if isinstance(rule.get(holder), dict):
-            yield from ((ends + more, model) for more, model in _models(rule[holder], definitions))
+    inner = rule.get("items")
+    if isinstance(inner, dict):
+        yield from ((f"[]{more}", model) for more, model in _models(inner, definitions))
+    by_name = _by_name(rule)
+    if by_name is not None:
+        yield from ((f".NAME{more}", model) for more, model in _models(by_name, definitions))
+
+
+def _by_name(rule: Schema) -> Schema | None:
+    """Rule of the values of a mapping whose keys are names."""
+    parts = [rule.get("additionalProperties"), *rule.get("patternProperties", {}).values()]
+    return next((part for part in parts if isinstance(part, dict)), None)
 
 
 def _resolved(rule: Schema, definitions: Schema) -> Schema:
@@ -161,8 +170,8 @@ def _value(rule: Schema, definitions: Schema, places: dict[int, str]) -> str:
         count = f"{maximum}, each " if minimum == maximum and maximum else ""
         return f"list of {count}{_value(rule.get('items', {}), definitions, places)}"
     if kind == "object":
-        inner = rule.get("additionalProperties")
-        return f"by name: {_value(inner, definitions, places)}" if isinstance(inner, dict) else "keys by name"
+        inner = _by_name(rule)
+        return f"by name: {_value(inner, definitions, places)}" if inner is not None else "keys by name"
     words = {"number": "number", "integer": "whole number", "string": "text", "boolean": "`true`, `false`"}
     return str(words.get(kind, kind)) + _limits(rule)
 

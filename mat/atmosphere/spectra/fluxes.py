@@ -31,7 +31,7 @@ FILETYPE = "broadband"
 # cm^-1. Thermal: less than 0.1 % of the radiance of a black body of 330 K lies outside. Solar: radiation below 0.3 um
 # does not reach the ground, and that beyond 12.5 um is below 0.4 W m^-2.
 LONGWAVE, SHORTWAVE = (10.0, 3400.0), (800.0, 33400.0)
-QUANTITIES = ("longwave_down", "direct_normal", "diffuse")
+QUANTITIES = ("longwave_down", "longwave_levels", "direct_normal", "diffuse")
 # Zenith angles of the thermal sky: Gauss nodes in the cosine; against 24 of them, 2e-4.
 _ZENITHS = 8
 
@@ -67,14 +67,17 @@ class BroadbandPoints:
 
     Attributes
     ----------
-    longwave, shortwave : SpectralPoints
-        Points with weights in cm^-1, and in W m^-2 of sunlight outside the atmosphere at 1 au.
+    longwave, longwave_levels : SpectralPoints
+        Points of the thermal flux from the sky, and of upward and downward ones on all levels, with weights in cm^-1.
+    shortwave : SpectralPoints
+        Points with weights in W m^-2 of sunlight outside the atmosphere at 1 au.
     errors : dict
         Errors by quantity: {"max", "p95", "rms"}, W m^-2, against all points of the table, on states the points were
         not fitted to.
     """
 
     longwave: SpectralPoints
+    longwave_levels: SpectralPoints
     shortwave: SpectralPoints
     errors: dict[str, dict[str, float]]
 
@@ -99,16 +102,17 @@ class BroadbandPoints:
                     file=path,
                 )
 
-            def chosen(name: str, low: float, high: float) -> SpectralPoints:
-                group = file[name]
-                return table.points(low, high).subset(group["index"][()], group["weight"][()].astype(float))
+            def chosen(points: SpectralPoints, name: str) -> SpectralPoints:
+                return points.subset(file[name]["index"][()], file[name]["weight"][()].astype(float))
 
-            longwave, shortwave = chosen("longwave", *LONGWAVE), chosen("shortwave", *SHORTWAVE)
+            thermal = table.points(*LONGWAVE)
+            longwave, levels = chosen(thermal, "longwave"), chosen(thermal, "longwave_levels")
+            shortwave = chosen(table.points(*SHORTWAVE), "shortwave")
             errors = {
                 name: {key: float(file["errors"][name].attrs[key]) for key in ("max", "p95", "rms")}
                 for name in QUANTITIES
             }
-        return cls(longwave, shortwave, errors)
+        return cls(longwave, levels, shortwave, errors)
 
 
 @lru_cache(maxsize=2)

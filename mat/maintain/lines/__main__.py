@@ -56,7 +56,7 @@ def splice(table: str, part: str, out: str) -> None:
     default=96,
     show_default=True,
     type=click.IntRange(1, 512),
-    help="Most points for each of the two spectra.",
+    help="Most points for each set.",
 )
 @click.option(
     "--tolerance",
@@ -76,7 +76,7 @@ def broadband(table: str | None, points: int, tolerance: float, out: str, as_jso
     from mat.maintain.lines.broadband import build
     from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 
-    with progress(4, "stages") as advance:
+    with progress(6, "stages") as advance:
         result = build(
             out, AbsorptionTable.open(table), tolerance=tolerance, max_points=points, progress=lambda: advance(1)
         )
@@ -87,7 +87,7 @@ def broadband(table: str | None, points: int, tolerance: float, out: str, as_jso
         }
         emit_json({"file": str(out), "points": result["points"], "errors": errors})
         return
-    click.echo(f"{out}: {result['points']['longwave']} thermal points, {result['points']['shortwave']} solar points")
+    click.echo(f"{out}: " + ", ".join(f"{count} points {name}" for name, count in result["points"].items()))
     for name, error in result["errors"].items():
         click.echo(
             f"  {name}: rms {error['rms']:.2g}, largest {error['max']:.2g} W m-2 on states not used in the choice"

@@ -1,7 +1,8 @@
-"""Choice of the points that represent the whole thermal and the whole solar spectrum in fluxes on the ground.
+"""Choice of the points that represent the whole thermal and the whole solar spectrum in fluxes.
 
 The absorption table's points are reduced by the method that chose them (`atmosphere.selection`), with fluxes at many
-altitudes, under many states, as targets. The error is measured on states of a profile that no choice has seen.
+altitudes, under many states, as targets: thermal ones from the sky for the heat balance, and, by other points, upward
+and downward ones from the ground to space. The error is measured on states of a profile that no choice has seen.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from skyshine.mat.atmosphere.spectra.fluxes import (
     sky_emission,
     sunlight_shares,
 )
+from skyshine.mat.atmosphere.spectra.level_fluxes import LevelFluxes
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.atmosphere.state.state import AerosolComponent, AtmosphericState
@@ -38,6 +40,7 @@ from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
 
 PERTURBED, HELD_OUT = 8, 10  # perturbed versions of each training profile, and of the held-out one
 HEIGHTS = np.array([0.0, 0.5e3, 1e3, 2e3, 3e3, 5e3, 8e3])  # m above the ground
+LEVELS = np.array([0.0, 0.5, 1, 2, 3, 5, 8, 11, 15, 20, 30, 50, 100]) * 1e3  # m above sea level, of upward fluxes too
 ELEVATIONS = np.array([-4.0, 0.5, 3.0, 8.0, 15.0, 30.0, 50.0, 75.0])  # degree
 CANDIDATES = 1600  # points, drawn in equal parts from the regions
 REGIONS = 16  # of the spectrum, of equal energy: each gives its share of the candidates
@@ -47,6 +50,7 @@ _UNIT, _RELATIVE = 1.0, 0.01
 _WEIGHT_TEMPERATURE = 260.0  # K, of the black body whose flux the weights of the thermal points hold exactly
 _BLACK_TEMPERATURES = np.linspace(200.0, 330.0, 8)  # K: an opaque sky
 _CHUNK = 1024  # points treated together, for memory
+Emission = Callable[[AtmosphericState, SpectralPoints], Floats]
 _AEROSOLS = ("none", "rural", "rural", "urban", "maritime", "tropospheric", "fog_radiation")
 # Cloud in every third state: particles of fog, 10 um and more, in a layer 1 km thick.
 _CLOUD_MODEL, _CLOUD_BASES, _CLOUD_DEPTHS = "fog_advection", (0.5e3, 8e3), (0.3, 60.0)
@@ -96,12 +100,20 @@ def _with_cloud(state: AtmosphericState, rng: np.random.Generator) -> Atmospheri
 
 
 def _sky_emission(state: AtmosphericState, points: SpectralPoints) -> Floats:
+    """Thermal fluxes (M, P) of the sky at `HEIGHTS`, W m^-2 (cm^-1)^-1."""
     return np.asarray(sky_emission(state, points, state.surface_altitude + HEIGHTS))
 
 
-def longwave_targets(states: Sequence[AtmosphericState], points: SpectralPoints) -> Reals:
-    """Thermal fluxes (M, P) W m^-2 (cm^-1)^-1 of the states at `HEIGHTS`."""
-    return np.concatenate([_in_chunks(partial(_sky_emission, state), points) for state in states])
+def _level_emission(state: AtmosphericState, points: SpectralPoints) -> Floats:
+    """Upward, then downward thermal fluxes (M, P) near `LEVELS`, W m^-2 (cm^-1)^-1."""
+    levels = np.unique(np.abs(state.altitude[:, None] - LEVELS).argmin(axis=0))
+    fluxes = LevelFluxes.of(state, points, [])
+    return np.concatenate([fluxes.thermal_up[levels], fluxes.thermal_down[levels[:-1]]])
+
+
+def longwave_targets(emission: Emission, states: Sequence[AtmosphericState], points: SpectralPoints) -> Reals:
+    """Thermal fluxes (M, P) W m^-2 (cm^-1)^-1 of the states."""
+    return np.concatenate([_in_chunks(partial(emission, state), points) for state in states])
 
 
 def shortwave_targets(states: Sequence[AtmosphericState], points: SpectralPoints) -> Reals:
@@ -185,7 +197,7 @@ def build(
     tolerance, max_points
         As `choose`.
     progress : callable, optional
-        Called after each of the four stages.
+        Called after each of the six stages.
 
     Returns
     -------
@@ -195,48 +207,51 @@ def build(
     training, unseen = training_states(), held_out_states()
     step = progress or (lambda: None)
     limits = {"tolerance": tolerance, "max_points": max_points}
-    longwave, errors = _longwave(table, training, unseen, step, **limits)
+    longwave, sky_error = _longwave(_sky_emission, table, training, unseen, step, **limits)
+    levels, level_error = _longwave(_level_emission, table, training, unseen, step, **limits)
     shortwave, solar_errors = _shortwave(table, training, unseen, step, **limits)
-    errors |= solar_errors
+    errors = {"longwave_down": sky_error, "longwave_levels": level_error, **solar_errors}
     groups = {
         "longwave": longwave,
+        "longwave_levels": levels,
         "shortwave": shortwave,
         "errors": Group(groups={name: Group(attributes=errors[name]) for name in QUANTITIES}),
     }
     about = {
         "absorption_sha256": table.content,
         "description": (
-            "Points of the absorption table and their weights, for broadband fluxes on the ground; errors in W m-2"
+            "Points of the absorption table and their weights, for broadband fluxes; errors in W m-2"
             " against all points, on states of a profile that was not used in the choice."
         ),
     }
     job = f"python -m mat.maintain.lines broadband; tolerance {tolerance:g}, max_points {max_points}"
     header = Header(FILETYPE, table.version, job, title="skyshine broadband points")
     write_file(out, Group(groups=groups, attributes=about), header)
-    counts = {name: groups[name].axes["point"].values.size for name in ("longwave", "shortwave")}
+    counts = {name: groups[name].axes["point"].values.size for name in groups if name != "errors"}
     return {"points": counts, "errors": errors}
 
 
 def _longwave(
+    emission: Emission,
     table: AbsorptionTable,
     training: Sequence[AtmosphericState],
     unseen: Sequence[AtmosphericState],
     step: Callable[[], object],
     **limits: Any,
-) -> tuple[Group, dict[str, dict[str, float]]]:
-    """The thermal points, and their error by quantity."""
+) -> tuple[Group, dict[str, float]]:
+    """The points of thermal fluxes, and their error."""
     points = table.points(*LONGWAVE)
     middle = points.interval_edges.mean(axis=1)[points.interval]
     black = np.pi * planck_wavenumber(middle, _WEIGHT_TEMPERATURE)
     opaque = np.pi * planck_wavenumber(middle, _BLACK_TEMPERATURES[:, None])
-    rows = np.concatenate([longwave_targets(training, points), opaque])
+    rows = np.concatenate([longwave_targets(emission, training, points), opaque])
     index, weight = choose(rows / black, points.weight * black, **limits)
     weight = weight / black[index]
     step()
-    exact = longwave_targets(unseen, points)
-    errors = {"longwave_down": _summary(exact[:, index] @ weight - exact @ points.weight)}
+    exact = longwave_targets(emission, unseen, points)
+    error = _summary(exact[:, index] @ weight - exact @ points.weight)
     step()
-    return _points_group(index, weight, middle, "cm-1", "weight of the point"), errors
+    return _points_group(index, weight, middle, "cm-1", "weight of the point"), error
 
 
 def _shortwave(
@@ -256,7 +271,7 @@ def _shortwave(
     step()
     errors = {
         name: _summary(exact[:, index] @ weight - exact @ sunlight)
-        for name, exact in zip(QUANTITIES[1:], shortwave_targets(unseen, points), strict=True)
+        for name, exact in zip(QUANTITIES[2:], shortwave_targets(unseen, points), strict=True)
     }
     step()
     return _points_group(index, weight, middle, "W m-2", "sunlight that the point stands for, at 1 au"), errors

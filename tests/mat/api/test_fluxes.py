@@ -47,6 +47,20 @@ def test_the_whole_spectrum():
     assert np.all(np.diff(whole.direct[:, 0]) > -1e-9) and whole.thermal_down[-1] == 0
 
 
+@pytest.mark.parametrize(
+    ("profile", "rrtmgp"), [("us_standard", 259.3), ("tropical", 286.5), ("subarctic_winter", 198.6)]
+)
+def test_emission_to_space_is_that_of_rrtmgp(profile, rrtmgp):
+    """Over a black ground; computed by tests/validation/test_broadband_rrtmgp.py, whose continuum is of its time."""
+    air = {"profile": profile, "aerosol": "none", "co2_ppm": np.float64(400), "water_continuum": "mt_ckd_2.4"}
+    black = skyshine.mat.fluxes(**air, surface_albedo=0, source="none")
+    assert black.thermal_up[-1] == pytest.approx(rrtmgp, abs=0.8)
+    kelvin = {"us_standard": 288.2, "tropical": 299.7, "subarctic_winter": 257.2}[profile]
+    assert black.thermal_up[0] == pytest.approx(Stefan_Boltzmann * kelvin**4, rel=1e-3)
+    bright = skyshine.mat.fluxes(**air, surface_albedo=1, source="none")
+    assert bright.thermal_up[0] == pytest.approx(black.thermal_down[0], rel=1e-2)  # reflects and does not emit
+
+
 def test_the_command_prints_levels():
     done = CliRunner().invoke(main, ["spectrum", "--fluxes", "--wavenumber", "2500:2505", "--source", "none", "--json"])
     printed = json.loads(done.stdout)

@@ -32,7 +32,7 @@ SUNLIGHT_AT_TOP = 1361.0  # W m-2, of the whole spectrum, part of which the poin
 LOWEST_MU = 0.3  # cosine of the Sun's zenith angle; below, a plane layer is no longer a shell
 # W m-2, means of a class: longwave down at the ground and up at the top; shares of sunlight down at the ground, up at
 # the top.
-LONGWAVE_DOWN, LONGWAVE_UP, SUNLIGHT, SUNLIGHT_UP = 1.5, 2.0, 0.005, 0.002
+LONGWAVE_DOWN, LONGWAVE_UP, SUNLIGHT, SUNLIGHT_UP = 1.0, 0.7, 0.005, 0.002
 
 
 def read(folder, name):

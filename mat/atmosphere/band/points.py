@@ -79,12 +79,14 @@ class BandPoints:
         return self.weight * self.wavenumber**2 * 1e-4
 
 
-def micron_response(response: SpectralResponse, low: Floats, width: float | Floats) -> Floats:
+def micron_response(
+    response: SpectralResponse, low: Floats, width: float | Floats, samples: int = _RESPONSE_SAMPLES
+) -> Floats:
     """Mean of a response over intervals that begin at `low` (I,) [cm^-1], in um per cm^-1."""
     # Samples of a whole interval would miss the ends of a band inside it, or meet them a few times.
     lower, upper = (np.clip(end, low, low + width) for end in response.wavenumber_range)
     covered = upper - lower
-    sample = lower[:, None] + covered[:, None] * (np.arange(_RESPONSE_SAMPLES) + 0.5) / _RESPONSE_SAMPLES
+    sample = lower[:, None] + covered[:, None] * (np.arange(samples) + 0.5) / samples
     micron: Floats = np.mean(response.at_wavenumber(sample) * 1e4 / sample**2, axis=1) * (covered / width)
     return micron
 

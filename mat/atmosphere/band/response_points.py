@@ -3,7 +3,7 @@
 A point represents its interval, so an interval that a response cuts would count lines outside the band. There the
 narrow intervals of the fine table take its place; where the response cuts these too, the weights of their points and of
 their neighbours' are fitted to line-by-line spectra of paths through several atmospheres, weighted by the response.
-Other such spectra give the error of the band itself.
+These and other such spectra give the error of the band itself.
 """
 
 from __future__ import annotations
@@ -28,6 +28,8 @@ _COARSE, _CUT = 3e-4, 1e-4
 # rms that interpolation between the table's pressures and temperatures adds to a transmittance (`absorption.md`): the
 # spectra share it.
 _INTERPOLATION = 3.5e-4
+_SAMPLES = 20  # of a response in a cell
+_EVEN = 1e-3  # of the largest response: a cell whose neighbours differ by less is taken for even
 _SUM_WEIGHT = 30.0  # of the row of a fit that is the sum of the weights
 
 
@@ -69,7 +71,7 @@ def points_of_band(table: AbsorptionTable, response: SpectralResponse) -> BandPo
     refined = _largest(uneven, _COARSE * float(band.weight.sum()))
     if refined.any():
         band = _refined(fine, points, refined, cells, response)
-    error = _error(band, cells) if any(a <= low and high <= b for a, b in fine.coverage) else None
+    error = _error(band, cells, response) if any(a <= low and high <= b for a, b in fine.coverage) else None
     return replace(band, points=table.in_continuum(band.points), line_by_line=error)
 
 
@@ -97,7 +99,7 @@ class _Cells:
         lower, upper = max(edges[0, 0], low - margin), min(edges[-1, 1], high + margin)
         reference = fine.reference_spectra(lower, upper)
         width = float(np.diff(reference.cell[:2])[0])
-        return cls(reference, width, micron_response(response, reference.cell - width / 2, width))
+        return cls(reference, width, micron_response(response, reference.cell - width / 2, width, _SAMPLES))
 
     def inside(self, low: float, high: float) -> slice:
         """The cells between two wavenumbers."""
@@ -175,22 +177,42 @@ def _fitted(values: Floats, cells: Floats, response: Floats) -> Floats:
     return np.asarray(share * (total / share.sum()))
 
 
-def _error(band: BandPoints, cells: _Cells) -> LineByLineError:
-    """Of the band's transmittance and path radiance on the paths of the spectra that judge."""
+def _error(band: BandPoints, cells: _Cells, response: SpectralResponse) -> LineByLineError:
+    """Of the band's transmittance and path radiance on the paths of the spectra: in the worst atmosphere, be it of
+    those that weights were fitted to or not.
+    """
     reference = cells.reference
-    judged = ~reference.fitted
-    truth = reference.value[judged] @ cells.micron / cells.micron.sum()
-    error = reference.at_points(band.points, fitted=False) @ band.weight / band.weight.sum() - truth
-    emission, atmosphere = reference.emission[judged], reference.atmosphere[judged]
+    values = np.empty((reference.fitted.size, band.weight.size))
+    for fitted in (True, False):
+        values[reference.fitted == fitted] = reference.at_points(band.points, fitted=fitted)
+    truth = reference.value @ cells.micron / cells.micron.sum()
+    square = (values @ band.weight / band.weight.sum() - truth) ** 2 + _within_cells(cells, response)
     parts = [
-        [error[(emission == thermal) & (atmosphere == number)] for number in set(atmosphere)] for thermal in (0, 1)
+        [
+            square[(reference.emission == thermal) & (reference.atmosphere == number)]
+            for number in set(reference.atmosphere)
+        ]
+        for thermal in (0, 1)
     ]
     rms = [float(np.hypot(max(map(_likely_rms, airs)), _INTERPOLATION)) for airs in parts]
-    largest = [float(np.hypot(np.abs(np.concatenate(airs)).max(), _INTERPOLATION)) for airs in parts]
+    largest = [float(np.hypot(np.sqrt(np.concatenate(airs).max()), _INTERPOLATION)) for airs in parts]
     return LineByLineError(*rms, *largest)
 
 
-def _likely_rms(error: Floats) -> float:
-    """Root mean square of what errors (n,) are drawn from, with two standard errors of their mean square."""
-    square = error**2
+def _within_cells(cells: _Cells, response: SpectralResponse) -> Floats:
+    """Mean square (M,) of what the spectra err by where the response changes within a cell, as at a band's ends: the
+    halves of a cell are taken to differ as neighbouring cells do.
+    """
+    micron, value = cells.micron, cells.reference.value
+    beside = np.arange(micron.size) + np.array([[-1], [1]])
+    before, after = np.clip(beside, 0, micron.size - 1)
+    cut = np.flatnonzero(np.abs(micron[after] - micron[before]) > _EVEN * micron.max())
+    lower = micron_response(response, cells.reference.cell[cut] - cells.width / 2, cells.width / 2, _SAMPLES)
+    difference = ((value[:, before[cut]] - value[:, cut]) ** 2 + (value[:, after[cut]] - value[:, cut]) ** 2) / 2
+    square: Floats = difference @ ((lower - micron[cut]) / 2) ** 2 / micron.sum() ** 2
+    return square
+
+
+def _likely_rms(square: Floats) -> float:
+    """Root mean square of what squares (n,) of errors are drawn from, with two standard errors of their mean."""
     return float(np.sqrt(square.mean() + 2 * square.std(ddof=1) / np.sqrt(square.size)))

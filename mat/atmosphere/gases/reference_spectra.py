@@ -20,7 +20,7 @@ class ReferenceSpectra:
     ----------
     states : tuple of PathState
     fitted : (M,) bool array
-        Rows of the states to which weights are fitted; the others judge them.
+        Rows of the states to which weights are fitted.
     emission : (M,) bool array
         Rows of thermal radiance; the others are transmittances.
     atmosphere : (M,) int array

@@ -1,10 +1,12 @@
 """Points of a band for its own response, against line-by-line spectra of the fine table on paths that nothing saw."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.points import band_points
-from skyshine.mat.atmosphere.band.response_points import points_of_band
+from skyshine.mat.atmosphere.band.points import band_points, micron_response
+from skyshine.mat.atmosphere.band.response_points import _Cells, _within_cells, points_of_band
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 
@@ -30,10 +32,30 @@ def test_a_narrow_band_has_the_transmittance_of_its_own_lines(low, high):
     assert rows.sum() == error.size and np.sqrt(np.mean(error**2)) < 0.003, error
     assert band.weight.sum() == pytest.approx(1e4 / low - 1e4 / high, rel=1e-6)
     # The statement weights wavelengths of the band alike, not wavenumbers.
-    atmosphere = reference.atmosphere[rows]
+    fitted = reference.fitted & ~reference.emission
+    mean = reference.at_points(band.points, fitted=True)[~reference.emission[reference.fitted]] @ band.weight
+    cells = np.clip(reference.cell + 0.0625, low, high) - np.clip(reference.cell - 0.0625, low, high)
+    error = np.append(error, mean / band.weight.sum() - reference.value[fitted] @ cells / cells.sum())
+    atmosphere = np.append(reference.atmosphere[rows], reference.atmosphere[fitted])
     worst = max(np.sqrt(np.mean(error[atmosphere == number] ** 2)) for number in set(atmosphere))
     assert worst - 1e-4 < band.line_by_line.transmittance_rms < 2 * worst + 5e-4
     assert band.line_by_line.transmittance_max >= band.line_by_line.transmittance_rms
+
+
+def test_what_cells_cannot_resolve_at_an_end_is_in_the_statement():
+    """A response that ends in the middle of a cell: its halves differ by as much as its neighbours do from it."""
+    reference = replace(
+        TABLE.fine.reference_spectra(1000, 1001), value=np.array([[0.2, 0.5, 0.6, 0.3, 0.4, 0.4, 0.1, 0.9]])
+    )
+    end = reference.cell[2]
+    response = SpectralResponse.rectangular(1e4 / end, 1e4 / 999.0)
+    cells = _Cells(reference, 0.125, micron_response(response, reference.cell - 0.0625, 0.125))
+    share = 0.25 / 2.5  # of the mean: a quarter of a cell, of two and a half
+    expected = share**2 * (0.1**2 + 0.3**2) / 2
+    np.testing.assert_allclose(_within_cells(cells, response), [expected], rtol=1e-2)
+    whole = SpectralResponse.rectangular(1e4 / (end + 0.0625), 1e4 / 999.0)  # ends between two cells
+    cells = _Cells(reference, 0.125, micron_response(whole, reference.cell - 0.0625, 0.125))
+    np.testing.assert_allclose(_within_cells(cells, whole), 0, atol=1e-7)
 
 
 def test_a_strong_line_just_outside_does_not_count():

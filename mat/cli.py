@@ -6,7 +6,7 @@ from skyshine.schemas.commands import CommandGroup
 
 COMMANDS = {
     "init": "Write a starter job that runs as it is.",
-    "check": "Check a job: what will be built, left out; what a scene needs.",
+    "check": "Check a job: what will be built and omitted; what a scene needs.",
     "build": "Build the databases of a job.",
     "info": "Show or draw the content of a database; list presets of air.",
     "verify": "Check layout, values, physical laws and digest of databases.",

@@ -276,7 +276,8 @@ class ThermalFile(StrictModel):
     back: BackFile = Field(description="Boundary below the second layer.")
     surface: SurfaceFile = Field(description="Exchange of heat and water between surface and air.")
     soil: SoilFile | None = Field(
-        default=None, description="Its pores, where it answers to soil moisture; without it, moisture changes nothing."
+        default=None,
+        description="Pores of the soil, if it responds to soil moisture; without them moisture changes nothing.",
     )
     stand: StandFile | None = Field(default=None, description="Canopy: leaf area index and the soil below it.")
     light: Annotated[list[PenetratingLightFile], Field(max_length=3)] = Field(

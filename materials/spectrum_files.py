@@ -222,7 +222,7 @@ def _column(file: Path, heads: list[str], columns: int, record: str | None) -> i
 
 
 def _numbers(line: str) -> list[float]:
-    """Numbers of a line that holds nothing else, separated by commas, semicolons or blanks; after semicolons and tabs a
+    """Numbers of a line that has nothing else, separated by commas, semicolons or blanks; after semicolons and tabs a
     comma is decimal.
     """
     parts = re.split(r"[;\t]", line)

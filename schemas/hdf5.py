@@ -245,7 +245,7 @@ def _write_group(target: h5py.Group, group: Group) -> dict[str, bytes]:
     return digests
 
 
-_REFERENCE, _HEADER_LIMIT = 16, 60_000  # bytes of one to a text; that fit into a header, which holds 64 KB
+_REFERENCE, _HEADER_LIMIT = 16, 60_000  # bytes of one to a text; that fit into a header, which has 64 KB
 _MOST_ATTRIBUTES = 64  # of an array that are kept in its header
 _SMALL = 512  # bytes of an array that takes less room in its header than as a chunk of its own
 

@@ -108,7 +108,7 @@ class JobCheck(Result):
         return (
             f"<JobCheck '{self.loaded.trimmed.name}': {len(self.files)} files, {len(self.materials)} materials,"
             f" {self.bytes / 1e6:.1f} MB, about {sum(self.seconds.values()):.0f} s of one core,"
-            f" {len(self.left_out)} items left out>"
+            f" {len(self.left_out)} items omitted>"
         )
 
 

@@ -63,7 +63,7 @@ class Tables:
         ]
         for name in names:
             if not (folder / name).is_file():
-                raise InputError(f"holds no {name}; build the job first: mat build", file=folder)
+                raise InputError(f"has no {name}; build the job first: mat build", file=folder)
         surface = open_as(TemperatureTable, folder / names[0], _BUILD_AGAIN)
         properties = open_as(BandTable, folder / names[1], _BUILD_AGAIN)
         air = open_as(AtmosphereTable, folder / names[2], _BUILD_AGAIN)
@@ -100,7 +100,7 @@ class Tables:
         return response.KERNEL in self.surface.root.variables
 
     def absorbed_change(self, views: Views, surroundings: Sequence[Surroundings]) -> Floats:
-        """Change of the absorbed heat of all materials by what stands around the faces, (n, M, steps) [W m^-2]."""
+        """Change of the absorbed heat of all materials by the surroundings of the faces, (n, M, steps) [W m^-2]."""
         slope, azimuth = slope_and_azimuth(views.normal)
         altitude = np.clip(views.surface_altitude, *self.surface_axes["altitude"][[0, -1]])
         codes = np.array(list(self.surface.materials.values()))

@@ -22,7 +22,7 @@ WALLS_LIT = 0.5  # share of the walls on which the Sun shines
 
 @dataclass(frozen=True, eq=False)
 class Circumstances:
-    """What stands around each of n faces.
+    """Surroundings of each of n faces.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class Circumstances:
 
 
 def random_circumstances(time: Floats, air_temperature: float, generator: np.random.Generator) -> Circumstances:
-    """Draw what stands around faces.
+    """Draw random surroundings of faces.
 
     Parameters
     ----------

@@ -86,7 +86,7 @@ def integrated_light(tables: Tables, truth: FacetTruth, facets: FacetRadiance) -
 
 @dataclass(frozen=True, eq=False)
 class Scenes:
-    """Random views of faces under a source, with what stands around the faces.
+    """Random views of faces under a source, with the surroundings of the faces.
 
     Attributes
     ----------

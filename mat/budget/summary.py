@@ -167,7 +167,7 @@ def _scale(budget: Budget, bits: int) -> dict[str, Any]:
 
 
 def by_size(errors: Mapping[str, Any]) -> list[str]:
-    """Names of the errors of a budget: what stands for several together first, then each source by its rms, falling.
+    """Names of the errors of a budget: sums of several first, then each source by its rms, falling.
 
     In kelvin; where no radiance has an equivalent temperature, in radiance.
     """
@@ -195,10 +195,10 @@ METHOD = (
     "Random views of every material: a quarter of them within 100 m, three in eight from drones (0.02 to 0.5 km above"
     " the surface), aircraft (1 to 12 km) and satellites (from 200 km), as far as the tables reach, even in solid"
     " angle; the others from any altitude of the tables, ranges even in their logarithm. The Sun at all hours, the"
-    " Moon above the horizon, half of the lit surfaces near its mirror image. Of the faces 40 % stand in a shadow, 20"
-    " % have left one, 30 % stand beside a wall. Truth: equations (5), (18), (26), (33) over all spectral points, the"
+    " Moon above the horizon, half of the lit surfaces near its mirror image. Of the faces 40 % are in a shadow, 20"
+    " % have left one, 30 % are beside a wall. Truth: equations (5), (18), (26), (33) over all spectral points, the"
     " light of sky, ground and wall over each face's own hemisphere, temperatures from each face's own heat balance"
     " under its shadows and beside its walls, with ground before it that has its shade. Rows that are no source of the"
-    " pixel's state what is left out: the aureole behind buildings, ground in the band's light, one lobe, depth buffer"
+    " pixel's state what is omitted: the aureole behind buildings, ground in the band's light, one lobe, depth buffer"
     " and edges within a pixel. Each source is the change of radiance that it makes alone."
 )

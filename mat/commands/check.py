@@ -75,7 +75,7 @@ def _check_frame(file: Path, as_json: bool) -> None:
     if as_json:
         emit_json({"frames": len(frame.marks), "hours": frame.hours, "notes": frame.notes})
         return
-    click.echo(f"{file}: holds; frames: {len(frame.marks)}")
+    click.echo(f"{file}: OK; frames: {len(frame.marks)}")
     for note in frame.notes:
         click.echo(f"note: {note}")
 
@@ -128,7 +128,7 @@ def _shares(job: Job) -> str:
         f" {job.surface_grid.tolerance or 'the nodes written'} in those of temperatures,"
         f" {accuracy.spectral_tolerance:.2g} of a value between spectral points,"
         f" {accuracy.tilted_faces_k:.2g} K on tilted faces ({job.ambient_harmonics} harmonics),"
-        f" {accuracy.solver_steps} steps of the heat balance, {accuracy.negligible_k:.2g} K left out; mat"
+        f" {accuracy.solver_steps} steps of the heat balance, {accuracy.negligible_k:.2g} K omitted; mat"
         " report measures the pixel"
     )
 

@@ -15,7 +15,7 @@ def command(files: tuple[str, ...], as_json: bool) -> None:
 
     problems_of = {file: problems(file) for file in files}
     if as_json:
-        emit_json({"files": problems_of, "holds": not any(problems_of.values())})
+        emit_json({"files": problems_of, "ok": not any(problems_of.values())})
     else:
         for file, wrong in problems_of.items():
             for line in wrong or ["OK"]:

@@ -72,7 +72,7 @@ class GroundDay:
 
 
 def weights_of(fields: AirFields, lines: LinesOfSight) -> Weights:
-    """Those of a band; in a band of reflected light 1 % of the radiance stands for 1 K."""
+    """Those of a band; in a band of reflected light 1 % of the radiance counts as 1 K."""
     low, radiance, high = fields.band.blackbody_radiance(np.array([WARM_K - 0.5, WARM_K, WARM_K + 0.5]))
     if not relative(fields.air):
         return Weights(float(radiance), float(high - low))

@@ -62,14 +62,14 @@ def databases(paths: Iterable[Path]) -> list[Path]:
     Raises
     ------
     InputError
-        A path does not exist, or a folder holds no database or is half built.
+        A path does not exist, or a folder has no database or is half built.
     """
     selected: list[Path] = []
     for path in paths:
         if path.is_dir():
             files = sorted(path.glob("*.h5"))
             if not files:
-                raise InputError("holds no database; build one with 'mat build'", file=path)
+                raise InputError("has no database; build one with 'mat build'", file=path)
             _refuse_half_built(path, files)
             selected += files
         elif path.is_file():
@@ -82,7 +82,7 @@ def databases(paths: Iterable[Path]) -> list[Path]:
 def _refuse_half_built(folder: Path, files: list[Path]) -> None:
     catalog = folder / CATALOG
     if not catalog.is_file():
-        raise InputError(f"holds databases but no {CATALOG}: its build has not ended; run 'mat build'", file=folder)
+        raise InputError(f"has databases but no {CATALOG}: its build has not ended; run 'mat build'", file=folder)
     listed = {entry.file for entry in open_catalog(folder).entries}
     missing = sorted(listed - {file.name for file in files})
     if missing:
@@ -160,7 +160,7 @@ def export_gpu(
         elif name.endswith(".band"):
             write(export_band(open_as(BandTable, file, _RENAMED)), name)
     if not headers:
-        raise InputError(f"holds nothing that can be exported ({ENDING})", file=folder)
+        raise InputError(f"has nothing that can be exported ({ENDING})", file=folder)
     write_shaders(folder)
     return headers
 

@@ -94,7 +94,7 @@ def _refuse_altitude(scene: LoadedScene, sets: list[AirSet], altitude: float) ->
         if not low <= altitude <= high:
             raise scene.error(
                 ("camera",),
-                f"stands at {altitude:g} km; allowed: {low:g} to {high:g} km, as in {air_set.air.path.name}",
+                f"is at {altitude:g} km; allowed: {low:g} to {high:g} km, as in {air_set.air.path.name}",
             )
 
 

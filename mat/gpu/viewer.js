@@ -196,7 +196,7 @@
     const times = own.time_repeats ? [...own.time, own.time[0] + 24] : own.time;
     const first = own.time[0];
     const turned = hour - 24 * Math.floor((hour - first) / 24);
-    if (turned > times[times.length - 1]) throw new Error("The table holds no temperatures of this hour.");
+    if (turned > times[times.length - 1]) throw new Error("The table has no temperatures of this hour.");
     const [lower, upper, weight] = cell(times, turned);
     const place = [lower, upper % own.time.length, weight];
     const floats = keep(`floats ${surface}`, () => Float32Array.from(texels(surface, "temperature"), halfToFloat));

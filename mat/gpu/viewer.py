@@ -79,20 +79,20 @@ def plan_of_folder(
     Raises
     ------
     InputError
-        The folder holds no finished build, no texture, or no atmosphere.
+        The folder has no finished build, no texture, or no atmosphere.
     """
     if not folder.is_dir():
         raise InputError("is not a folder of databases; name one that 'mat build' wrote", file=folder)
     files = databases([folder])
     textures = {file.name.removesuffix(".tmm.h5"): file for file in files if file.name.endswith(".tmm.h5")}
     if not textures:
-        raise InputError("holds no texture (.tmm.h5); add one to the job and build it", file=folder)
+        raise InputError("has no texture (.tmm.h5); add one to the job and build it", file=folder)
     if texture is not None and texture not in textures:
         raise InputError(f"found the texture '{texture}'; allowed: {', '.join(textures)}", file=folder)
     path = textures[texture or next(iter(textures))]
     sets = air_sets(files)
     if not sets:
-        raise InputError("holds no atmosphere; build one with 'mat build'", file=folder)
+        raise InputError("has no atmosphere; build one with 'mat build'", file=folder)
     surface = float(np.asarray(sets[0].surface.root.axes["altitude"].values, float)[0])
     low, high = AirCoordinates.of(sets[0].air).altitude_km
     if altitude is None:

@@ -126,7 +126,7 @@ class State(StrictModel):
     name: StateName | None = Field(
         None,
         description=(
-            "Stands in its files, their pictures and the catalogue, by which open_catalog finds them; by default the"
+            "Name in its files, their pictures and the catalogue, by which open_catalog finds them; by default the"
             " preset's or profile's name. A series shares it."
         ),
     )
@@ -218,7 +218,7 @@ class State(StrictModel):
     aerosol_layers: list[AerosolLayer] = Field(
         [],
         max_length=MOST_LAYERS,
-        description="Beside the aerosol, whose optical depth and Angstrom exponent they leave as they are.",
+        description="Layers added to the aerosol, whose optical depth and Angstrom exponent they do not change.",
     )
     air_mass: int = Field(
         DEFAULT_AIR_MASS,
@@ -401,7 +401,7 @@ class Band(StrictModel):
     name: str | None = Field(
         None,
         pattern=NAME_PATTERN,
-        description="Stands in files, pictures and the catalogue; for needs.bands. By default b01, b02 ... by order.",
+        description="Name in files, pictures, the catalogue and needs.bands; by default b01, b02 ... by order.",
     )
     wavelength_um: Edges | None = Field(None, description="Lower and upper edge; the response is 1 between them.")
     wavenumber_cm: Edges | None = Field(None, description="Lower and upper edge, cm-1; the response is 1 between them.")

@@ -114,7 +114,9 @@ class Job(StrictModel):
 
     skyshine: Literal[1] = Field(description="Version of the job format.")
     name: str = Field(
-        min_length=1, max_length=80, description="Stands in every file; letters, digits, dots, dashes, underscores."
+        min_length=1,
+        max_length=80,
+        description="Name of the job, stored in every file; letters, digits, dots, dashes, underscores.",
     )
     site: Site = Field(
         description=(

@@ -25,7 +25,7 @@ class Series(StrictModel):
 
     first: date | None = Field(None, description="First day of a span.")
     last: date | None = Field(None, description="Last day of a span.")
-    step_days: int = Field(1, ge=1, le=366, description="Between the days of a span.")
+    step_days: int = Field(1, ge=1, le=366, description="Interval between the days of a span.")
     table: str | None = Field(
         None,
         min_length=1,

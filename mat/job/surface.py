@@ -175,7 +175,7 @@ class Weather(StrictModel):
     days_before: list[HourlyWeather] = Field(
         [],
         max_length=LONGEST_HISTORY,
-        description="Beside `hourly`: the days before the date that the ground remembers, oldest first.",
+        description="Days before the date that the ground remembers, oldest first; only with `hourly`.",
     )
     relative_humidity_percent: Percent = Field(50.0, description="Daily mean; the vapour is constant.")
     wind_speed_m_s: Speed = Field(2.0, description="Mean over the day, at `wind_height_m`.")

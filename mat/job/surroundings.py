@@ -1,4 +1,4 @@
-"""The part of a state that stands around its surfaces: horizon, open sky, walls."""
+"""Surroundings of the surfaces of a state: horizon, open sky, walls."""
 
 from __future__ import annotations
 
@@ -42,7 +42,8 @@ class Wall(StrictModel):
     """What hides the sky: house fronts, rock, the edge of a forest."""
 
     material: MaterialName | None = Field(
-        None, description="Its upright faces, of all aspects, are solved first; emissivity and albedo are its own."
+        None,
+        description="Material of the walls, solved first for all aspects; emissivity and albedo are its own.",
     )
     temperature_c: Annotated[float | list[float], by_hour(OperatedCelsius)] | None = Field(
         None, description="One, or 24 at the hours 0 to 23; by default that of the air."
@@ -59,7 +60,7 @@ class Wall(StrictModel):
 
 
 class StateSurroundings(StrictModel):
-    """What stands around all surfaces of a state, seen from among them: a street, a court, the edge of a forest."""
+    """Surroundings of all surfaces of a state, seen from among them: a street, a court, the edge of a forest."""
 
     horizon_deg: HorizonElevation = Field(
         0.0,

@@ -32,7 +32,9 @@ class FinishedTexture(StrictModel):
         pydantic.BeforeValidator(_finished),
         pydantic.PlainSerializer(str, return_type=str),
         pydantic.WithJsonSchema({"type": "string", "minLength": 1}),
-    ] = Field(description="Its .tmm.h5 file, relative to the job file; the build reads which materials it uses.")
+    ] = Field(
+        description="Path of the .tmm.h5 file, relative to the job file; the build reads which materials it uses."
+    )
 
 
 JobTexture = Annotated[

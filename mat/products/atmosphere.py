@@ -127,7 +127,7 @@ class AtmosphereProduct:
         if shortfall := _missed(compiled, job.accuracy.spectral_tolerance):
             report.notes.append(f"spectral_tolerance {job.accuracy.spectral_tolerance:g} is missed: {shortfall}")
         if compiled.dropped:
-            report.notes.append(f"gases left out: {_gases_left_out(compiled)}")
+            report.notes.append(f"gases omitted: {_gases_left_out(compiled)}")
         scope = path_scope(loaded)
         air = BandAtmosphere.of(state, compiled.band, scope=scope)
         bounds = Bounds.of(
@@ -152,7 +152,7 @@ class AtmosphereProduct:
                 "line_by_line_error": judged,
             }
             if text:
-                report.notes.append(f"{source}: left out {text}")
+                report.notes.append(f"{source}: omitted {text}")
             names = {"band": job.band_name(task.band), "date": job.site.date.isoformat()}
             tables = _SourceTables(loaded, state_of_job, source, source_air, compiled, response, all_points, reference)
             group, nodes = tables.group(names, notes, report)

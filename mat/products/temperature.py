@@ -191,7 +191,7 @@ def _turbulence(solver: Solver, state: State, axes: Axes, steps: int) -> tuple[d
 
 
 def _surroundings(state: State, enclosure: Enclosure | None) -> dict[str, Any]:
-    """Root attributes of what stands around the surfaces; none on an open plain without a material."""
+    """Root attributes of the surroundings of the surfaces; none on an open plain without a material."""
     if enclosure is None:
         return {}
     attributes = enclosure_attributes(enclosure)

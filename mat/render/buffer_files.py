@@ -59,7 +59,7 @@ def read_cryptomatte(path: Path, layer: str) -> tuple[npt.NDArray[np.uint32], np
     Raises
     ------
     InputError
-        The file is none, or holds no such layer.
+        The file is none, or has no such layer.
     """
     with _Image(path) as image:
         ranks = [image.part_of(f"{layer}{number:02d}") for number in range(image.ranks(layer))]
@@ -68,9 +68,7 @@ def read_cryptomatte(path: Path, layer: str) -> tuple[npt.NDArray[np.uint32], np
         values = np.concatenate([image.read(part) for part in ranks], axis=-1)
         names = image.manifest(layer)
     if values.dtype != np.float32 or values.shape[-1] % 2:
-        raise InputError(
-            f"holds '{layer}' as {values.dtype}; allowed: 32-bit floats; save it with full depth", file=path
-        )
+        raise InputError(f"has '{layer}' as {values.dtype}; allowed: 32-bit floats; save it with full depth", file=path)
     pairs = np.ascontiguousarray(values.reshape(*values.shape[:2], -1, 2))
     return pairs[..., 0].copy().view(np.uint32), pairs[..., 1], names
 
@@ -151,7 +149,7 @@ class _Image:
             if len(self._specs) == 1 and self._specs[0].nchannels <= _PICTURE_CHANNELS:
                 return _Part(0, tuple(range(self._specs[0].nchannels)))
             raise InputError(
-                f"holds {len(self._layers())} layers; name one of them with 'layer': {', '.join(self._layers())}",
+                f"has {len(self._layers())} layers; name one of them with 'layer': {', '.join(self._layers())}",
                 file=self._path,
             )
         for number, spec in enumerate(self._specs):
@@ -166,7 +164,7 @@ class _Image:
     def lacks(self, layer: str, what: str) -> InputError:
         """The error of a layer that is not there."""
         of_kind = f"layer of {what}" if what else "layer"
-        return InputError(f"holds no {of_kind} '{layer}'; {nearest(layer, self._layers())}", file=self._path)
+        return InputError(f"has no {of_kind} '{layer}'; {nearest(layer, self._layers())}", file=self._path)
 
     def read(self, part: _Part) -> npt.NDArray[Any]:
         """Channels of a part, (rows, columns, channels).
@@ -179,7 +177,7 @@ class _Image:
         spec = self._specs[part.number]
         if (spec.width, spec.height) != (spec.full_width, spec.full_height):
             raise InputError(
-                f"holds {spec.width} x {spec.height} of {spec.full_width} x {spec.full_height} pixels; allowed: whole"
+                f"has {spec.width} x {spec.height} of {spec.full_width} x {spec.full_height} pixels; allowed: whole"
                 " pictures; render without a region",
                 file=self._path,
             )
@@ -210,9 +208,7 @@ class _Image:
                 try:
                     return {int(code, 16): str(name) for name, code in json.loads(text).items()}
                 except (ValueError, TypeError, AttributeError):
-                    raise InputError(
-                        f"holds a manifest of '{layer}' that is no JSON of names", file=self._path
-                    ) from None
+                    raise InputError(f"has a manifest of '{layer}' that is no JSON of names", file=self._path) from None
         return {}
 
     def _layers(self) -> list[str]:
@@ -250,7 +246,7 @@ def _numpy_array(path: Path, layer: str | None) -> npt.NDArray[Any]:
         raise InputError(f"is no array of numpy ({error}); save it with numpy.save", file=path) from None
     if values.ndim not in (2, 3) or values.dtype.kind not in _NUMBERS or values.size == 0:
         raise InputError(
-            f"holds an array of shape {values.shape} of {values.dtype}; allowed: numbers (rows, columns) or (rows,"
+            f"has an array of shape {values.shape} of {values.dtype}; allowed: numbers (rows, columns) or (rows,"
             " columns, channels)",
             file=path,
         )
@@ -261,6 +257,6 @@ def _numpy_array(path: Path, layer: str | None) -> npt.NDArray[Any]:
 
 def _too_large(path: Path, columns: int, rows: int) -> InputError:
     return InputError(
-        f"holds {columns} x {rows} pixels; allowed: {MAX_RAYS} pixels of {_PICTURE_CHANNELS} channels; render smaller",
+        f"has {columns} x {rows} pixels; allowed: {MAX_RAYS} pixels of {_PICTURE_CHANNELS} channels; render smaller",
         file=path,
     )

@@ -166,7 +166,7 @@ def _matrices(frame: LoadedFrame) -> Floats:
             )
             arrays.append(np.asarray(read, float).reshape(-1, 4, 4))
         except (OSError, ValueError, EOFError, TypeError) as error:
-            raise InputError(f"holds no matrices of 4 x 4 numbers ({error}); save them so", file=file) from None
+            raise InputError(f"has no matrices of 4 x 4 numbers ({error}); save them so", file=file) from None
     matrices = np.concatenate(arrays)
     if len(matrices) not in (1, len(marks)) or len(matrices) == 0:
         raise frame.error(key, f"found {len(matrices)} matrices and {len(marks)} frames; allowed: one, or one a frame")

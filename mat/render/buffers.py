@@ -44,7 +44,7 @@ class Stored:
         """
         if self.values.shape[-1] < count:
             raise InputError(
-                f"holds {self.values.shape[-1]} channels; allowed: {count} at least, for {what}; save them all",
+                f"has {self.values.shape[-1]} channels; allowed: {count} at least, for {what}; save them all",
                 file=self.path,
             )
         return self.values[..., :count]
@@ -99,7 +99,7 @@ def depth_of(frame: LoadedFrame, buffer: Stored) -> Floats:
         metres = carla_depth(buffer)
     else:
         raise InputError(
-            f"holds {buffer.values.shape[-1]} channels of {buffer.values.dtype}; allowed: one of depth, or red, green"
+            f"has {buffer.values.shape[-1]} channels of {buffer.values.dtype}; allowed: one of depth, or red, green"
             " and blue of the renderer carla; name the layer of depth",
             file=buffer.path,
         )
@@ -380,9 +380,7 @@ def _whole_numbers(buffer: Stored) -> Integers:
 def _colours(buffer: Stored) -> Integers:
     values = buffer.channels(3, "red, green and blue")
     if values.dtype != np.uint8:
-        raise InputError(
-            f"holds colours as {values.dtype}; allowed: 8 bits a channel; save it as PNG", file=buffer.path
-        )
+        raise InputError(f"has colours as {values.dtype}; allowed: 8 bits a channel; save it as PNG", file=buffer.path)
     red, green, blue = (values[..., channel].astype(np.int64) for channel in range(3))
     colour: Integers = red << 16 | green << 8 | blue
     return colour

@@ -14,8 +14,6 @@ from skyshine.mat.render.scene_file import LoadedScene, Perspective, PlanView
 from skyshine.mat.render.surface_mesh import SurfaceMesh
 from skyshine.schemas.arrays import Floats
 
-FAR_M = 1e6
-
 
 @dataclass(frozen=True, eq=False)
 class ViewRays:

@@ -79,12 +79,12 @@ class SceneTables:
         states = sorted({entry.state for entry in entries if entry.filetype == "htt" and entry.state is not None})
         if state not in states:
             allowed = ", ".join(map(str, states)) or "none; build the job first"
-            raise refuse(("state",), f"{folder} holds no state {state}; allowed: {allowed}")
+            raise refuse(("state",), f"{folder} has no state {state}; allowed: {allowed}")
         of_state = [entry for entry in entries if entry.state in (None, state)]
         numbers = {str(entry.band_name): entry.band for entry in of_state if entry.filetype == "band"}
         names = list(numbers) if bands is None else bands
         if not names:
-            raise refuse(("bands",), f"{folder} holds no band; build a job that has one")
+            raise refuse(("bands",), f"{folder} has no band; build a job that has one")
         opened = []
         for index, name in enumerate(names):
             if name not in numbers:
@@ -93,7 +93,7 @@ class SceneTables:
             air = _file(of_state, filetype=kind, band=numbers[name])
             if air is None:
                 raise refuse(
-                    ("source",), f"{folder} holds no .{kind} of the band '{name}'; build the job with that source"
+                    ("source",), f"{folder} has no .{kind} of the band '{name}'; build the job with that source"
                 )
             band = _open(BandTable, folder, _file(of_state, filetype="band", band=numbers[name]))
             opened.append(BandTables(name, band, _open(AtmosphereTable, folder, air)))

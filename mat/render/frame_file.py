@@ -57,8 +57,12 @@ BufferPath = Annotated[str, pydantic.BeforeValidator(_pattern)]
 class Layer(StrictModel):
     """A picture of the renderer."""
 
-    file: BufferPath = Field(description="EXR, PNG, TIFF, PFM or NPY; a * stands for what tells the frames apart.")
-    layer: str | None = Field(None, min_length=1, description="Of a file with several, such as ViewLayer.Depth.")
+    file: BufferPath = Field(
+        description="EXR, PNG, TIFF, PFM or NPY; a * matches the part that differs between frames."
+    )
+    layer: str | None = Field(
+        None, min_length=1, description="Layer of a file that has several, such as ViewLayer.Depth."
+    )
 
 
 class DepthLayer(Layer):
@@ -68,13 +72,13 @@ class DepthLayer(Layer):
         None,
         description="Along the optical axis, or from the camera to the point; the renderer's own, where it has one.",
     )
-    metres_per_value: float = Field(1.0, gt=0, le=1e3, description="Of a stored number; 0.001 for millimetres.")
+    metres_per_value: float = Field(1.0, gt=0, le=1e3, description="Metres per stored unit; 0.001 for millimetres.")
 
 
 class NormalLayer(Layer):
     """Normals; integers span -1 to 1."""
 
-    space: Literal["world", "camera"] = Field("world", description="Whose axes they have.")
+    space: Literal["world", "camera"] = Field("world", description="Axes of the normals.")
 
 
 class IdLayer(Layer):
@@ -106,7 +110,7 @@ class FrameCamera(StrictModel):
     """A pinhole camera; one way to say its lens and one to say its pose."""
 
     field_of_view_deg: float | None = Field(
-        None, gt=0, lt=170, description="From the left edge of the picture to the right; its middle is the axis."
+        None, gt=0, lt=170, description="Horizontal field of view; the middle of the picture is the axis."
     )
     intrinsics: tuple[Row3, Row3, Row3] | None = Field(
         None, description="Camera matrix [pixel]; the upper left corner of the picture is 0, 0."
@@ -117,11 +121,11 @@ class FrameCamera(StrictModel):
     poses: BufferPath | None = Field(
         None, description="The same in a .npy or text file: one matrix, one a frame, or a file a frame."
     )
-    position: Point | None = Field(None, description="In the renderer's world [m].")
+    position: Point | None = Field(None, description="Position in the renderer's world [m].")
     look_at: Point | None = Field(None, description="The point in the middle of the picture; the camera is level.")
-    quaternion: Row4 | None = Field(None, description="From the camera's axes to the world's: w, x, y, z.")
+    quaternion: Row4 | None = Field(None, description="Rotation from the camera's axes to the world's: w, x, y, z.")
     near_clip_m: float | None = Field(
-        None, ge=0, le=1e3, description="Of Mitsuba, from which its depth counts; by default its own, 0.01."
+        None, ge=0, le=1e3, description="Near clip distance of Mitsuba, from which its depth counts; by default 0.01."
     )
 
     @pydantic.model_validator(mode="after")
@@ -146,9 +150,11 @@ class FrameCamera(StrictModel):
 class OwnTemperature(StrictModel):
     """A material with a temperature that is not the table's, such as that of an engine or of a person."""
 
-    material: Annotated[str, Field(min_length=1)] = Field(description="Of the databases: its reflectance.")
+    material: Annotated[str, Field(min_length=1)] = Field(
+        description="Material of the databases that gives the reflectance."
+    )
     temperature_k: float | None = Field(
-        None, ge=150, le=1500, description="At all hours; without it that of the table."
+        None, ge=150, le=1500, description="Temperature at all hours; by default that of the table."
     )
 
 
@@ -168,27 +174,29 @@ class FrameModel(StrictModel):
     )
     state: int = Field(1, ge=1, description="Atmospheric state of the databases, counted from 1.")
     bands: list[str] | None = Field(None, min_length=1, description="Names, b01 where the job gives none; default all.")
-    source: Literal["sun", "moon"] = Field("sun", description="Whose light and path radiance are read.")
-    renderer: RendererName = Field(description="Whose axes, depth and sky the buffers have.")
+    source: Literal["sun", "moon"] = Field("sun", description="Source whose light and path radiance are read.")
+    renderer: RendererName = Field(description="Renderer whose axes, depth and sky the buffers have.")
     up: Literal["y", "z"] = Field("z", description="Axis of the renderer's world that points up.")
     x_azimuth_deg: Azimuth | None = Field(
-        None, description="Where the x axis of its world points, from north eastward; 90, of AirSim 0."
+        None, description="Azimuth of the x axis of the renderer's world; by default 90, of AirSim 0."
     )
-    altitude_km: float = Field(ge=-0.5, le=9, description="Of height 0 of its world.")
-    camera: FrameCamera = Field(description="Its camera.")
-    buffers: Buffers = Field(description="Its pictures.")
+    altitude_km: float = Field(ge=-0.5, le=9, description="Altitude of height 0 of the renderer's world.")
+    camera: FrameCamera = Field(description="Camera of the renderer.")
+    buffers: Buffers = Field(description="Buffers that the renderer wrote.")
     materials: dict[str | int, Entry] = Field(
         min_length=1,
         description="Material of the databases for each id or name; 'sky'; or material and temperature_k.",
     )
     default_material: str | None = Field(
-        None, min_length=1, description="Of ids that materials lacks; without it they are refused."
+        None, min_length=1, description="Material of ids that `materials` lacks; without it they are refused."
     )
     mesh: Mesh | None = Field(
         None, description="What casts shadows and hides sky, in the renderer's world; in place of buffers.sunlit."
     )
     hours: Hours = Field(description="Local clock: of every frame, one for all, or several of one frame.")
-    sensors: dict[str, Sensor] | None = Field(None, description="By name of the band; counts are written for these.")
+    sensors: dict[str, Sensor] | None = Field(
+        None, description="Sensors by name of the band; counts are written for these."
+    )
 
     @pydantic.model_validator(mode="after")
     def _fits(self) -> Self:

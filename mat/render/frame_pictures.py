@@ -345,7 +345,7 @@ class HourTemperatures:
         Raises
         ------
         InputError
-            There is a mask of shade, and the table holds no response to it.
+            There is a mask of shade, and the table has no response to it.
         """
         rules = tuple(AxisRule.of(name, surface.root.axes[name]) for name in _PLACE)
         where: dict[str, Any] = dict(

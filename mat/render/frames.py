@@ -364,7 +364,7 @@ class Renderer(PictureMaker):
 
 
 def check_hours(scene: LoadedScene | LoadedFrame, surface: TemperatureTable) -> None:
-    """Refuse hours at which a table holds no temperatures.
+    """Refuse hours at which a table has no temperatures.
 
     Raises
     ------
@@ -375,7 +375,7 @@ def check_hours(scene: LoadedScene | LoadedFrame, surface: TemperatureTable) -> 
     if missing.size:
         raise scene.error(
             ("hours",),
-            f"found {clock_text(missing[0])}, at which {surface.path.name} holds no temperatures; change the hours, or"
+            f"found {clock_text(missing[0])}, at which {surface.path.name} has no temperatures; change the hours, or"
             " widen needs.hours or surface_grid.time of the job and build again",
         )
 
@@ -399,7 +399,7 @@ def check_reach(refuse: Refuse, air: AtmosphereTable, scene: SeenScene) -> None:
         if outside.any():
             raise refuse(
                 ("camera",),
-                f"found {values[outside][0]:.6g} {units}; {air.path.name} holds {low:g} to {high:g}; move the camera,"
+                f"found {values[outside][0]:.6g} {units}; {air.path.name} has {low:g} to {high:g}; move the camera,"
                 " or widen atmosphere_grid of the job and build again",
             )
 
@@ -420,7 +420,7 @@ def check_source(refuse: Refuse, source: str, air: AtmosphereTable, hour: float,
     if elevation > highest:
         raise refuse(
             ("hours",),
-            f"found the {source} at {elevation:.3g} degree at {clock_text(hour)}; {air.path.name} holds up"
+            f"found the {source} at {elevation:.3g} degree at {clock_text(hour)}; {air.path.name} has up"
             f" to {highest:g}; change the hours, or widen atmosphere_grid.source_elevation_deg of the job and build"
             " again",
         )

@@ -22,7 +22,7 @@ def mesh_surface(scene: LoadedScene, mesh: Mesh) -> SurfaceMesh:
     Raises
     ------
     InputError
-        The file cannot be read, holds no triangle, or a material that the scene does not name.
+        The file cannot be read, has no triangle, or a material that the scene does not name.
     """
     parts = _parts(mesh.file)
     names = sorted({name for name, _, _ in parts})
@@ -63,5 +63,5 @@ def _parts(file: Path) -> list[MeshPart]:
         raise InputError(f"ends in '{file.suffix}'; allowed: {', '.join(READERS)}; convert it", file=file)
     parts = reader(file)
     if not any(len(corners) for _, corners, _ in parts):
-        raise InputError(f"holds no triangle; allowed: 1 to {MAX_TRIANGLES}; name another file", file=file)
+        raise InputError(f"has no triangle; allowed: 1 to {MAX_TRIANGLES}; name another file", file=file)
     return parts

@@ -81,7 +81,7 @@ class _Reader:
                 name, corners, uv = self._triangles(primitive, weights)
                 count += len(corners) * len(placements)
                 if count > MAX_TRIANGLES:
-                    raise self._error(f"holds {count} triangles or more", f"allowed: {MAX_TRIANGLES}")
+                    raise self._error(f"has {count} triangles or more", f"allowed: {MAX_TRIANGLES}")
                 for placement in placements:
                     yield name, *_moved(corners, uv, placement)
 

@@ -19,7 +19,7 @@ def needs_text(scene_name: str, needs: SceneNeeds) -> str:
     lines += [f"  # {note}" for note in needs.notes]
     if needs.replaced:
         lines += [
-            f"  # {len(needs.replaced)} materials with {needs.replaced_share:.2%} of the pixels are left out;"
+            f"  # {len(needs.replaced)} materials with {needs.replaced_share:.2%} of the pixels are omitted;"
             " write into the scene, under surface:",
             f"  #   replaced_materials: {_value(needs.replaced)}",
         ]

@@ -70,7 +70,7 @@ def obj_parts(file: Path) -> list[MeshPart]:
                 line=number,
             ) from None
         if sum(map(len, faces.values())) > MAX_TRIANGLES:
-            raise InputError(f"holds more than {MAX_TRIANGLES} triangles; name another file", file=file, line=number)
+            raise InputError(f"has more than {MAX_TRIANGLES} triangles; name another file", file=file, line=number)
     positions, uv = np.array(vertices, float).reshape(-1, 3), np.array(coordinates, float).reshape(-1, 2)
     return [_part(name, corners, positions, uv, scales.get(name), file) for name, corners in faces.items() if corners]
 

@@ -75,12 +75,12 @@ def _heights(height_map: HeightMap) -> Floats:
     if values.ndim != 2:
         raise InputError(f"has the shape {np.shape(stored)}; allowed: one channel of heights; save it so", file=path)
     if values.size > MAX_HEIGHTS:
-        raise InputError(f"holds {values.size} heights; allowed: at most {MAX_HEIGHTS}; thin it", file=path)
+        raise InputError(f"has {values.size} heights; allowed: at most {MAX_HEIGHTS}; thin it", file=path)
     missing = ~np.isfinite(values) if nodata is None else ~np.isfinite(values) | (values == nodata)
     if missing.any():
         row, column = np.argwhere(missing)[0]
         raise InputError(
-            f"holds {missing.sum()} places without height, the first in row {row}, column {column}; allowed: finite"
+            f"has {missing.sum()} places without height, the first in row {row}, column {column}; allowed: finite"
             " heights everywhere; fill them",
             file=path,
         )

@@ -141,7 +141,7 @@ def _of_surfaces(reads: SceneReads, materials: tuple[str, ...], least_share: flo
     else:
         yield Limit("slope_deg", _outward(min(slopes), max(slopes)), f"of {len(reads.faces)} kinds of face")
     shares = ", ".join(f"{name} {share:.2%}" for name, share in _first(reads.materials))
-    yield Limit("materials", list(materials), f"{shares} of the pixels; those below {least_share:g} are left out")
+    yield Limit("materials", list(materials), f"{shares} of the pixels; those below {least_share:g} are omitted")
 
 
 def _first(shares: dict[Any, float]) -> list[tuple[Any, float]]:
@@ -172,7 +172,7 @@ def _cluster_ends(values: Floats) -> dict[float, tuple[float, ...]]:
 def _materials(
     reads: SceneReads, library: MaterialLibrary, least_share: float
 ) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Materials that are built, and what stands for each of the others that the surface names: the most similar."""
+    """Materials that are built, and the most similar of them for each of the others that the surface names."""
     retained = tuple(name for name, share in reads.materials.items() if share >= least_share)
     retained = retained or tuple(reads.materials)[:1]
     if not retained:
@@ -249,7 +249,7 @@ def _within(scene: LoadedScene, loaded: LoadedJob, limit: Limit) -> Limit:
     if read[0] < nodes[0] - 1e-6 or read[1] > nodes[-1] + 1e-6:
         raise loaded.document.error(
             tuple(key.split(".")),
-            f"{key}: holds {nodes[0]:g} to {nodes[-1]:g}; the scene {scene.document.file.name} reads {read[0]:.6g} to"
+            f"{key}: has {nodes[0]:g} to {nodes[-1]:g}; the scene {scene.document.file.name} reads {read[0]:.6g} to"
             f" {read[1]:.6g}; widen it",
         )
     return Limit(limit.key, [max(low, nodes[0]), min(high, nodes[-1])], limit.reason)

@@ -61,9 +61,9 @@ class HeightMap(StrictModel):
 class Plan(StrictModel):
     """A texture seen from above, such as an aerial photograph, on level ground or over heights."""
 
-    texture: SceneFilePath = Field(description="Its .tmm.h5 file.")
+    texture: SceneFilePath = Field(description="Path of the .tmm.h5 file.")
     metres_per_texel: float = Field(gt=0, le=1e4, description="Along both sides of a texel.")
-    top_azimuth_deg: Azimuth = Field(0.0, description="Where the top of the image points, from north eastward.")
+    top_azimuth_deg: Azimuth = Field(0.0, description="Azimuth of the top of the image.")
     height_map: HeightMap | None = Field(None, description="Heights of the ground; without one it is level.")
 
 
@@ -87,20 +87,22 @@ class Mesh(StrictModel):
         min_length=1, description="Material of the databases, or a texture, for each material of the file by its name."
     )
     up: Literal["y", "z"] = Field("y", description="Axis of the file that points up; glTF says y, OBJ says nothing.")
-    x_azimuth_deg: Azimuth = Field(90.0, description="Where the x axis of the file points, from north eastward.")
-    metres_per_unit: float = Field(1.0, gt=0, le=1e6, description="Of the file's coordinates; glTF says 1.")
+    x_azimuth_deg: Azimuth = Field(90.0, description="Azimuth of the x axis of the file.")
+    metres_per_unit: float = Field(
+        1.0, gt=0, le=1e6, description="Metres per unit of the file's coordinates; glTF says 1."
+    )
 
 
 class SurfaceModel(StrictModel):
     """What is seen: exactly one of a plan and a mesh."""
 
-    altitude_km: float = Field(ge=-0.5, le=9, description="Of height 0.")
+    altitude_km: float = Field(ge=-0.5, le=9, description="Altitude of height 0.")
     plan: Plan | None = Field(None, description="A texture seen from above.")
     mesh: Mesh | None = Field(None, description="Triangles with materials.")
     unknown_material: str | None = Field(
         None,
         min_length=1,
-        description="In place of texels to which their texture gives none; without it they are refused.",
+        description="Material of texels to which their texture gives none; without it they are refused.",
     )
 
     replaced_materials: dict[str, str] = Field(
@@ -136,34 +138,39 @@ class SurfaceModel(StrictModel):
 class PlanView(StrictModel):
     """An observer who looks straight down at every pixel, as an orthophoto does."""
 
-    height_m: float = Field(gt=0, le=1e5, description="Of the observer above surface.altitude_km.")
+    height_m: float = Field(gt=0, le=1e5, description="Height of the observer above surface.altitude_km.")
     size: tuple[Side, Side] = Field(description="Columns and rows.")
     samples: int = Field(1, ge=1, le=8, description="Rays along each side of a pixel, which is the mean of them.")
-    centre_m: tuple[Metres, Metres] = Field((0.0, 0.0), description="Of the picture: east and north.")
-    width_m: float | None = Field(None, gt=0, le=1e6, description="Of the picture; by default the surface fits in.")
+    centre_m: tuple[Metres, Metres] = Field((0.0, 0.0), description="Centre of the picture: east and north.")
+    width_m: float | None = Field(
+        None, gt=0, le=1e6, description="Width of the picture; by default the surface fits in."
+    )
     top_azimuth_deg: Azimuth | None = Field(
-        None, description="Where the top of the picture points; by default as the plan does, north for a mesh."
+        None, description="Azimuth of the top of the picture; by default that of the plan, north for a mesh."
     )
 
 
 class Station(StrictModel):
-    """Where the camera stands at an hour."""
+    """Position and aim of the camera at an hour."""
 
     hour: Hour = Field(description="Local clock.")
-    position_m: Point = Field(description="Of the camera: east, north and up.")
+    position_m: Point = Field(description="Position of the camera: east, north and up.")
     look_at_m: Point = Field(description="The point in the middle of the picture.")
 
 
 class Perspective(StrictModel):
     """A pinhole camera, still or on a track."""
 
-    field_of_view_deg: float = Field(gt=0, lt=170, description="From the left edge of the picture to the right.")
+    field_of_view_deg: float = Field(gt=0, lt=170, description="Horizontal field of view.")
     size: tuple[Side, Side] = Field(description="Columns and rows.")
     samples: int = Field(1, ge=1, le=8, description="Rays along each side of a pixel, which is the mean of them.")
-    position_m: Point | None = Field(None, description="Of the camera: east, north and up.")
+    position_m: Point | None = Field(None, description="Position of the camera: east, north and up.")
     look_at_m: Point | None = Field(None, description="The point in the middle of the picture.")
     track: list[Station] | None = Field(
-        None, min_length=1, max_length=MAX_FRAMES, description="In place of position_m, look_at_m and hours."
+        None,
+        min_length=1,
+        max_length=MAX_FRAMES,
+        description="Stations of a moving camera, instead of position_m, look_at_m and hours.",
     )
 
     @pydantic.model_validator(mode="after")
@@ -240,7 +247,7 @@ Hours = Annotated[
 class Sensor(StrictModel):
     """Equation (44): counts of N bits from radiance in W m^-2 sr^-1."""
 
-    bits: int = Field(12, ge=1, le=16, description="Of a count.")
+    bits: int = Field(12, ge=1, le=16, description="Bits of a count.")
     gain: float = Field(gt=0, description="G: radiance of the highest count where buffer_gain is 1 and offset 0.")
     buffer_gain: float = Field(1.0, gt=0, description="BG: factor on the counts.")
     offset: float = Field(0.0, ge=-1, le=1, description="DC: taken from radiance over gain before it is counted.")
@@ -256,11 +263,13 @@ class SceneModel(StrictModel):
     )
     state: int = Field(1, ge=1, description="Atmospheric state of the databases, counted from 1.")
     bands: list[str] | None = Field(None, min_length=1, description="Names, b01 where the job gives none; default all.")
-    source: Literal["sun", "moon"] = Field("sun", description="Whose light and path radiance are read.")
+    source: Literal["sun", "moon"] = Field("sun", description="Source whose light and path radiance are read.")
     surface: SurfaceModel = Field(description="What is seen.")
-    camera: Camera = Field(description="Where it is seen from.")
+    camera: Camera = Field(description="Camera of the scene.")
     hours: Hours | None = Field(None, description="Local clock; 0 to 21 by 3 without it.")
-    sensors: dict[str, Sensor] | None = Field(None, description="By name of the band; counts are written for these.")
+    sensors: dict[str, Sensor] | None = Field(
+        None, description="Sensors by name of the band; counts are written for these."
+    )
 
     @pydantic.model_validator(mode="after")
     def _hours_once(self) -> Self:

@@ -103,7 +103,7 @@ class SurfaceMaterials:
         return open_sky
 
     def _shown(self, name: str) -> str:
-        """The material that stands for one of the surface."""
+        """Material that replaces one of the surface."""
         return self._replaced.get(name, name)
 
     def textures(self) -> dict[int, TmmFile]:

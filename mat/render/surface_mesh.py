@@ -125,10 +125,10 @@ def surface_of(
     """
     corners, coordinates = np.asarray(triangles, float).reshape(-1, 3, 3), np.asarray(uv, float).reshape(-1, 3, 2)
     if not np.all(np.isfinite(corners)) or not np.all(np.isfinite(coordinates)):
-        raise InputError("holds a corner whose place is not finite; repair the file", file=file)
+        raise InputError("has a corner whose place is not finite; repair the file", file=file)
     nonempty = 0.5 * np.linalg.norm(_cross(corners), axis=-1) > LEAST_AREA
     if not nonempty.any():
-        raise InputError("holds no triangle with an area; allowed: at least one; name another file", file=file)
+        raise InputError("has no triangle with an area; allowed: at least one; name another file", file=file)
     return SurfaceMesh(
         corners[nonempty], np.asarray(covering, int)[nonempty], coverings, coordinates[nonempty], altitude
     )

@@ -77,7 +77,7 @@ class SeenTemperatures:
         Raises
         ------
         InputError
-            A place outside the table, or one in the shade and the table holds no response to it.
+            A place outside the table, or one in the shade and the table has no response to it.
         """
         present = points.materials.share > 0
         row, part = np.nonzero(present)

@@ -174,7 +174,7 @@ def pixel_radiance(
     ------
     InputError
         A pixel without material, a material that a table lacks, a value outside an axis, or a face in the shade and
-        the table of temperatures holds no response to it.
+        the table of temperatures has no response to it.
     """
     _refuse_unknown(faces)
     count, materials = faces.codes.shape

@@ -44,7 +44,7 @@ def shaded_temperature(
     Raises
     ------
     InputError
-        A value outside an axis, or the table holds no response to shade.
+        A value outside an axis, or the table has no response to shade.
     """
     kelvin, shaded = np.empty(time.shape), np.ones((1, forcing_hours().size))
     for start in range(0, material.size, _BLOCK):
@@ -64,7 +64,7 @@ def air_temperature(surface: TemperatureTable, altitude: Floats, time: Floats) -
     Raises
     ------
     InputError
-        The table holds no response to shade, of which the air is a part.
+        The table has no response to shade, of which the air is a part.
     """
     need_response(surface.root)
     need_parts(surface.root, [AIR])

@@ -60,7 +60,7 @@ class ColumnResult:
     depth_temperature : ndarray or None
         Temperature at the requested depth [K].
     notes : tuple of str
-        What stands for what a record does not hold.
+        Defaults used for columns that the record lacks.
     film : ndarray or None
         Water on the surface, of an open stand on its leaves [kg m^-2]; None without rain.
     leaf_temperature, soil_temperature : ndarray or None

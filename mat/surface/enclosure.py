@@ -94,7 +94,7 @@ class Enclosure:
 
     @property
     def open(self) -> bool:
-        """Whether no walls stand around."""
+        """Whether there are no walls."""
         return self.horizon.level and self.sky_view == 1
 
     def under(self, surroundings: Surroundings | None) -> Enclosure:

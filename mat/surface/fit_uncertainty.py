@@ -17,7 +17,7 @@ _SIGNIFICANT = 2.0  # standard errors of a correlation, 1 / sqrt n of white nois
 _SLOWEST = 0.9995  # correlation of neighbours at most: chosen, of half-hours 40 days
 _HALVINGS = 40  # of the interval 0 to 1: to double precision
 _FLOOR = 1e-8  # of singular values over the largest: below, a direction has no effect on the temperatures
-ALIKE = 0.95  # size of a correlation from which one parameter stands for another: chosen
+ALIKE = 0.95  # size of a correlation from which two parameters cannot be distinguished: chosen
 SPAN = 0.5  # share of its bounds from which an interval says nothing: chosen
 _AT_BOUND = 1e-3  # of the way between the bounds
 

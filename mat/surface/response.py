@@ -84,7 +84,7 @@ class SurfaceResponse:
 
     @classmethod
     def empty(cls, columns: int, *, film: bool = False) -> SurfaceResponse:
-        """Of surfaces whose temperature is given: no heat changes it. With `film` it has one that holds no water."""
+        """Of surfaces whose temperature is given: no heat changes it. With `film` it has one that has no water."""
         hours = (columns, RESPONSE_HOURS.size)
         return cls(
             np.zeros((*hours, LAG_STARTS.size)),

@@ -1,4 +1,4 @@
-"""What stands around a surface: the hours of its shade, the part of the sky that it sees, and the wall it faces."""
+"""Surroundings of a surface: the hours of its shade, the part of the sky that it sees, and the wall it faces."""
 
 from __future__ import annotations
 

@@ -157,7 +157,7 @@ def read_readings(
     read_time : callable
         A cell to seconds; ValueError says what was found and what is allowed.
     blank : collection of str
-        Columns whose cells may be empty; NaN stands for them.
+        Columns whose cells may be empty; they are read as NaN.
 
     Raises
     ------

@@ -303,7 +303,7 @@ class TemperatureTable(Table):
         Raises
         ------
         InputError
-            A value is missing or outside its axis, or there is a change and the file holds no response to it.
+            A value is missing or outside its axis, or there is a change and the file has no response to it.
         """
         coordinates = self._place(slope, altitude=altitude, azimuth=azimuth, time=time)
         sunlit = self.value("temperature", material=material, **coordinates)

@@ -124,7 +124,7 @@ _TEXTS: dict[int, Callable[[kernel.KernelRefusal], str]] = {
     kernel.SHARE: _share,
     kernel.LENGTH: lambda r: f"{r.name}: found {r.found:g}; allowed: 0 km or more",
     kernel.NO_MATERIAL: lambda r: "found a pixel without material; allowed: codes of the tables; leave such pixels out",
-    kernel.NO_RESPONSE: lambda r: "holds no response to shade; build it again, without needs.shade: false",
+    kernel.NO_RESPONSE: lambda r: "has no response to shade; build it again, without needs.shade: false",
     kernel.NO_GROUND: lambda r: (
         "the atmosphere names a ground that the temperatures lack, or states none; build all files from one job"
     ),

@@ -54,6 +54,6 @@ def need_response(root: Group) -> None:
     InputError
     """
     if KERNEL not in root.variables:
-        raise InputError("holds no response to shade; build it again, without needs.shade: false")
+        raise InputError("has no response to shade; build it again, without needs.shade: false")
     film = FILM if FILM[0] in root.variables else ()
     need_parts(root, (KERNEL, REFERENCE, LOSS_SLOPE, LOSS_EXCESS, MELT, HIGHEST, *film))

@@ -157,7 +157,7 @@ def test_a_surface_file_without_the_response_refuses_shade_in_one_line(runtime, 
     bare = tmp_path / "bare.htt.h5"
     write_file(bare, replace(root, axes=axes, variables=kept), Header("htt", "data", "job"))
     status, shown, complaint = runtime(textured[0] | {"surface": str(bare)})
-    assert (status, shown) == (1, "") and complaint.strip() == "the surface file holds no response to shade"
+    assert (status, shown) == (1, "") and complaint.strip() == "the surface file has no response to shade"
     lit = [pixel for pixel, share in zip(textured[0]["pixels"], shade_of(textured[0]), strict=True) if share == 0]
     assert runtime(textured[0] | {"surface": str(bare), "pixels": lit})[0] == 0
 

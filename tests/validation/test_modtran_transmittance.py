@@ -98,7 +98,7 @@ def spectra(peers):
     """
     wheels = sorted(peers.glob("pybsm-*.whl"))
     if not wheels:
-        pytest.skip(f"{peers} holds no wheel of pybsm")
+        pytest.skip(f"{peers} has no wheel of pybsm")
     found = {}
     with zipfile.ZipFile(wheels[0]) as wheel:
         decoder = csv.reader(io.TextIOWrapper(wheel.open("pybsm/atms/fileDecoder.csv"), encoding="utf-8"))

@@ -70,7 +70,7 @@ def _print(report: dict[str, Any]) -> None:
     for name, count in report["seed_texels"].items():
         click.echo(f"  {name}: {count} seed texels")
     if report["conflicting_seed_texels"]:
-        click.echo(f"  left out, claimed by several materials: {report['conflicting_seed_texels']} texels")
+        click.echo(f"  skipped, claimed by several materials: {report['conflicting_seed_texels']} texels")
     for cluster in report["clusters"]:
         click.echo(
             f"  cluster {cluster['number']}: {cluster['colour']}, {100 * cluster['share']['value']:.1f} %, "

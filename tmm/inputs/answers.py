@@ -13,7 +13,7 @@ from skyshine.materials.library import unknown_material
 from skyshine.schemas.documents import StrictModel, parse_model, read_yaml
 from skyshine.tmm.job.materials import UNKNOWN
 
-SKIP = "skip"  # the answer that a place cannot be told: it is not asked about again
+SKIP = "skip"  # the answer that a place cannot be recognised: it is not asked about again
 CORNERS = 32  # of the polygon that represents a disk
 
 
@@ -39,14 +39,14 @@ def _known_answer(name: str, info: pydantic.ValidationInfo) -> str:
 class Answer(StrictModel):
     """A place and what is there."""
 
-    number: int = Field(ge=1, description="Of the patch on the contact sheet; each once.")
+    number: int = Field(ge=1, description="Number of the patch on the contact sheet; each once.")
     x: int = Field(ge=0, description="Column of the texel in the middle.")
     y: int = Field(ge=0, description="Row of the texel in the middle, downwards.")
     radius: int = Field(default=0, ge=0, le=4096, description="Radius of the disk of that material, in texels.")
     material: Annotated[str, pydantic.AfterValidator(_known_answer)] | None = Field(
         default=None,
         description="Material of the disk; null: not answered yet; unknown: none of the library's; skip: cannot be "
-        "told, no seed.",
+        "recognised, no seed.",
     )
 
     @property
@@ -58,7 +58,7 @@ class Answer(StrictModel):
 class AnswerList(StrictModel):
     """A list that is filled in."""
 
-    answers: tuple[Answer, ...] = Field(description="In any order.")
+    answers: tuple[Answer, ...] = Field(description="Answers in any order.")
 
 
 def read_answers(path: Path, texture: Sized | None = None, materials: tuple[str, ...] | None = None) -> list[Answer]:
@@ -112,7 +112,7 @@ def to_text(answers: list[Answer], gains: dict[int, float], texture: str) -> str
     """
     lines = [
         f"# Materials of the numbered patches of {texture}: replace null by a name of the material library, 'unknown'",
-        "# (none of its materials) or 'skip' (cannot be told). What stays null is left out.",
+        "# (none of its materials) or 'skip' (cannot be recognised). What stays null is skipped.",
         "answers:",
     ]
     for answer in answers:

@@ -89,7 +89,7 @@ static void check_type(const struct source *from, struct database *database, int
     const char *wanted = TYPES[kind];
     sky_read_filetype(from->file, from->path, found);
     database->lunar = kind == SKY_AIR && !strcmp(found, "lunar_atmq");
-    if (strcmp(found, wanted) && !database->lunar) sky_fail("%s: holds '%s'; allowed: %s", from->path, found, wanted);
+    if (strcmp(found, wanted) && !database->lunar) sky_fail("%s: has '%s'; allowed: %s", from->path, found, wanted);
 }
 
 /* Before tilted faces lies the ground that the file names, if it has level faces of it. */

@@ -18,7 +18,7 @@ static void describe(const SkyFailure *of, char *line)
     case SKY_DIRECTION: snprintf(line, LINE, "'%s' must be three finite numbers that are not all 0", name); break;
     case SKY_LENGTH: snprintf(line, LINE, "%s: found %g; allowed: finite numbers from 0", name, of->found); break;
     case SKY_NO_MATERIAL: snprintf(line, LINE, "the pixel has no material"); break;
-    case SKY_NO_RESPONSE: snprintf(line, LINE, "the surface file holds no response to shade"); break;
+    case SKY_NO_RESPONSE: snprintf(line, LINE, "the surface file has no response to shade"); break;
     case SKY_NOT_FINITE:
         snprintf(line, LINE, strcmp(name, "surroundings") ? "%s must be a list of finite numbers" : "%s must be finite numbers", name);
         break;

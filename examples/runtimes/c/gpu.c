@@ -58,13 +58,13 @@ static const char *behind(const char *path, const char *from, const char *key)
 static struct axis list(const char *path, const char *at)
 {
     struct axis axis = {malloc(sizeof(double)), 0};
-    if (*at++ != '[') fail(path, "holds no list where one must be");
+    if (*at++ != '[') fail(path, "has no list where one must be");
     while (*at && *at != ']') {
         char *end;
         axis.nodes = realloc(axis.nodes, sizeof(double) * (size_t)(axis.count + 1));
         if (!axis.nodes) fail(path, "is too large");
         axis.nodes[axis.count++] = strtod(at, &end);
-        if (end == at) fail(path, "holds no number where one must be");
+        if (end == at) fail(path, "has no number where one must be");
         at = end + strspn(end, ", ");
     }
     return axis;

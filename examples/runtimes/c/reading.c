@@ -29,7 +29,7 @@ void sky_read_filetype(hid_t file, const char *path, char *to)
     char version[NAME] = "";
     const size_t major = strcspn(SKYSHINE_FORMAT, ".") + 1;
     if (!sky_read_text(file, "filetype", to) || !sky_read_text(file, "format_version", version) || strncmp(version, SKYSHINE_FORMAT, major))
-        sky_fail("%s: holds '%s' %s; allowed: formats %.*sx", path, to, version, (int)major, SKYSHINE_FORMAT);
+        sky_fail("%s: has '%s' %s; allowed: formats %.*sx", path, to, version, (int)major, SKYSHINE_FORMAT);
 }
 
 /* A number attribute; 0 where it is not one number. */
@@ -79,7 +79,7 @@ size_t sky_read_shape(const struct source *from, hid_t array, const char *name, 
     H5Sget_simple_extent_dims(space, lengths, NULL);
     double count = 1;
     for (size_t k = 0; k < rank; ++k) count *= (double)lengths[k];
-    if (count < 1) sky_fail("%s: '%s' holds nothing", from->path, name);
+    if (count < 1) sky_fail("%s: '%s' has nothing", from->path, name);
     if (count * (double)size > from->bytes) sky_fail("%s: '%s' claims more bytes than the file can hold", from->path, name);
     return (size_t)count;
 }

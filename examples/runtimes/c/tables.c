@@ -251,7 +251,7 @@ skyshine_status skyshine_source_position(const skyshine_tables *tables, double t
     struct call call;
     sky_begin(&call, SKYSHINE_VALUE_ERROR);
     if (!setjmp(call.failed)) {
-        if (!skyshine_has(tables->surface.arrays, "sun_elevation")) sky_fail("the surface file holds no tracks of Sun and Moon");
+        if (!skyshine_has(tables->surface.arrays, "sun_elevation")) sky_fail("the surface file has no tracks of Sun and Moon");
         const double up = track_of(tables, tables->air.lunar ? "moon_elevation" : "sun_elevation", time);
         *heading = track_of(tables, tables->air.lunar ? "moon_azimuth" : "sun_azimuth", time);
         *elevation = up;

@@ -47,7 +47,7 @@ static void *read_plane(hid_t file, const char *path, double most, const char *n
     H5Sget_simple_extent_dims(space, lengths, NULL);
     double count = 1;
     for (int k = 0; k < rank; ++k) count *= (double)lengths[k];
-    if (count < 1) sky_fail("%s: '%s' holds nothing", path, name);
+    if (count < 1) sky_fail("%s: '%s' has nothing", path, name);
     if (count * (double)size > most) sky_fail("%s: '%s' claims more bytes than the file can hold", path, name);
     void *values = sky_allocate((size_t)count, size);
     if (H5Dread(array, size == 1 ? H5T_NATIVE_UINT8 : H5T_NATIVE_UINT16, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0) sky_fail("%s: '%s' cannot be read", path, name);
@@ -101,7 +101,7 @@ static void read_level(struct skyshine_texture *texture, unsigned number)
     if (file < 0) sky_fail("%s: is not a readable HDF5 file", path);
     const double most = (double)PACKING * (double)on_disk.st_size + SMALL;
     sky_read_filetype(file, path, found);
-    if (strcmp(found, "tmm")) sky_fail("%s: holds '%s'; allowed: tmm", path, found);
+    if (strcmp(found, "tmm")) sky_fail("%s: has '%s'; allowed: tmm", path, found);
     char *known = known_codes(file, path, most);
     hsize_t plane[2], mixed[3], weighted[3];
     struct level read = {0}, *level = &read;

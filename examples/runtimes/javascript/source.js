@@ -59,7 +59,7 @@ export class Source {
     this.filetype = this.text(file, "filetype");
     const version = this.text(file, "format_version");
     if (!filetypes.includes(this.filetype) || !version.startsWith(MAJOR))
-      refuse(`holds '${this.filetype}' ${version.slice(0, 20)}; allowed: ${filetypes.join(" or ")} in formats ${MAJOR}x`);
+      refuse(`has '${this.filetype}' ${version.slice(0, 20)}; allowed: ${filetypes.join(" or ")} in formats ${MAJOR}x`);
   }
 
   has(name) {

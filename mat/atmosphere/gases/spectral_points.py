@@ -14,7 +14,7 @@ from skyshine.schemas.arrays import Booleans, Floats, Integers, Singles
 from skyshine.schemas.errors import InputError
 
 CONTINUUM = "H2O_continuum"
-# Saturated air at 45 C holds 9.5 %. Beyond the last node, 8 %, the parabola through the nodes is continued: against
+# Saturated air at 45 C has 9.5 %. Beyond the last node, 8 %, the parabola through the nodes is continued: against
 # line sums a cross section of H2O is then wrong by 0.4 % rms at most, of N2 by 6 % in the far wings of its band, where
 # it is thin.
 MAX_H2O = 0.1
@@ -214,7 +214,7 @@ class SpectralPoints:
         requested = self.gases if gases is None else list(gases)
         for name in requested:
             if name not in self.gases:
-                raise InputError(f"no gas '{name}' in the absorption table; it holds {', '.join(self.gases)}")
+                raise InputError(f"no gas '{name}' in the absorption table; it has {', '.join(self.gases)}")
         dry = self._nodes.weights(pressure, temperature).astype(np.float32)
         moist = None
         result: dict[str, Floats] = {}

@@ -216,7 +216,7 @@ def _coefficients(x: Floats, m: Complexes, terms: npt.NDArray[np.int64]) -> Iter
         count = min(_TERMS_AT_ONCE, int(terms[-1]) + 1 - begin)
         a, b = np.zeros((x.size, count), complex), np.zeros((x.size, count), complex)
         for n in range(begin, begin + count):
-            # Upward recurrence holds up to a sphere's own number of terms only.
+            # Upward recurrence is stable up to a sphere's own number of terms only.
             on = slice(int(np.searchsorted(terms, n)), None)
             size = x[on]
             psi_now = (2 * n - 1) * psi[on] / size - psi_before[on]

@@ -70,7 +70,7 @@ def _only(times: Sequence[datetime | None], choice: Choice, file: Path) -> int:
     listed = [shown(times[n]) for n in (today or range(len(times)))]
     more = f" and {len(listed) - _SHOWN} more" if len(listed) > _SHOWN else ""
     raise InputError(
-        f"holds {len(times)} soundings, {len(today)} of them on the state's day; allowed: one; name its time in the"
+        f"has {len(times)} soundings, {len(today)} of them on the state's day; allowed: one; name its time in the"
         f" job: sounding: {{file: NAME, time: 'hh:mm'}}, or a date of these: {', '.join(listed[:_SHOWN])}{more}",
         file=file,
     )

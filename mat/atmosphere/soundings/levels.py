@@ -83,7 +83,7 @@ def levels_of(readings: Readings) -> Levels:
     water = _water(values)
     if not np.any(np.isfinite(water)):
         raise InputError(
-            "holds no humidity beside pressure and temperature; allowed: some level with it", file=readings.file
+            "has no humidity beside pressure and temperature; allowed: some level with it", file=readings.file
         )
     _check_saturation(readings, rows, values, water)
     saturated = saturation_pressure(values["temperature"]) / values["pressure"]
@@ -98,7 +98,7 @@ def levels_of(readings: Readings) -> Levels:
         gases = scaled_gases(gases, readings.amounts, altitude, values["pressure"], values["temperature"], clear)
     if np.isnan(gases["H2O"][-1]):
         top = altitude[np.isfinite(gases["H2O"])][-1]
-        notes.append(f"has no humidity above {top / 1e3:.0f} km; that of the profile stands there")
+        notes.append(f"has no humidity above {top / 1e3:.0f} km; that of the profile is used there")
     return Levels(
         readings.file, readings.time, altitude, values["pressure"], values["temperature"], gases, tuple(notes)
     )

@@ -232,7 +232,7 @@ def _at_place(data: Any, axes: dict[str, str], choice: Choice, file: Path) -> di
         if here is None:
             if nodes.size > 1:
                 raise InputError(
-                    f"holds columns at {nodes.size} nodes of {kind}; allowed: one, or a job whose site is the place",
+                    f"has columns at {nodes.size} nodes of {kind}; allowed: one, or a job whose site is the place",
                     file=file,
                 )
             selected[axes[kind]] = {0: 1.0}

@@ -59,7 +59,7 @@ class WyomingList:
                 positions[count, name] = (line, begin + len(cell) - len(cell.lstrip()) + 1)
                 if _cut(text, begin) or _cut(text, end):
                     raise InputError(
-                        f"{name}: found '{text.strip()[:40]}', whose columns do not stand below their names; allowed:"
+                        f"{name}: found '{text.strip()[:40]}', whose columns are not aligned with their names; allowed:"
                         " the list as it was downloaded, in columns of fixed width",
                         file=self.file,
                         line=line,

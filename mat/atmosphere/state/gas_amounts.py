@@ -118,7 +118,7 @@ def gas_factors(gases: Mapping[str, Floats], scale: Mapping[str, float], ppm: Ma
             raise InputError(f"{gas} has both a scale and an amount; give one of them")
         if gases[gas][0] <= 0:
             raise InputError(
-                f"the profile holds no {gas} at the ground, so that none can be scaled to {parts:g} ppm; give a scale"
+                f"the profile has no {gas} at the ground, so that none can be scaled to {parts:g} ppm; give a scale"
             )
         factors[gas] = parts * 1e-6 / gases[gas][0]
     return factors
@@ -190,7 +190,7 @@ def ozone_factor(altitude: Floats, density: Floats, column: float) -> float:
     if not (np.isfinite(column) and column >= 0):
         raise InputError(f"ozone column {column} DU is not allowed; give a finite number of at least 0")
     if present <= 0:
-        raise InputError("the profile holds no ozone that could be scaled to a column")
+        raise InputError("the profile has no ozone that could be scaled to a column")
     return column / present
 
 
@@ -201,7 +201,7 @@ def water_factor(
     saturated: Floats,
     column: float,
 ) -> float:
-    """Factor that gives water vapour a column, where no level holds more than saturated air does.
+    """Factor that gives water vapour a column, where no level has more than saturated air does.
 
     Parameters
     ----------

@@ -82,7 +82,7 @@ def with_ground_air(profile: Profile, ground: float, air: GroundAir) -> Profile:
     Raises
     ------
     InputError
-        Air that is hotter, colder or denser than any in nature, or humid air with a profile that holds no water vapour
+        Air that is hotter, colder or denser than any in nature, or humid air with a profile that has no water vapour
         at the ground.
     """
     altitude = np.union1d(ground + _HEIGHTS, profile.altitude[profile.altitude > ground])
@@ -186,13 +186,13 @@ def _water(profile: Profile, altitude: Floats, mixed: Booleans, air: GroundAir) 
         if max(air.vapour_pressure, air.mean_vapour_pressure) >= 0.5 * station:
             largest = max(air.vapour_pressure, air.mean_vapour_pressure)
             raise InputError(
-                f"found air of {station / 100:.0f} hPa that holds water vapour of {largest / 100:.0f} hPa in the"
+                f"found air of {station / 100:.0f} hPa that has water vapour of {largest / 100:.0f} hPa in the"
                 " weather; allowed: less than half; fix temperature, humidity or pressure"
             )
         at_ground, mean = (part / (station - part) for part in (air.vapour_pressure, air.mean_vapour_pressure))
         if mean > 0 and ratio[0] <= 0:
             raise InputError(
-                "the profile holds no water vapour at the ground that the weather's humidity could scale; give air:"
+                "the profile has no water vapour at the ground that the weather's humidity could scale; give air:"
                 " profile, or humidity in the sounding"
             )
         share = _air_mass_share(height)

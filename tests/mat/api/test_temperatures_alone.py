@@ -37,4 +37,4 @@ def test_what_needs_a_band_says_so(job, command):
 
 def test_a_contrast_needs_a_band(job):
     result = CliRunner().invoke(main, ["contrast", str(job.parent / "built"), "concrete", "concrete", "--range", "1"])
-    assert result.exit_code == 2 and "holds no band; build a job that has one" in result.output
+    assert result.exit_code == 2 and "has no band; build a job that has one" in result.output

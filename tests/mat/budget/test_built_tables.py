@@ -82,5 +82,5 @@ def test_readings_are_those_of_the_table_at_the_place_of_the_sight(make_views, t
 
 def test_a_missing_database_says_what_to_do(small_job, tmp_path):
     job = load_job(small_job).trimmed
-    with pytest.raises(InputError, match=r"holds no s01.htt.h5; build the job first: mat build"):
+    with pytest.raises(InputError, match=r"has no s01.htt.h5; build the job first: mat build"):
         Tables.open(tmp_path, 1, 1, "sun", job)

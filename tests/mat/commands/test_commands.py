@@ -118,7 +118,7 @@ def test_verify_is_0_for_good_files_1_for_changed_ones(mat, small_build, tmp_pat
     with h5py.File(changed, "r+") as file:
         file["reflectance"][0] = 0.5
     status, shown, complaint = mat("verify", changed, "--json")
-    assert status == 1 and json.loads(shown)["holds"] is False and "1 of 1 files fail" in complaint
+    assert status == 1 and json.loads(shown)["ok"] is False and "1 of 1 files fail" in complaint
     assert mat("verify", tmp_path / "none.h5")[0] == 2
 
 

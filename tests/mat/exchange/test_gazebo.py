@@ -87,7 +87,7 @@ def test_grey_spans_the_temperatures_and_is_never_empty(kelvin):
     [
         (["--unknown-material", "sea"], "lacks the material 'sea'"),
         (["--band", "b07"], "found the band 'b07'"),
-        (["--state", "2"], "holds no state 2"),
+        (["--state", "2"], "has no state 2"),
         (["--range", "900"], "allowed"),
     ],
 )

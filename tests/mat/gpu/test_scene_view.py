@@ -174,9 +174,7 @@ def test_what_a_scene_states_is_refused_as_an_option(scene, tmp_path):
     assert "--altitude goes with a folder" in done.output
 
 
-@pytest.mark.parametrize(
-    ("altitude", "height", "message"), [(0.9, 300.0, "stands at"), (0.995, 4.0, "the surface spans")]
-)
+@pytest.mark.parametrize(("altitude", "height", "message"), [(0.9, 300.0, "is at"), (0.995, 4.0, "the surface spans")])
 def test_a_scene_where_the_tables_are_not_is_refused_at_its_line(scene, tmp_path, altitude, height, message):
     content = yaml.safe_load(scene.read_text())
     content["surface"]["altitude_km"] = altitude

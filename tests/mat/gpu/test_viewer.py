@@ -132,7 +132,7 @@ def test_shade_without_the_response_to_it_is_refused_in_one_line(shaded_build, t
         del file["response_kernel"]
     done = CliRunner().invoke(main, ["view", str(folder), "--out", str(tmp_path / "out")])
     assert done.exit_code == 2
-    assert "holds no response to shade" in done.output and len(done.output.strip().splitlines()) == 1
+    assert "has no response to shade" in done.output and len(done.output.strip().splitlines()) == 1
 
 
 def test_the_first_picture_of_a_frame_has_the_values_of_every_third_texel(browser, page):
@@ -167,8 +167,8 @@ def test_nothing_in_the_folder_names_an_address(page):
     ("prepared", "message"),
     [
         (lambda folder: None, "is not a folder of databases"),
-        (lambda folder: folder.mkdir(), "holds no database"),
-        (lambda folder: (folder.mkdir(), (folder / "s01.htt.h5").touch()), "holds databases but no catalog.json"),
+        (lambda folder: folder.mkdir(), "has no database"),
+        (lambda folder: (folder.mkdir(), (folder / "s01.htt.h5").touch()), "has databases but no catalog.json"),
     ],
 )
 def test_a_folder_that_is_no_build_is_refused_in_one_line(tmp_path, prepared, message):

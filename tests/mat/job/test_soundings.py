@@ -52,7 +52,7 @@ def test_the_time_of_a_sounding_chooses_it_and_identifies_the_air(tmp_path):
     assert ground(loaded) == [20.0, 20.0, 20.6]
     first, same, other = (air_key(state) for state in loaded.trimmed.states)
     assert first == same != other
-    with pytest.raises(InputError, match="igra.txt: holds 2 soundings, 2 of them on the state's day"):
+    with pytest.raises(InputError, match="igra.txt: has 2 soundings, 2 of them on the state's day"):
         job_of(tmp_path, {"sounding": "igra.txt"})
 
 
@@ -62,7 +62,7 @@ def test_what_is_missing_or_of_another_season_is_warned_of(tmp_path):
     loaded = job_of(tmp_path, {"sounding": "igra.txt"}, {"sounding": "dry.csv"}, date="2026-07-15")
     assert loaded.warnings == (
         "state 1: sounding igra.txt is of 2026-01-15 06:00 UTC, 181 days from the state's date (warned beyond 7)",
-        "state 2: sounding dry.csv has no humidity above 2 km; that of the profile stands there",
+        "state 2: sounding dry.csv has no humidity above 2 km; that of the profile is used there",
     )
     assert job_of(tmp_path, {"sounding": "igra.txt"}, date="2026-01-20").warnings == ()
 

@@ -43,7 +43,7 @@ def pixel_radiance(
     ------
     InputError
         A pixel without material, a material that a table lacks, a value outside an axis, or a face in the shade and
-        the table of temperatures holds no response to it.
+        the table of temperatures has no response to it.
     """
     surface, air = NumpySurface.of(surface), NumpyAir.of(air)
     faces = _on_ground(surface, air, faces)

@@ -239,7 +239,7 @@ class ColumnResponse:
         absorbed : (P, FORCING_STEPS) ndarray
             Change of the absorbed heat, means over the steps [W m^-2].
         temperature : (P, FORCING_STEPS) ndarray
-            Of the table [K]; not a number where the table holds no such time.
+            Of the table [K]; not a number where the table has no such time.
         highest : (P,) ndarray
             That the surfaces cannot exceed because they melt [K].
 
@@ -508,7 +508,7 @@ def temperature_change(
     Raises
     ------
     InputError
-        The database holds no response, or a change is not finite.
+        The database has no response, or a change is not finite.
     """
     stored = StoredResponse.of(root)
     if absorbed.ndim == 0 or absorbed.shape[-1] == 0 or not np.all(np.isfinite(absorbed)):
@@ -672,7 +672,7 @@ def absorbed_change(
     Raises
     ------
     InputError
-        The database holds no response, or no such material.
+        The database has no response, or no such material.
     """
     StoredResponse.of(root)
     need_parts(root, (ABSORPTANCE, EMISSIVITY))

@@ -45,7 +45,7 @@ def test_only_the_whole_file_is_shaded(files):
     assert whole.shaded_temperature(material="asphalt_road", time=12) < whole.temperature(
         material="asphalt_road", time=12
     )
-    with pytest.raises(InputError, match="holds no response to shade"):
+    with pytest.raises(InputError, match="has no response to shade"):
         less.shaded_temperature(material="asphalt_road", time=12)
 
 

@@ -97,7 +97,7 @@ def test_no_light_from_below_or_from_opposite_directions():
 
 
 def test_narrow_lobe_tends_to_a_mirror():
-    """A narrow lobe holds 8 pi cos(theta_i) / (n + 2) sr, so that N_s is (n + 2) / 4 at every angle."""
+    """A narrow lobe has 8 pi cos(theta_i) / (n + 2) sr, so that N_s is (n + 2) / 4 at every angle."""
     assert normalisation(0.1) == pytest.approx((shininess(0.1) + 2.0) / 4.0, rel=1e-9)
 
 

@@ -74,7 +74,7 @@ def test_a_shaded_face_is_colder_by_day_and_after(one_material):
         ({"slope": 45.0, "azimuth": 0.0, "elevation": -10.0, "heading": 0.0}, "turned away from the observer"),
         ({"shade": ["25:00-26:00"]}, "shade: found '25:00'"),
         ({"band": "b09"}, "found the band 'b09'"),
-        ({"source": "moon"}, r"holds no \.lunar_atmq"),
+        ({"source": "moon"}, r"has no \.lunar_atmq"),
         ({"range": 500.0}, "allowed"),
     ],
 )

@@ -120,12 +120,12 @@ def test_layers_of_an_exr_are_read_by_name(tmp_path):
     assert read_layer(tmp_path / "a.exr", "V.N")[0, 0].tolist() == [0.0, 0.0, 1.0]
     assert read_layer(tmp_path / "a.exr", "id")[0, 0].tolist() == [3.0]
     with pytest.raises(
-        InputError, match=r"a.exr: holds no layer 'V.Depht'; did you mean 'V.Depth'\? allowed: id, V.Depth, V.N"
+        InputError, match=r"a.exr: has no layer 'V.Depht'; did you mean 'V.Depth'\? allowed: id, V.Depth, V.N"
     ):
         read_layer(tmp_path / "a.exr", "V.Depht")
-    with pytest.raises(InputError, match="holds 3 layers; name one of them with 'layer': id, V.Depth, V.N"):
+    with pytest.raises(InputError, match="has 3 layers; name one of them with 'layer': id, V.Depth, V.N"):
         read_layer(tmp_path / "a.exr", None)
-    with pytest.raises(InputError, match="holds no layer of Cryptomatte 'V'"):
+    with pytest.raises(InputError, match="has no layer of Cryptomatte 'V'"):
         read_cryptomatte(tmp_path / "a.exr", "V")
 
 
@@ -151,15 +151,15 @@ def header_of(path, shape):
         ("a.npy", lambda path: path.write_bytes(b"\x93NUMPY"), "is no array of numpy"),
         ("a.npy", lambda path: header_of(path, (10**6, 10**6)), "is no array of numpy"),
         ("a.npy", lambda path: np.save(path, np.zeros((2, 2), object)), "is no array of numpy"),
-        ("a.npy", lambda path: np.save(path, np.zeros(4)), "holds an array of shape \\(4,\\)"),
-        ("a.npy", lambda path: np.save(path, np.zeros((2, 0))), "holds an array of shape \\(2, 0\\)"),
+        ("a.npy", lambda path: np.save(path, np.zeros(4)), "has an array of shape \\(4,\\)"),
+        ("a.npy", lambda path: np.save(path, np.zeros((2, 0))), "has an array of shape \\(2, 0\\)"),
         ("a.npy", lambda path: np.save(path, np.zeros((2, 2), "U3")), "of <U3"),
         ("a.npy", lambda path: np.save(path, np.zeros((2, 2), complex)), "of complex128"),
-        ("a.npy", lambda path: np.save(path, np.zeros((2, 2, 9))), "holds 2 x 2 pixels; allowed"),
-        ("a.npy", lambda path: np.save(path, np.zeros((4000, 4000), np.int8)), "holds 4000 x 4000 pixels; allowed"),
+        ("a.npy", lambda path: np.save(path, np.zeros((2, 2, 9))), "has 2 x 2 pixels; allowed"),
+        ("a.npy", lambda path: np.save(path, np.zeros((4000, 4000), np.int8)), "has 4000 x 4000 pixels; allowed"),
         ("a.exr", lambda path: path.write_bytes(b"v/1\x01broken"), "cannot be read"),
         ("a.png", lambda path: path.write_bytes(b""), "cannot be read"),
-        ("a.png", lambda path: Image.new("L", (4000, 4000)).save(path), "holds 4000 x 4000 pixels; allowed"),
+        ("a.png", lambda path: Image.new("L", (4000, 4000)).save(path), "has 4000 x 4000 pixels; allowed"),
     ],
 )
 def test_a_file_that_is_no_picture_is_one_line(name, write, message, tmp_path):
@@ -222,8 +222,8 @@ def test_depth_of_carla_is_little_by_red(stored):
 @pytest.mark.parametrize(
     ("renderer", "values", "name", "message"),
     [
-        ("blender", np.zeros((3, 4, 3), np.uint8), "a.png", "holds 3 channels of uint8; allowed: one of depth"),
-        ("carla", np.zeros((3, 4, 3), np.uint16), "a.png", "holds 3 channels of uint16"),
+        ("blender", np.zeros((3, 4, 3), np.uint8), "a.png", "has 3 channels of uint8; allowed: one of depth"),
+        ("carla", np.zeros((3, 4, 3), np.uint16), "a.png", "has 3 channels of uint16"),
         ("airsim", METRES, "a.pfm", "whose rows AirSim's client writes from the top"),
     ],
 )
@@ -242,7 +242,7 @@ def test_normals_of_integers_span_minus_one_to_one(stored):
         InputError, match="found a normal without a direction in 1 pixels, the first in row 0, column 1"
     ):
         normals_of(stored(np.array([[[0.0, 0, 1], [0, 0, 0], [0, 0, 0]]])), met)
-    with pytest.raises(InputError, match="holds 2 channels; allowed: 3 at least"):
+    with pytest.raises(InputError, match="has 2 channels; allowed: 3 at least"):
         normals_of(stored(np.zeros((1, 3, 2))), met)
 
 
@@ -321,9 +321,9 @@ def test_a_matrix_that_is_no_pose_is_refused(matrix, message, frame, tmp_path):
 def test_files_of_poses_that_are_none_are_refused(frame, tmp_path):
     camera = {"field_of_view_deg": 50.0, "poses": "poses.txt"}
     for text, message in (
-        ("1 2 3", "holds no matrices of 4 x 4"),
-        ("a", "holds no matrices"),
-        ("", "holds no matrices|found 0"),
+        ("1 2 3", "has no matrices of 4 x 4"),
+        ("a", "has no matrices"),
+        ("", "has no matrices|found 0"),
     ):
         (tmp_path / "poses.txt").write_text(text)
         with pytest.raises(InputError, match=message):

@@ -381,7 +381,7 @@ def test_the_commands_check_and_draw_a_frame(frame_of, drawn, tmp_path, monkeypa
     file.write_text(json.dumps(model))
     run = CliRunner().invoke
     checked = run(main, ["check", "--allow-outside", "--buffers", str(file)])
-    assert checked.exit_code == 0 and "frame.yaml: holds; frames: 1" in checked.output
+    assert checked.exit_code == 0 and "frame.yaml: OK; frames: 1" in checked.output
     assert "note: " in checked.output and "(200); drawn as grass_green" in checked.output
     answer = run(main, ["render", "--allow-outside", "--buffers", str(file), "--out", str(tmp_path / "out"), "--json"])
     assert answer.exit_code == 0, answer.output

@@ -397,8 +397,8 @@ def test_a_grazing_camera_sees_finite_pixels(roofed):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"hours": [13.5]}, "found the sun at 75.4 degree at 13:30; s01b01.atmq.h5 holds up to 60"),
-        ({"state": 2}, "holds no state 2; allowed: 1"),
+        ({"hours": [13.5]}, "found the sun at 75.4 degree at 13:30; s01b01.atmq.h5 has up to 60"),
+        ({"state": 2}, "has no state 2; allowed: 1"),
         ({"bands": ["b07"]}, "bands.0: found the band 'b07'"),
         ({"databases": "nowhere"}, "contains no catalog.json; run mat build"),
         ({"sensors": {"b03": {"gain": 1.0}}}, "sensors.b03: found the band 'b03'"),
@@ -434,7 +434,7 @@ def test_hours_that_the_temperatures_lack_are_refused_at_their_key(plan, small_b
     part = replace(axis, values=np.array([18.0, 22.0, 27.0]), attributes=evening)
     surface = replace(surface, root=replace(surface.root, axes=surface.root.axes | {"time": part}))
     check_hours(plan(hours=[18.0, 23.5, 3.0]), surface)
-    with pytest.raises(InputError, match=r"hours: found 03:30, at which s01\.htt\.h5 holds no temperatures"):
+    with pytest.raises(InputError, match=r"hours: found 03:30, at which s01\.htt\.h5 has no temperatures"):
         check_hours(plan(hours=[2.0, 3.5]), surface)
 
 

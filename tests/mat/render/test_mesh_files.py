@@ -242,7 +242,7 @@ def beside_a_plain_one(made):
         (lambda made: made.document.update(scene=4), "a part refers to one that is not there"),
         (lambda made: made.document.update(nodes=3), "a part refers to one that is not there"),
         (lambda made: made.document["nodes"][0].update(rotation=[0, 0, 0, 0]), "a part refers to one that"),
-        (lambda made: made.primitive.update(mode=1), "holds no triangle"),
+        (lambda made: made.primitive.update(mode=1), "has no triangle"),
     ],
 )
 def test_what_is_not_understood_is_one_line(change, words, tmp_path):
@@ -258,7 +258,7 @@ def test_instances_beyond_the_limit_of_triangles_are_refused(tmp_path, monkeypat
     made = Gltf().extension("EXT_mesh_gpu_instancing")
     attributes = {"TRANSLATION": made.add(np.zeros((4, 3)))}
     made.document["nodes"][0]["extensions"] = {"EXT_mesh_gpu_instancing": {"attributes": attributes}}
-    with pytest.raises(InputError, match="holds 8 triangles or more"):
+    with pytest.raises(InputError, match="has 8 triangles or more"):
         _parts(made.write(tmp_path / "a.glb"))
 
 
@@ -329,7 +329,7 @@ def test_materials_of_obj_and_their_texture_scales(tmp_path):
         (VERTICES + "f 1 2\n", r"a\.obj:9: "),
         (VERTICES + "usemtl ground\nf 1/1 2/2 3/3\nf 1 3 4\n", "'ground' has corners with and without texture"),
         (VERTICES + "surf 0 1 0 1 1 2 3 4\n", r"a\.obj:9: found 'surf', a free-form curve or surface"),
-        (VERTICES, "holds no triangle"),
+        (VERTICES, "has no triangle"),
         ("v 0 0 0\nv 4 0 0\nv 4 4 0\nv 1 1 0\nv 3 2 0\nv 3 3 0\nv 0 4 0\nv 1 3 0\nf 1 2 4 3 5 7 6 8\n", "triangulate"),
     ],
 )

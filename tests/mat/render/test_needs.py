@@ -195,9 +195,9 @@ def test_the_sun_of_the_window_stands_within_its_limits(yard, tmp_path):
 def test_a_job_that_does_not_reach_the_scene_is_refused_at_its_place(yard, tmp_path):
     air, ground = "atmosphere_grid: ", "surface_grid: "
     for old, new, words in (
-        ("bands:", air + "{range_km: [0.001, 0.02]}\nbands:", "grid.range_km: holds 0.001 to 0.02; the scene .*widen"),
-        ("bands:", air + "{altitude_km: [5, 9]}\nbands:", "atmosphere_grid.altitude_km: holds 5 to 9; .*widen"),
-        ("bands:", ground + "{altitude_km: [0.1]}\nbands:", "surface_grid.altitude_km: holds 0.1 to 0.1; the scene"),
+        ("bands:", air + "{range_km: [0.001, 0.02]}\nbands:", "grid.range_km: has 0.001 to 0.02; the scene .*widen"),
+        ("bands:", air + "{altitude_km: [5, 9]}\nbands:", "atmosphere_grid.altitude_km: has 5 to 9; .*widen"),
+        ("bands:", ground + "{altitude_km: [0.1]}\nbands:", "surface_grid.altitude_km: has 0.1 to 0.1; the scene"),
         ("[asphalt_road, brick_red, concrete]", "[asphalt_road]", "materials: lacks 'brick_red', which .* shows"),
         ("sources: [sun]", "sources: [moon]", "source: found sun; job.yaml builds moon"),
     ):

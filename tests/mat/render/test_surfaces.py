@@ -98,7 +98,7 @@ def test_a_mesh_without_a_surface_is_refused(scene_of, write_glb, tmp_path, corn
 
 def test_a_mesh_without_triangles_is_refused(scene_of, write_glb, tmp_path):
     write_glb([], tmp_path / "empty.glb")
-    with pytest.raises(InputError, match="holds no triangle"):
+    with pytest.raises(InputError, match="has no triangle"):
         surface_of_scene(scene_of(surface=mesh(tmp_path / "empty.glb", {"ground": "asphalt_road"})))
 
 

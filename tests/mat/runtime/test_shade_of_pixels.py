@@ -121,7 +121,7 @@ def test_a_file_without_the_response_refuses_shade_in_one_line(tables, faces, vi
     kept = {name: held for name, held in surface.root.variables.items() if name in ("temperature", "material_name")}
     bare = replace(surface, root=replace(surface.root, variables=kept))
     assert pixel_radiance(bare, band, air, faces, view).radiance.shape == (COUNT,)
-    with pytest.raises(InputError, match=r"holds no response to shade; build it again, without needs.shade: false$"):
+    with pytest.raises(InputError, match=r"has no response to shade; build it again, without needs.shade: false$"):
         pixel_radiance(bare, band, air, shaded(faces), view)
 
 

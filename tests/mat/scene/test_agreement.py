@@ -59,7 +59,7 @@ def test_water_vapour_that_the_job_states_against_the_weather(warnings):
 
 @pytest.mark.parametrize(("aloft", "said"), [(66, False), (0.05, True)])
 def test_a_sounding_that_is_dry_aloft_only(tmp_path, warnings, aloft, said):
-    """13.9 g m^-3 at the ground, and next to nothing above: half of the first 100 m holds 0.7 mm, a height of 50 m."""
+    """13.9 g m^-3 at the ground, and next to nothing above: half of the first 100 m has 0.7 mm, a height of 50 m."""
     rows = f"0,1013,21,76\n100,1001,20.5,{aloft}\n1000,902,16.5,{aloft}\n2000,802,12,{aloft}\n9000,310,-40,{aloft}\n"
     (tmp_path / "sounding.csv").write_text("altitude[m],pressure[hPa],temperature[C],relative_humidity[%]\n" + rows)
     texts = [text for text in warnings({"weather": AGREES, "sounding": "sounding.csv"}) if "mm of water above" in text]

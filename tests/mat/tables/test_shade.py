@@ -300,12 +300,12 @@ def test_a_file_without_the_response_says_what_to_do(day, tmp_path):
     bare = open_file(tmp_path / "bare.h5")
     assert bare.temperature(material="asphalt_road", time=12) > 300
     for call in (bare.shaded_temperature, lambda **where: bare.temperature(**where, absorbed_change=[1.0])):
-        with pytest.raises(InputError, match="holds no response to shade; build it again, without needs.shade: false"):
+        with pytest.raises(InputError, match="has no response to shade; build it again, without needs.shade: false"):
             call(material="asphalt_road", time=12)
 
 
 def test_a_table_of_part_of_the_day_is_shaded_too(day, tmp_path):
-    # Where the table holds no time, the loss is taken at air temperature.
+    # Where the table has no time, the loss is taken at air temperature.
     root, _ = read_file(day.table.path)
     nodes = np.array([9.0, 11.0, 13.0, 15.0])
     time = replace(

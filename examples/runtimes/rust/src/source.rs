@@ -56,7 +56,7 @@ impl Source {
         let file = File::open(path).map_err(|_| unreadable())?;
         let (filetype, version) = (text(&file, "filetype")?, text(&file, "format_version")?);
         if !filetypes.contains(&filetype.as_str()) || version.split('.').next() != FORMAT.split('.').next() {
-            return Err(Error::file(format!("holds '{filetype}' {version}; allowed: {} in formats {}.x", filetypes.join(" or "), FORMAT.split('.').next().unwrap_or_default())));
+            return Err(Error::file(format!("has '{filetype}' {version}; allowed: {} in formats {}.x", filetypes.join(" or "), FORMAT.split('.').next().unwrap_or_default())));
         }
         Ok((Source { file, bytes: PACKING * on_disk.len() + SMALL }, filetype))
     }

@@ -288,7 +288,7 @@ impl Tables {
     /// A file without tracks, or a time outside them.
     pub fn source_position(&self, time: f64) -> Result<(f64, f64)> {
         if !self.surface.has(c"sun_elevation") {
-            return Err(Error::value("the surface file holds no tracks of Sun and Moon"));
+            return Err(Error::value("the surface file has no tracks of Sun and Moon"));
         }
         let moon = self.air.filetype == "lunar_atmq";
         let names = if moon { ["moon_elevation", "moon_azimuth"] } else { ["sun_elevation", "sun_azimuth"] };

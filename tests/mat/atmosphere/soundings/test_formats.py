@@ -191,7 +191,7 @@ def test_humidity_that_ends_below_the_top_goes_on_as_the_profile_has_it(tmp_path
     text = "altitude[m],pressure[hPa],temperature[C],dew_point[C]\n10,1010,20,12\n1500,846.4,10,-2\n5600,505.5,-16,\n"
     levels = read_levels(saved(tmp_path, text, "air.csv"))
     assert np.isnan(levels.mole_fraction["H2O"][-1])
-    assert levels.notes == ("has no humidity above 2 km; that of the profile stands there",)
+    assert levels.notes == ("has no humidity above 2 km; that of the profile is used there",)
     above = load_profile("us_standard")
     water = continued(levels, above).mole_fraction["H2O"]
     at = np.interp(5600.0, above.altitude, above.mole_fraction["H2O"])
@@ -226,7 +226,7 @@ def test_archives_of_several_soundings_are_read_at_the_time_that_is_asked_for(tm
         assert (found.time, found.temperature[0]) == (evening, pytest.approx(294.15))
         day = (evening - timedelta(hours=6), evening + timedelta(hours=18))
         assert read_levels(file, Choice(day=day)).time == evening
-        with pytest.raises(InputError, match=r"holds 2 soundings, 0 of them on .* 2026-01-15 06:00 UTC"):
+        with pytest.raises(InputError, match=r"has 2 soundings, 0 of them on .* 2026-01-15 06:00 UTC"):
             read_levels(file)
         with pytest.raises(InputError, match="no sounding within 12 h of 2026-01-17 00:00 UTC"):
             read_levels(file, Choice(time=datetime(2026, 1, 17, tzinfo=UTC)))
@@ -256,9 +256,9 @@ def test_a_grid_is_interpolated_in_place_and_time_or_the_nearest_taken(tmp_path,
             "ends at -34.75; the site lies outside, at -40",
         ),
         (Choice((-35.0, 20.0), datetime(2026, 1, 15, tzinfo=UTC)), "the site lies outside, at 20"),
-        (Choice((-35.0, 138.2)), "holds 2 soundings, 0 of them"),
+        (Choice((-35.0, 138.2)), "has 2 soundings, 0 of them"),
         (Choice((-35.0, 138.2), datetime(2026, 3, 1, tzinfo=UTC)), "no sounding within 12 h of 2026-03-01"),
-        (Choice(time=datetime(2026, 1, 15, tzinfo=UTC)), "holds columns at 2 nodes of latitude; allowed: one"),
+        (Choice(time=datetime(2026, 1, 15, tzinfo=UTC)), "has columns at 2 nodes of latitude; allowed: one"),
     ],
 )
 def test_a_place_or_time_that_a_grid_does_not_hold_is_refused(tmp_path, choice, message):
@@ -304,7 +304,7 @@ def test_wrong_netcdf_is_one_clear_line(tmp_path, change, message):
         (igra_text().replace("    6 ncdc", "    9 ncdc"), r"air.txt:1:1: found no header of a sounding with as many"),
         (wyoming_text().replace("   20.0", "   2x.0"), r"air.txt:9:18: temperature: found '2x.0'"),
         (wyoming_text().replace("    hPa     m", "    hPa furlong"), r"air.txt:6:1: found the unit 'furlong' of HGHT"),
-        (wyoming_text().replace(" 1010.0 ", "1010.00  "), r"air.txt:9:.*columns do not stand below their names"),
+        (wyoming_text().replace(" 1010.0 ", "1010.00  "), r"air.txt:9:.*columns are not aligned with their names"),
         (wyoming_text().replace("    hPa", ""), r"air.txt:6:1: found 10 units below 11 names"),
         (
             wyoming_text().replace("   TEMP   DWPT", "   TEMP-  DWPT"),

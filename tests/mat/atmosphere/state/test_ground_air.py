@@ -180,7 +180,7 @@ def test_the_weight_of_the_air_is_its_pressure():
         (weather(300.0, mean=130.0), "found air of 130.0 K"),
         (weather(330.0, altitude=5000.0, humidity=0.0), "found air of 362.5 K"),
         (weather(290.0, pressure=115e3), "found air of 1150 hPa at the ground by the weather; allowed: at most 1100"),
-        (weather(334.0, humidity=100.0, pressure=25e3), "found air of 250 hPa that holds water vapour of 208 hPa"),
+        (weather(334.0, humidity=100.0, pressure=25e3), "found air of 250 hPa that has water vapour of 208 hPa"),
     ],
 )
 def test_air_of_no_place_is_refused_in_one_line(air, message):
@@ -198,6 +198,6 @@ def test_humidity_over_a_profile_without_water_is_refused():
         profile.temperature,
         profile.mole_fraction | {"H2O": np.zeros_like(profile.altitude)},
     )
-    with pytest.raises(InputError, match="the profile holds no water vapour at the ground"):
+    with pytest.raises(InputError, match="the profile has no water vapour at the ground"):
         with_ground_air(dry, 0.0, weather(290.0))
     assert np.all(with_ground_air(dry, 0.0, weather(290.0, humidity=0.0)).mole_fraction["H2O"] == 0)

@@ -235,7 +235,7 @@ def test_gas_amounts():
 
 
 def test_saturated_hot_air():
-    """Fog in the heat: 100 % at 45 C holds 64.8 g m^-3 (Smithsonian Meteorological Tables: 65.3 g m^-3)."""
+    """Fog in the heat: 100 % at 45 C has 64.8 g m^-3 (Smithsonian Meteorological Tables: 65.3 g m^-3)."""
     text = "altitude[m],pressure[hPa],temperature[C],relative_humidity[%]\n0,1000,45,100\n1000,896.5,38,100\n"
     state = AtmosphericState.from_profile(read_sounding(text, "hot.csv", load_profile("tropical")))
     vapour = state.number_density[0] * state.mole_fraction["H2O"][0] * 18.015e-3 / 6.02214e23

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from skyshine.mat.commands import completions
 from skyshine.schemas.commands import echo_table, emit_json, json_option
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
@@ -20,9 +21,14 @@ SHOWN_STEPS = 12  # of the computed ones between the rows of the text
 
 @click.command(epilog="Example: mat contrast demo/built asphalt_road grass_green --range 2 --out contrast.png")
 @click.argument("folder", type=click.Path())
-@click.argument("material")
-@click.argument("background")
-@click.option("--band", metavar="NAME", help="Name of one band, b01 if the job gives no name; by default all bands.")
+@click.argument("material", shell_complete=completions.materials)
+@click.argument("background", shell_complete=completions.materials)
+@click.option(
+    "--band",
+    shell_complete=completions.bands,
+    metavar="NAME",
+    help="Name of one band, b01 if the job gives no name; by default all bands.",
+)
 @click.option(
     "--state", type=click.IntRange(1), default=1, show_default=True, help="Number of the state, counted from 1."
 )

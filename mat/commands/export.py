@@ -6,6 +6,7 @@ import importlib
 from pathlib import Path
 
 import click
+from click.shell_completion import CompletionItem
 
 from skyshine.schemas.errors import InputError, nearest
 
@@ -26,6 +27,8 @@ class _Forms(click.Group):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         form, remaining = _form_of(args)
+        if form is None and ctx.resilient_parsing:  # a shell completes the word after --to
+            return super().parse_args(ctx, [])
         if form is None and any(word in ctx.help_option_names for word in remaining):
             return super().parse_args(ctx, ["--help"])
         if form is None:
@@ -39,6 +42,10 @@ class _Forms(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         name, command, remaining = super().resolve_command(ctx, args)
         return f"--to {name}", command, remaining
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        to = [CompletionItem("--to", help="Format to write.")] if "--to".startswith(incomplete) else []
+        return to + super().shell_complete(ctx, incomplete)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(FORMS)

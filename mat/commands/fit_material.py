@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from skyshine.mat.commands import completions
 from skyshine.schemas.commands import echo_table, emit_json, json_option, progress
 from skyshine.schemas.errors import InputError
 
@@ -22,7 +23,11 @@ if TYPE_CHECKING:
     "--record", required=True, type=click.Path(), metavar="CSV", help="Weather and measured skin temperature."
 )
 @click.option(
-    "--material", required=True, metavar="NAME|FILE", help="Material with the start values and all fixed parameters."
+    "--material",
+    shell_complete=completions.materials_or_files,
+    required=True,
+    metavar="NAME|FILE",
+    help="Material with the start values and all fixed parameters.",
 )
 @click.option("--free", required=True, metavar="NAME,NAME...", help="Parameters to fit; see below.")
 @click.option(

@@ -6,11 +6,18 @@ from pathlib import Path
 
 import click
 
+from skyshine.mat.commands import completions
+
 
 @click.command(epilog="Example: mat export demo/built --to gazebo --hour 14 --band 8-12 --range 1.5 --out media")
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--hour", type=click.FloatRange(0, 24), required=True, help="Local clock time, h.")
-@click.option("--band", metavar="NAME", help="Name of the band; required if the folder has several.")
+@click.option(
+    "--band",
+    shell_complete=completions.bands,
+    metavar="NAME",
+    help="Name of the band; required if the folder has several.",
+)
 @click.option(
     "--state", type=click.IntRange(1), default=1, show_default=True, help="Number of the state, counted from 1."
 )
@@ -41,7 +48,10 @@ import click
     "--altitude", type=float, metavar="KM", help="Altitude of the surfaces; by default the lowest of the tables."
 )
 @click.option(
-    "--unknown-material", metavar="NAME", help="Material of texels without material; by default they are refused."
+    "--unknown-material",
+    shell_complete=completions.materials,
+    metavar="NAME",
+    help="Material of texels without material; by default they are refused.",
 )
 @click.option("--out", required=True, type=click.Path(file_okay=False, path_type=Path), help="Output folder.")
 def command(

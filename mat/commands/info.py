@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from skyshine.mat.commands import completions
 from skyshine.schemas.commands import echo_table, emit_json, json_option
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.quantity import quantity
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 @click.option("--out", type=click.Path(), help="Draw FILE into this PNG file, several FILES into this folder.")
 @click.option(
     "--preset",
+    shell_complete=completions.presets,
     is_flag=False,
     flag_value=ALL_PRESETS,
     metavar="[NAME]",

@@ -2,11 +2,14 @@
 
 import click
 
+from skyshine.mat.commands import completions
+
 
 @click.command(epilog="Example: mat init demo && mat build demo/job.yaml")
 @click.argument("folder", type=click.Path())
 @click.option(
     "--example",
+    shell_complete=completions.examples,
     default="starter",
     show_default=True,
     help="Name of the job: airfield, dead_sea, desert_vehicle, frames, ship, street, urban_canyon, year.",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from skyshine.mat.commands import completions
 from skyshine.mat.commands.fit_material import fit
 from skyshine.mat.commands.material_card import draw_card, draw_spectra
 from skyshine.mat.commands.new_material import new
@@ -49,7 +50,7 @@ for part in (fit, new, specular):
 
 
 @command.command("show", epilog="Example: mat materials show concrete --out concrete.png")
-@click.argument("name", required=False)
+@click.argument("name", required=False, shell_complete=completions.materials)
 @click.option(
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import click
@@ -14,7 +14,7 @@ from skyshine.schemas.documents import plain_value
 from skyshine.schemas.errors import InputError
 
 _NUMBERS: dict[str, Any] = {"number": click.FloatRange, "integer": click.IntRange}
-_METAVARS = {"array": "LIST", "object": "MAPPING", "string": "FILE"}
+_METAVARS = {"array": "LIST", "integer": "NUMBER", "number": "NUMBER", "string": "FILE"}
 
 
 class YamlValue(click.ParamType):  # type: ignore[type-arg]  # generic only since click 8.5
@@ -96,7 +96,8 @@ def _default(value: Any) -> str:
 
 def _kind(content: Mapping[str, Any]) -> tuple[str, Any]:
     """Placeholder and type of an option for values of a JSON Schema."""
-    kinds = [part for part in content.get("anyOf", [content]) if part.get("type") != "null"]
+    choices = [inner for part in content.get("anyOf", [content]) for inner in part.get("oneOf", [part])]
+    kinds = [part for part in choices if part.get("type") != "null"]
     (first, *others) = kinds
     if not others and first.get("type") in _NUMBERS:
         lower, upper = first.get("exclusiveMinimum"), first.get("exclusiveMaximum")
@@ -105,7 +106,13 @@ def _kind(content: Mapping[str, Any]) -> tuple[str, Any]:
         return "NUMBER", _NUMBERS[first["type"]](**limits)
     if not others and "enum" in first:
         return "NAME", click.Choice(first["enum"])
-    names = [name for kind in kinds for name in kind.get("enum", [])] + content.get("examples", [])
-    if names:
-        return "NAME|MAPPING" if others else "NAME", YamlValue(names)
-    return _METAVARS.get(first.get("type", "object" if "$ref" in first else ""), "VALUE"), YamlValue([])
+    names = [name for kind in kinds for name in (kind.get("enum") or [kind[key] for key in ("const",) if key in kind])]
+    names += content.get("examples", [])
+    return "|".join(dict.fromkeys(_word(kind, names) for kind in kinds)), YamlValue(names)
+
+
+def _word(kind: Mapping[str, Any], names: Sequence[str]) -> str:
+    """Placeholder of one of the kinds of value."""
+    if "enum" in kind or "const" in kind or (kind.get("type") == "string" and names):
+        return "NAME"
+    return _METAVARS.get(kind.get("type", ""), "MAPPING")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from skyshine.mat.commands import completions
 from skyshine.mat.commands.model_options import model_options
 from skyshine.mat.job.own_materials import THERMAL, OwnMaterial, of_first_layer
 from skyshine.schemas.commands import emit_json, json_option
@@ -19,8 +20,14 @@ UNITS = ["um", "nm", "angstrom", "m", "cm-1"]
     epilog="Example: mat materials new hangar_roof --absorptance 0.32 --emissivity 0.87 --like paint_white_on_metal",
 )
 @click.argument("name")
-@click.option("--like", required=True, metavar="NAME", help="Base material for all unspecified properties.")
-@model_options(OwnMaterial, {key: key for key in OwnMaterial.model_fields if key != "like"})
+@click.option(
+    "--like",
+    shell_complete=completions.materials,
+    required=True,
+    metavar="NAME",
+    help="Base material for all unspecified properties.",
+)
+@model_options(OwnMaterial, {key: key for key in ("absorptance", "emissivity", *THERMAL)})
 @click.option(
     "--spectrum",
     type=click.Path(path_type=Path),
@@ -31,6 +38,7 @@ UNITS = ["um", "nm", "angstrom", "m", "cm-1"]
 @click.option("--quantity", type=click.Choice(["reflectance", "emissivity"]), help="Quantity of its values.")
 @click.option("--wavelengths", type=click.Path(path_type=Path), help="File of the wavelengths of a USGS text file.")
 @click.option("--record", help="Name of the spectrum in an ENVI library or a table of many.")
+@click.option("--description", help="Description for the list of materials, one line.")
 @click.option("--code", type=click.IntRange(1, 65535), help="Material code; by default the first free one from 1001.")
 @click.option(
     "--out",

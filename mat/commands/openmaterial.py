@@ -6,9 +6,11 @@ from pathlib import Path
 
 import click
 
+from skyshine.mat.commands import completions
+
 
 @click.command(epilog="Example: mat export concrete asphalt_road --to openmaterial --out exchange")
-@click.argument("names", nargs=-1)
+@click.argument("names", nargs=-1, shell_complete=completions.materials)
 @click.option("--out", required=True, type=click.Path(file_okay=False, path_type=Path), help="Output folder.")
 def command(names: tuple[str, ...], out: Path) -> None:
     """Write the materials NAMES, by default all, as files of ASAM OpenMATERIAL 3D.

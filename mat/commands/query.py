@@ -4,6 +4,7 @@ import math
 
 import click
 
+from skyshine.mat.commands import completions
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.plain_numbers import plain_number
@@ -14,7 +15,7 @@ from skyshine.schemas.quantity import quantity
     epilog="Example: mat query built/s01.htt.h5 temperature material=concrete altitude=0 azimuth=180 slope=30 time=14.5"
 )
 @click.argument("file", type=click.Path())
-@click.argument("name", metavar="QUANTITY")
+@click.argument("name", metavar="QUANTITY", shell_complete=completions.quantities)
 @click.argument("where", nargs=-1, metavar="AXIS=VALUE...")
 @click.option("--clamp", is_flag=True, help="Clamp values outside an axis to its nearest end.")
 @json_option

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from skyshine.mat.commands import completions
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
@@ -18,7 +19,11 @@ if TYPE_CHECKING:
 
 @click.command("temperature")
 @click.option(
-    "--material", required=True, metavar="NAME|FILE", help="Material of the library, or a file of the layout of ht/."
+    "--material",
+    shell_complete=completions.materials_or_files,
+    required=True,
+    metavar="NAME|FILE",
+    help="Material of the library, or a file of the layout of ht/.",
 )
 @click.option(
     "--slope",

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 import pytest
+from click.shell_completion import ShellComplete
 
 from skyshine.mat.cli import main as mat
 from skyshine.tmm.cli import main as tmm
@@ -74,7 +75,14 @@ def test_help_has_a_line_for_each_command(program, capsys):
 
 
 @pytest.mark.parametrize(
-    ("typed", "completed"), [("mat bui", "build"), ("mat build --jo", "--jobs"), ("tmm cla", "classify")]
+    ("typed", "completed"),
+    [
+        ("mat bui", "build"),
+        ("mat build --jo", "--jobs"),
+        ("tmm cla", "classify"),
+        ("mat contrast built asph", "asphalt_road"),
+        ("mat spectrum --profile tro", "tropical"),
+    ],
 )
 def test_bash_completes_commands_and_options(typed, completed):
     """As the script of `_MAT_COMPLETE=bash_source mat` asks for it."""
@@ -88,3 +96,29 @@ def test_bash_completes_commands_and_options(typed, completed):
     source = {f"_{name.upper()}_COMPLETE": "bash_source"}
     script = subprocess.run([program], env=os.environ | source, capture_output=True, text=True, check=True).stdout
     assert f"complete -o nosort -F _{name}_completion {name}" in script
+
+
+@pytest.mark.parametrize(
+    ("words", "incomplete", "completed"),
+    [
+        (["materials"], "asphalt_r", {"asphalt_road", "asphalt_road_new", "asphalt_runway_black"}),
+        (["materials", "new", "mine", "--like"], "concrete_l", {"concrete_light"}),
+        (["temperature", "--material"], "concrete_l", {"concrete_light", "concrete_l"}),  # or a file
+        (["contrast", "FOLDER", "concrete"], "concrete_l", {"concrete_light"}),
+        (["contrast", "FOLDER", "a", "b", "--band"], "b0", {"b01"}),
+        (["contrast", "nowhere", "a", "b", "--band"], "b0", set()),
+        (["export", "FOLDER", "--to", "gazebo", "--band"], "", {"b01"}),
+        (["export", "--to"], "g", {"gpu", "gazebo"}),
+        (["export"], "--t", {"--to"}),
+        (["query", "FOLDER/b01.band.h5"], "blackbody_r", {"blackbody_radiance"}),
+        (["query", "nowhere.h5"], "", set()),
+        (["info", "--preset"], "thin", {"thin_cirrus"}),
+        (["init", "demo", "--example"], "urb", {"urban_canyon"}),
+        (["spectrum", "--stratosphere"], "back", {"background"}),
+        (["spectrum", "--aerosol-optical-depth"], "t", {"typical"}),
+    ],
+)
+def test_names_are_completed(words, incomplete, completed, small_build):
+    words = [word.replace("FOLDER", str(small_build)) for word in words]
+    shown = {item.value for item in ShellComplete(mat, {}, "mat", "_MAT_COMPLETE").get_completions(words, incomplete)}
+    assert shown == completed

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,16 +13,13 @@ import numpy as np
 from skyshine.mat.builder.failures import unread_sites
 from skyshine.mat.job.load import JobSites, LoadedJob, job_sites
 from skyshine.mat.job.own_materials import job_materials
-from skyshine.mat.plan.cost import estimate
 from skyshine.mat.plan.left_out import LeftOut
-from skyshine.mat.plan.physics import physics_left_out
-from skyshine.mat.plan.plan import FLOAT_BYTES, Plan, Task, make_plan
+from skyshine.mat.plan.plan import FLOAT_BYTES, Plan, make_plan
+from skyshine.mat.plan.resources import Resources, resources, together
 from skyshine.mat.plan.size import check_size
-from skyshine.mat.plan.twins import twins_left_out
 from skyshine.mat.products.reach import tolerance_notes
 from skyshine.mat.scene.agreement import air_warnings, twilight_warnings
 from skyshine.mat.scene.check import check_scene
-from skyshine.mat.scene.continuum_spread import spread_warnings
 from skyshine.mat.scene.ground_notes import ground_notes
 from skyshine.mat.scene.sources import source_hours
 from skyshine.mat.scene.summary import state_summaries
@@ -42,32 +40,52 @@ class JobCheck(Result):
     ----------
     loaded : LoadedJob
     plan : Plan
-    left_out : list of LeftOut
-        Each omission with its reason, the bound of the change and the way to restore it.
     source_up : dict of str to list of (str, str)
         Local clock times between which each source is up, on the day of the first state.
     states : list of dict
-        Summary of each state.
-    seconds : dict of str to float
-        Processor seconds by stage, estimated within a factor of two.
+        Summary of each state, of one site after the other.
+    cost : Resources
+        Processor time, hours on so many cores, disk and memory, estimated within a factor of 1.5.
     warnings : list of str
         Contradictions between weather, profile, sounding and the site of a weather file, and tolerances that a build
         will probably not reach, with numbers.
     surfaces : list of str
         What the job changes in materials of the library, with numbers.
     sites : tuple of str
-        Names of the sites, of a job that has several; states, times of sources and what is left out are of the first.
+        Names of the sites, of a job that has several; times of sources and what is left out are of the first.
     """
 
     loaded: LoadedJob
     plan: Plan
-    left_out: list[LeftOut]
     source_up: dict[str, list[tuple[str, str]]]
     states: list[dict[str, Any]]
-    seconds: dict[str, float]
+    cost: Resources
     warnings: list[str]
     surfaces: list[str]
     sites: tuple[str, ...] = ()
+
+    @cached_property
+    def left_out(self) -> list[LeftOut]:
+        """Each omission with its reason, the bound of the change and the way to restore it; computed when asked for."""
+        from skyshine.mat.plan.physics import physics_left_out
+        from skyshine.mat.plan.twins import twins_left_out
+
+        job = self.loaded
+        return [*self.plan.left_out, *twins_left_out(job, self.plan.materials), *physics_left_out(job)]
+
+    @cached_property
+    def continua(self) -> list[str]:
+        """What the choice between water vapour continua changes in the bands, where it is much; computed when asked
+        for.
+        """
+        from skyshine.mat.scene.continuum_spread import spread_warnings
+
+        return spread_warnings(self.loaded)
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """Processor seconds by stage."""
+        return self.cost.seconds
 
     @property
     def files(self) -> list[str]:
@@ -107,8 +125,7 @@ class JobCheck(Result):
     def __repr__(self) -> str:
         return (
             f"<JobCheck '{self.loaded.trimmed.name}': {len(self.files)} files, {len(self.materials)} materials,"
-            f" {self.bytes / 1e6:.1f} MB, about {sum(self.seconds.values()):.0f} s of one core,"
-            f" {len(self.left_out)} items omitted>"
+            f" {self.cost.disk / 1e6:.1f} MB, about {self.cost.total:.0f} s of one core>"
         )
 
 
@@ -137,32 +154,27 @@ def check(job: str | os.PathLike[str] | Mapping[str, Any]) -> JobCheck:
 
 
 def _checked_sites(sites: JobSites) -> JobCheck:
-    """The plan of all sites: each is read and checked as a build does; what else is said is of the first, its processor
-    seconds times the number of sites.
-    """
+    """The plan of all sites: each is read and checked as a build does."""
     failed: dict[str, InputError] = {}
-    warnings: list[str] = []
-    tasks: dict[tuple[str, ...], Task] = {}
-    result: JobCheck | None = None
+    parts: dict[str, JobCheck] = {}
     for number, name in enumerate(sites.names):
         try:
             loaded = sites.load(number)
             plan = make_plan(loaded, job_materials(loaded.trimmed.own_materials))
             check_size(loaded, plan, len(sites.names))
-            check_scene(loaded)
-            result = result or checked(loaded)
+            parts[name] = checked(loaded)
         except InputError as error:
             failed[name] = error
-            continue
-        warnings += [f"site {name}: {text}" for text in loaded.warnings]
-        tasks |= {task.files: task for task in plan.tasks}
-    if failed or result is None:
+    if failed:
         raise unread_sites(failed)
+    first = next(iter(parts.values()))
+    tasks = {task.files: task for part in parts.values() for task in part.plan.tasks}  # bands are of all sites
     return replace(
-        result,
-        plan=replace(result.plan, tasks=tuple(tasks.values())),
-        seconds={stage: len(sites.names) * seconds for stage, seconds in result.seconds.items()},
-        warnings=[*(text for text in result.warnings if text not in result.loaded.warnings), *warnings],
+        first,
+        plan=replace(first.plan, tasks=tuple(tasks.values())),
+        states=[state | {"site": name} for name, part in parts.items() for state in part.states],
+        cost=together([part.cost for part in parts.values()]),
+        warnings=[f"site {name}: {text}" for name, part in parts.items() for text in part.warnings],
         sites=sites.names,
     )
 
@@ -181,15 +193,13 @@ def checked(loaded: LoadedJob) -> JobCheck:
     return JobCheck(
         loaded,
         plan,
-        [*plan.left_out, *twins_left_out(loaded, plan.materials), *physics_left_out(loaded)],
         source_hours(loaded.trimmed.on_date_of_state(1)),
         state_summaries(loaded.trimmed),
-        estimate(loaded, plan),
+        resources(loaded, plan),
         [
             *loaded.warnings,
             *air_warnings(loaded.trimmed),
             *twilight_warnings(loaded.trimmed),
-            *spread_warnings(loaded),
             *tolerance_notes(loaded, plan.materials),
         ],
         [*surface_notes(loaded.trimmed, plan.materials), *ground_notes(loaded.trimmed, plan.materials)],

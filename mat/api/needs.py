@@ -48,7 +48,7 @@ class JobNeeds:
         full, reduced = self.whole, self.reduced
         return (
             f"{reduced.bytes / 1e6:.1f} MB of {full.bytes / 1e6:.1f} MB,"
-            f" {sum(reduced.seconds.values()):.0f} s of {sum(full.seconds.values()):.0f} s of one core, estimated"
+            f" {reduced.cost.total:.0f} s of {full.cost.total:.0f} s of one core, estimated"
         )
 
     def write(self, path: str | os.PathLike[str]) -> Path:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from itertools import groupby
+from collections import Counter
+from itertools import count, groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +17,10 @@ from skyshine.schemas.quantity import quantity
 if TYPE_CHECKING:
     from skyshine.mat.api.check import JobCheck
     from skyshine.mat.job.model import Job
+    from skyshine.mat.plan.resources import Resources
 
 MANY_STATES = 12  # beyond these their files are not listed one by one
+_LINES = 4  # of states and of warnings, without --verbose
 
 
 @click.command(epilog="Example: mat check demo/job.yaml --scene demo/scene.yaml --out demo/less.yaml")
@@ -41,10 +44,13 @@ MANY_STATES = 12  # beyond these their files are not listed one by one
     help="With --scene: minimum pixel fraction; rarer materials are replaced by the most similar one.",
 )
 @click.option("--buffers", is_flag=True, help="JOB is a frame file of mat render --buffers.")
+@click.option("--verbose", is_flag=True, help="All files and states, and what is skipped or approximated, with bounds.")
 @allow_outside_option
 @json_option
-def command(job: Path, scene: Path | None, out: Path | None, least_share: float, buffers: bool, as_json: bool) -> None:
-    """Check JOB; print the files to build, what is omitted and why, when each light source is up, and the size.
+def command(
+    job: Path, scene: Path | None, out: Path | None, least_share: float, buffers: bool, verbose: bool, as_json: bool
+) -> None:
+    """Check JOB; print its states, when each light source is up, and the time, disk and memory that a build takes.
 
     With --scene, cast the rays of its cameras and print the ranges, elevations, altitudes, slopes, azimuths, materials,
     hours, bands and source elevations that its frames read: a job with these needs builds nothing else. With --buffers,
@@ -64,7 +70,7 @@ def command(job: Path, scene: Path | None, out: Path | None, least_share: float,
     if as_json:
         emit_json(_as_json(result))
     else:
-        _print(result)
+        _print(result, verbose)
 
 
 def _check_frame(file: Path, as_json: bool) -> None:
@@ -107,15 +113,21 @@ def _check_needs(scene: Path, job: Path, out: Path | None, least_share: float, a
 
 
 def _cost(plan: JobCheck) -> dict[str, Any]:
+    from skyshine.mat.plan.machine import core_count
+
     return {
         "size_before_compression": quantity(plan.bytes, "byte"),
         "estimated_time": {stage: quantity(seconds, "s") for stage, seconds in plan.seconds.items()},
+        "elapsed_time": {str(cores): quantity(plan.cost.elapsed(cores), "s") for cores in (1, core_count())},
+        "size_on_disk": quantity(plan.cost.disk, "byte"),
+        "memory_of_a_process": quantity(plan.cost.memory, "byte"),
+        "less": [{"change": text, "time": quantity(seconds, "s")} for text, seconds in plan.cost.less],
     }
 
 
 _UNKNOWN = (
-    "their number is not known before the build has computed the {0}, so the size and time above do not include them:"
-    " at most {1:,} nodes of 4 bytes in a table; a build that needs more {2}"
+    "their number is not known before the build has computed the {0}: at most {1:,} nodes of 4 bytes in a table;"
+    " a build that needs more {2}"
 )
 
 
@@ -138,7 +150,7 @@ def _as_json(result: JobCheck) -> dict[str, Any]:
         "sites": list(result.sites),
         "files": result.files,
         "states": result.states,
-        "warnings": result.warnings,
+        "warnings": [*result.warnings, *result.continua],
         "materials": result.materials,
         "surfaces": result.surfaces,
         "left_out": [vars(item) for item in result.left_out],
@@ -158,18 +170,63 @@ def _files(result: JobCheck) -> list[str]:
     ]
 
 
-def _print(result: JobCheck) -> None:
+def _states(result: JobCheck) -> list[str]:
+    """A line for each run of states that are alike, with their numbers and site."""
     from skyshine.mat.scene.summary import summary_line
 
-    loaded, states = result.loaded, result.states
-    click.echo(f"{loaded.file}: OK")
-    if result.sites:
-        click.echo(f"{len(result.sites)} sites, {result.sites[0]} to {result.sites[-1]}; what follows is of the first")
-    for line, numbers in groupby(range(1, len(states) + 1), lambda number: summary_line(states[number - 1])):
-        lowest, *others = (f"{number:02d}" for number in numbers)
-        click.echo(f"{f'states {lowest} to {others[-1]}' if others else f'state {lowest}'}: {line}")
-    for warning in result.warnings:
-        click.echo(f"warning: {warning}")
+    lines, numbers, site = [], count(1), None
+    for (name, text), alike in groupby(result.states, lambda state: (state.get("site", ""), summary_line(state))):
+        if name != site:
+            numbers, site = count(1), name
+        lowest, *others = (f"{number:02d}" for _, number in zip(alike, numbers, strict=False))
+        label = f"states {lowest} to {others[-1]}" if others else f"state {lowest}"
+        lines.append(f"{f'site {name}, ' if name else ''}{label}: {text}")
+    return lines
+
+
+def _print(result: JobCheck, verbose: bool) -> None:
+    from skyshine.mat.plan.machine import core_count
+    from skyshine.mat.scene.summary import summary_text
+
+    job, cost = result.loaded.trimmed, result.cost
+    of_sites = f" ({len(result.sites)} sites, {result.sites[0]} to {result.sites[-1]})" if result.sites else ""
+    click.echo(f"{result.loaded.file}: OK{of_sites}")
+    lines = _states(result)
+    if not verbose and len(lines) > _LINES:
+        lines = [f"{len(result.states)} states: {summary_text(result.states)}"]
+    warnings = [*result.warnings, *(result.continua if verbose else ())]
+    hidden = 0 if verbose else max(0, len(warnings) - _LINES)
+    for line in [*lines, *(f"warning: {text}" for text in warnings[: len(warnings) - hidden])]:
+        click.echo(line)
+    if hidden:
+        click.echo(f"warning: {hidden} more; --verbose shows them")
+    if verbose:
+        _print_details(result)
+    else:
+        of_kind = Counter(name.split(".", 1)[1].removesuffix(".h5") for name in result.files)
+        named = ", ".join(f"{number} {kind}" for kind, number in of_kind.items())
+        click.echo(f"files: {named}, in {result.loaded.folder / job.output.folder}")
+        more = f" and {len(result.materials) - 8} more" if len(result.materials) > 8 else ""
+        click.echo(f"materials: {', '.join(result.materials[:8])}{more}")
+    for source, spans in result.source_up.items():
+        times = ", ".join(f"{start} to {end}" for start, end in spans) or "at no time of the day"
+        click.echo(f"{source} up on {result.loaded.trimmed.on_date_of_state(1).site.date}: {times}")
+    click.echo(f"accuracy: {job.accuracy.pixel} of a pixel; mat report measures it")
+    stages = ", ".join(f"{stage} {seconds:.2g}" for stage, seconds in cost.seconds.items() if seconds)
+    cores = core_count()
+    click.echo(
+        f"time: {_time(cost.elapsed(cores))} on the {cores} cores of this machine, {_time(cost.elapsed(1))} on one"
+        + "".join(f", {_time(cost.elapsed(many))} on {many}" for many in (16, 256) if cores < many < 4 * cost.tasks)
+    )
+    click.echo(f"processor seconds: {cost.total:.0f} ({stages}), estimated within a factor of 1.5")
+    click.echo(f"disk: {_size(cost.disk)}; memory: up to {_size(cost.memory)} a process")
+    click.echo(_halving(cost))
+    if not verbose:
+        click.echo("--verbose adds all files, what is skipped or approximated with its bound, nodes and continua")
+
+
+def _print_details(result: JobCheck) -> None:
+    loaded, job = result.loaded, result.loaded.trimmed
     click.echo("will be built:")
     for line in _files(result):
         click.echo(f"  {line}")
@@ -179,14 +236,8 @@ def _print(result: JobCheck) -> None:
     click.echo("skipped or approximated:" if result.left_out else "skipped or approximated: nothing")
     for item in result.left_out:
         click.echo(f"  {item.what}: {item.why} (error: {item.bound}; to restore: {item.restore})")
-    for source, spans in result.source_up.items():
-        times = ", ".join(f"{start} to {end}" for start, end in spans) or "at no time of the day"
-        click.echo(f"{source} up on {loaded.trimmed.on_date_of_state(1).site.date}: {times}")
-    click.echo(_shares(loaded.trimmed))
+    click.echo(_shares(job))
     click.echo(f"size of the tables before compression: {result.bytes / 1e6:.1f} MB")
-    stages = ", ".join(f"{stage} {seconds:.2g}" for stage, seconds in result.seconds.items() if seconds)
-    click.echo(f"processor time, estimated within a factor of two: {sum(result.seconds.values()):.0f} s ({stages})")
-    job = loaded.trimmed
     if job.atmosphere_grid.writes_tables:
         shape = " x ".join(str(len(nodes)) for nodes in job.atmosphere_axes().values())
         click.echo(f"atmosphere_grid: tables on the five axes of the job too, {shape} nodes")
@@ -196,3 +247,29 @@ def _print(result: JobCheck) -> None:
             f"surface_grid: nodes are placed until {job.surface_grid.tolerance} is reached;"
             f" {_UNKNOWN.format('temperatures along each axis', job.surface_grid.most_nodes, beyond)}"
         )
+
+
+def _halving(cost: Resources) -> str:
+    """What would take half the time: the first changes that do, or all that are known."""
+    changes: list[str] = []
+    total = cost.total
+    for text, total in cost.less:
+        changes.append(text)
+        if total <= 0.5 * cost.total:
+            return f"half of it: {', '.join(changes)} ({total:.0f} processor seconds)"
+    if not changes:
+        return "half of it: fewer states or materials"
+    return f"less: {', '.join(changes)} ({total:.0f} processor seconds); beyond that fewer states or materials"
+
+
+def _time(seconds: float) -> str:
+    """Seconds in the unit that people say."""
+    if seconds < 100:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"
+
+
+def _size(count: float) -> str:
+    if count >= 1e9:
+        return f"{count / 1e9:.1f} GB"
+    return f"{count / 1e6:.0f} MB" if count >= 1e7 else f"{count / 1e6:.1f} MB"

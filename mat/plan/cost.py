@@ -1,12 +1,12 @@
 """What a build will take, estimated from its plan by a measured model.
 
-Constants are fits to builds of the starter job (the channels) and of five days of a year with three to 133 materials
-(the rest), on one core of a 2.5 GHz server, in processor seconds; tests/validation/test_build_cost.py says how good
-they are. Another machine takes its own multiple.
+Constants are fits to ten builds of one to four states in 3 to 12 um, of the starter among them, in processor seconds of
+one core of a 2.5 GHz server; tests/validation/test_build_cost.py says how good they are on other jobs.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from math import prod
 from typing import Any
 
@@ -17,84 +17,141 @@ from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.plan.plan import Plan, response_planes
+from skyshine.mat.radiometry.band_wavelengths import band_wavelengths
+from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.air_cells import shared_cells
 from skyshine.mat.scene.atmosphere import air_key
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.grids import path_scope
 from skyshine.mat.scene.moisture import job_library
 
+START = 1.9  # s for the libraries of a process
+TASK = 0.9  # s for what a table of the air reads and writes
 # s for each band, and for each of its spectral points: for the choice of points, and for their errors in an air.
-CHOICE_BAND, CHOICE_POINT = 0.16, 1.3e-3
-TEST_BAND, TEST_POINT = 0.16, 7.0e-4
-TABLE_POINTS = 44  # spectral points for which the constants below hold
-HARMONICS = 1.4  # s for harmonics of ambient light and the faces on which they are measured
-# s for the fields of the channels at 0.5 K, and for the lines on which their nodes are placed and measured.
-CHANNEL_LINES, CHANNEL_PROBES = 2.6, 0.5
-FINEST, FINEST_PRICED = 0.5, 0.05  # tolerance [K] of these, and the finest by which they are multiplied
-SHARED_TABLE, SHARED_PROBES = 0.3, 0.5  # of these, in a state on the nodes of similar airs
+CHOICE_BAND, CHOICE_POINT = 0.7, 6.5e-4
+TEST_BAND, TEST_POINT = 0.4, 6.0e-4
+CELL = 2.6  # times as much of a choice for the airs of a cell
+# s for the channels of a band of one source, for each of its wavelengths: where light of the Sun counts, and where it
+# hardly does. Then the share of a further source, which keeps the nodes of the first.
+CHANNEL, CHANNEL_LONG, LONGEST_SUN, FURTHER_SOURCE = 0.20, 0.11, 5.5, 0.45
+# Times as much for a band in the window around 3.8 um alone, of which reflected sunlight is the most.
+WINDOW, SUNLIT = (3.3, 4.25), 5.0
+# Of that, what remains at a coarse tolerance, and the tolerance [K] and the finest for which the constants hold.
+FIXED, FINEST, FINEST_PRICED = 0.62, 0.5, 0.05
+CELL_NODES, SHARED = 5.5, 0.45  # times as much for the nodes of similar airs, and for a state on them
+PROBES, SHARED_PROBES, PROBES_OF_SOURCE = 0.6, 2.0, 0.2  # s for measured errors, on shared nodes so many times as much
 _PARTS = 1000  # lines, to know which share of them samples the part of the paths that needs leave
-COMPILED_POINTS = 64  # the most that a compiled band has
 GRID_NODE = 3e-7  # s for each node of path radiance on the axes of a job, evaluated from the channels
 # s for the sky of a state, for each material under it, for placing its times of day, and for each distinct surface
 # column, its forcing included.
-SKY, MATERIAL, TIMES, COLUMN = 0.2, 0.008, 0.01, 2.3e-5
+SKY, MATERIAL, TIMES, COLUMN = 3.5, 0.008, 0.01, 2.3e-5
+# s for placing nodes of temperatures by a tolerance, for a state and for each material, and for their tables at 0.5 K.
+PLACED, PLACED_MATERIAL, PLACED_TABLE = 1.5, 0.20, 0.048
 # s for each material and plane of the response to shade, and for the whole solutions of a material that measure it.
-RESPONSE_PLANE, SHADE_ERROR = 3.5e-3, 0.026
-# Times as much of these, columns too, for surfaces on which a film of water may lie: it is solved again until film and
-# temperature agree, on more times of day. Fitted to a June day with a shower at noon.
-FILM, FILM_SHADE = 28.0, 40.0
+RESPONSE_PLANE, SHADE_ERROR = 8e-3, 0.048
+# Times as much of these for surfaces on which a film of water may lie, and for each hour of rain: it is solved again
+# until film and temperature agree, on more times of day. Fitted to June days with a shower and with drizzle.
+FILM, FILM_HOUR = 3.4, 3.0
 # Times as much of a column for leaves and soil together: 86 to 148 us beside 30, batches of 1,152.
 OPEN = 4.0
 # s for solving the ground around the surfaces of a state, and its walls, at each altitude.
 GROUND, WALLS = 0.03, 0.08
-PICTURE = 0.45  # s for each file that is drawn
-TEXTURE = 5.5  # s for each texture of a megapixel or so
+BAND = 0.17  # s for the tables of a band's reflectance
+PICTURE = 0.5  # s for each file that is drawn
+TEXTURE = 8.3  # s for each texture of a megapixel or so
 
 
-def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
-    """Processor seconds of a build that keeps and finds nothing, by stage."""
+@dataclass(frozen=True)
+class Changes:
+    """Changes of a job: no pictures, tolerances so many times as large, at most so many sources and bands."""
+
+    pictures: bool = True
+    coarser: float = 1.0
+    sources: int | None = None
+    bands: int | None = None
+
+    def but(self, **changes: Any) -> Changes:
+        """The same with some others."""
+        return replace(self, **changes)
+
+
+def estimate(loaded: LoadedJob, plan: Plan, changes: Changes | None = None) -> dict[str, float]:
+    """Processor seconds of a build that keeps and finds nothing, by stage; of the job as it is written, or changed."""
+    changes = changes or Changes()
     job = loaded.trimmed
-    share, part = COMPILED_POINTS / TABLE_POINTS, path_scope(loaded).lines(_PARTS, 0) / _PARTS
-    sets, sources = len(job.states), len(job.sources)
-    bands = [job.bands[number - 1] for number in job.needed_bands]
-    points = [absorption_table().count_between(*band.wavenumber_range) for band in map(response_of, bands)]
-    # Half as much work at twice the tolerance: nodes of the two axes that bend most go with its root each.
-    kelvin = FINEST / max(tolerance_parts(job.atmosphere_grid.tolerance)[0], FINEST_PRICED)
-    sharing = sets - shared_cells(loaded.requested).count(None)
-    tables = choices(loaded) + SHARED_TABLE * sharing
-    probes = sets - (1 - SHARED_PROBES) * sharing
+    part = path_scope(loaded).lines(_PARTS, 0) / _PARTS
+    states, sources = len(job.states), len(job.sources[: changes.sources])
+    responses = [response_of(job.bands[number - 1]) for number in job.needed_bands[: changes.bands]]
+    bands = len(responses)
+    points = sum(absorption_table().count_between(*response.wavenumber_range) for response in responses)
+    cells = shared_cells(loaded.requested)
+    sharing, chosen = states - cells.count(None), choices(loaded)
+    of_cells = len(set(cells) - {None})
     nodes = prod(map(len, job.atmosphere_axes().values())) if job.atmosphere_grid.writes_tables else 0
+    kelvin = _times_as_many(job.atmosphere_grid.tolerance, changes, 1.0)
+    channels = sum(map(_channel_seconds, responses)) * (FIXED + (1 - FIXED) * kelvin)
+    channels *= part * max(0.0, 1 + FURTHER_SOURCE * (sources - 1))
+    probes = states - sharing + SHARED_PROBES * sharing
+    files = sum(len(task.files) for task in plan.tasks)
+    choice, test = CHOICE_BAND * bands + CHOICE_POINT * points, TEST_BAND * bands + TEST_POINT * points
+    return {
+        "start": START,
+        "compile": part * ((chosen + (CELL - 1) * of_cells) * choice + distinct_airs(job) * test),
+        "atmosphere": channels * (states - sharing + CELL_NODES * of_cells + SHARED * sharing) + TASK * states * bands,
+        "accuracy": part * probes * bands * (PROBES + PROBES_OF_SOURCE * sources),
+        "grid": GRID_NODE * nodes * states * bands * sources,
+        **_of_surfaces(job, plan, changes),
+        "bands": BAND * bands,
+        "textures": TEXTURE * len(job.texture_jobs),
+        "pictures": PICTURE * files if job.output.pictures and changes.pictures else 0.0,
+    }
+
+
+def film(state: State) -> float:
+    """How many times as long temperatures of a state take that may have a film of water."""
+    rain = state.weather.water.get("rain_mm_h")
+    if rain is None:
+        return 1.0
+    return FILM + FILM_HOUR * 24 * float(np.mean(np.asarray(rain[-1]) > 0))
+
+
+def _of_surfaces(job: Job, plan: Plan, changes: Changes) -> dict[str, float]:
+    """Processor seconds for temperatures and for their response to shade."""
     surface = job.surface_grid
     level = int(np.sum(np.isin(surface.slope_deg, (0.0, 180.0))))
     planes = level + (len(surface.slope_deg) - level) * len(surface.azimuth_deg)
     library = job_library(job)
     balances = sum(1.0 if library[name].opened is None else OPEN for name in plan.materials)
-    columns = balances * len(job.surface_altitudes_km) * planes
-    material = MATERIAL + (TIMES if surface.time is None else 0.0)
+    # By state: how many times as long as without water, and with the days before.
+    wet = [film(state) for state in job.states]
+    days = sum(factor * (1 + len(state.weather.days_before)) for factor, state in zip(wet, job.states, strict=True))
     shaded = response_planes(job)
-    rainy = ["rain_mm_h" in state.weather.water for state in job.states]
-    lengths = [1 + len(state.weather.days_before) for state in job.states]
-    solved = sum(FILM if film else 1.0 for film in rainy)
-    shades = sum(FILM_SHADE if film else 1.0 for film in rainy)
-    days = sum(length * (FILM if film else 1.0) for length, film in zip(lengths, rainy, strict=True))
-    shade_days = sum(length * (FILM_SHADE if film else 1.0) for length, film in zip(lengths, rainy, strict=True))
-    files = sum(len(task.files) for task in plan.tasks)
+    if surface.tolerance is None:
+        material = MATERIAL + (TIMES if surface.time is None else 0.0)
+        solved = material * len(plan.materials) * sum(wet)
+        solved += COLUMN * balances * len(job.surface_altitudes_km) * planes * days
+    else:
+        finer = _times_as_many(surface.tolerance, changes, 2.0)
+        solved = (PLACED + PLACED_MATERIAL * balances) * sum(wet) + PLACED_TABLE * balances * finer * days
     return {
-        "compile": part * choices(loaded) * (CHOICE_BAND * len(points) + CHOICE_POINT * sum(points))
-        + part * distinct_airs(job) * (TEST_BAND * len(points) + TEST_POINT * sum(points)),
-        "atmosphere": tables * len(points) * sources * CHANNEL_LINES * part * share * kelvin,
-        "harmonics": sets * len(points) * sources * HARMONICS * (share if job.ambient_harmonics else 0.0),
-        "accuracy": probes * len(points) * sources * part * CHANNEL_PROBES * share,
-        "grid": GRID_NODE * nodes * sets * len(points) * sources,
-        "temperature": sets * SKY
-        + solved * material * len(plan.materials)
-        + COLUMN * columns * days
-        + _surroundings(job),
-        "shade": len(plan.materials)
-        * (shades * RESPONSE_PLANE * shaded + shade_days * (SHADE_ERROR if shaded else 0.0)),
-        "textures": TEXTURE * len(job.texture_jobs),
-        "pictures": PICTURE * files if job.output.pictures else 0.0,
+        "temperature": SKY * len(job.states) + solved + _surroundings(job),
+        "shade": balances * RESPONSE_PLANE * shaded * sum(wet)
+        + len(plan.materials) * (SHADE_ERROR if shaded else 0.0) * days,
     }
+
+
+def _channel_seconds(response: SpectralResponse) -> float:
+    """Processor seconds for the channels of a band of one source at `FINEST`, on nodes that are placed for it."""
+    count = band_wavelengths(response).size
+    if response.lower >= LONGEST_SUN:
+        return CHANNEL_LONG * count
+    sunlit = WINDOW[0] <= response.lower and response.upper <= WINDOW[1]
+    return CHANNEL * count * (SUNLIT if sunlit else 1.0)
+
+
+def _times_as_many(tolerance: str, changes: Changes, power: float) -> float:
+    """How many times as many nodes a tolerance takes as `FINEST`."""
+    return (FINEST / max(changes.coarser * tolerance_parts(tolerance)[0], FINEST_PRICED)) ** power
 
 
 def _surroundings(job: Job) -> float:

@@ -18,7 +18,7 @@ from skyshine.mat.tables.gridded import QUANTITIES
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.database.usage import read_usage
-from skyshine.tmm.inputs.load import job_materials, refuse_without_materials
+from skyshine.tmm.inputs.named_materials import job_materials, refuse_without_materials
 
 FLOAT_BYTES = 4  # of single precision
 _VALUES_IN_CHANNELS = 300_000  # of tables in channels, whose nodes a tolerance places: those of 0.5 K in 3-5 um

@@ -18,6 +18,7 @@ from skyshine.mat.measure.channel_nodes import WORST, PlacedChannels, largest_er
 from skyshine.mat.measure.probes import LINES, Probes
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.scale import Scale
+from skyshine.mat.products.channel_start import FEWEST, channel_nodes
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.channels.absorbers import absorbers
 from skyshine.mat.quantities.channels.coordinates import RayCoordinates
@@ -60,11 +61,8 @@ _THROUGH = 300  # of the sample's transmittances, with which light on surfaces i
 _SHARE, _SOURCE_SHARE = 0.1, 0.03
 _DIGITS_SHARE = 0.1  # of the tolerance, below which digits of what a reader interpolates are not stored
 # Tolerance, of the radiance seen, for which placing starts from all of `NodeCounts`: from fewer where it is coarser, as
-# linear interpolation errs with the square of the step, but for this share of them.
-_START, FEWEST = 0.01, 0.5
-# Of observers whose heights are limited: the fewest from which placing starts, and the span of the cube roots of
-# heights [km^(1/3)], 0 to 40 km, over which all of `NodeCounts` are spread.
-_FEWEST_HEIGHTS, _HEIGHT_SPAN = 3, 3.42
+# linear interpolation errs with the square of the step, but for `FEWEST` of them.
+_START = 0.01
 _POINT_LINES, _POINT_SOURCES = 60, 4  # on which points for scattered light are chosen; source directions of each
 _LEVEL, _LOW_SOURCE, _ANY_SOURCE = (-2.0, 2.0), (-4.0, 6.0), (-6.0, 90.0)  # degree
 # Of the tolerance, which these points may miss, root mean square: those of tables, and those of direct computation.
@@ -89,16 +87,6 @@ class SharedNodes:
 
     nodes: ChannelNodes
     sources: SourceParts
-
-
-def channel_nodes(base: PathGrid, ground_km: float, counts: NodeCounts) -> ChannelNodes:
-    """So many nodes between the ends of a job's axes, over a ground; fewer over few heights of observers."""
-    lowest, highest = (max(float(altitude) - ground_km, 0.0) for altitude in base.altitude_km[[0, -1]])
-    lowest_elevation, highest_elevation = base.source_elevation_deg[[0, -1]]
-    span = float(np.cbrt(highest) - np.cbrt(lowest))
-    limit = max(_FEWEST_HEIGHTS, math.ceil(counts.height * span / _HEIGHT_SPAN))
-    counts = replace(counts, height=min(counts.height, limit))
-    return ChannelNodes.of(counts, (lowest, highest), (float(lowest_elevation), float(highest_elevation)))
 
 
 @dataclass(frozen=True, eq=False)

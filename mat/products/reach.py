@@ -17,9 +17,8 @@ from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.measure.scale import REFLECTANCE, Scale
-from skyshine.mat.plan.cost import FILM
-from skyshine.mat.products.channel_tables import FEWEST, channel_nodes
-from skyshine.mat.products.temperature import StartAxes, state_solver, tolerance_axes
+from skyshine.mat.plan.cost import film
+from skyshine.mat.products.channel_start import FEWEST, channel_nodes
 from skyshine.mat.quantities.channels.nodes import NodeCounts
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.radiometry.equivalent_temperature import SHORTEST, reference_radiance
@@ -146,11 +145,12 @@ def _span(state: State) -> float:
 
 def _state_note(loaded: LoadedJob, materials: Sequence[str], number: int) -> str | None:
     """What there is to say of the temperatures of a state, counted from 1."""
+    from skyshine.mat.products.temperature import StartAxes, state_solver, tolerance_axes
+
     day = loaded.on_date_of_state(number)
     job, library = day.trimmed, job_library(day.trimmed)
     grid, insist = job.surface_grid, loaded.insists("surface_grid")
-    rainy = "rain_mm_h" in job.states[number - 1].weather.water
-    count = min(len(materials), max(1, int(_MATERIALS / (FILM if rainy else 1.0))))
+    count = min(len(materials), max(1, int(_MATERIALS / film(job.states[number - 1]))))
     chosen = [materials[index] for index in np.unique(np.linspace(0, len(materials) - 1, count).round().astype(int))]
     share = 1.0 if len(chosen) == len(materials) else _OF_SAMPLE
     node_limit = int(share * grid.most_nodes * len(chosen) / len(materials))

@@ -161,3 +161,40 @@ def summary_line(summary: dict[str, Any]) -> str:
     if summary["rain"] is not None:
         parts.append(f"rain {summary['rain']['rate']['value']:g} mm/h below {summary['rain']['top']['value']:g} km")
     return "; ".join(parts)
+
+
+def summary_text(summaries: list[dict[str, Any]]) -> str:
+    """Many summaries in one line: what occurs, and from which to which value."""
+    profiles = [summary["sounding"] or summary["profile"] for summary in summaries]
+    parts = [_names(profiles)]
+    kelvin, humidity, water, ozone, depth = (
+        [summary[name]["value"] for summary in summaries]
+        for name in (
+            "air_temperature_at_ground",
+            "relative_humidity_at_ground",
+            "water_vapour",
+            "ozone",
+            "aerosol_optical_depth_550",
+        )
+    )
+    parts.append(f"air at the ground {_span(kelvin, '.1f')} K, {_span(humidity, '.0f')} %")
+    parts.append(f"water vapour {_span(water, '.3g')} mm, ozone {_span(ozone, '.3g')} DU")
+    parts.append(
+        f"aerosol {_names([str(summary['aerosol']) for summary in summaries])}, optical depth"
+        f" {_span(depth, '.2g')} at 0.55 um"
+    )
+    for name, thing in (("clouds", "clouds"), ("rain", "rain"), ("sea", "a sea")):
+        if count := sum(bool(summary[name]) for summary in summaries):
+            parts.append(f"{count} with {thing}")
+    return "; ".join(parts)
+
+
+def _names(names: list[str]) -> str:
+    different = list(dict.fromkeys(names))
+    more = f" and {len(different) - 3} more" if len(different) > 3 else ""
+    return ", ".join(different[:3]) + more
+
+
+def _span(values: list[float], form: str) -> str:
+    low, high = f"{min(values):{form}}", f"{max(values):{form}}"
+    return low if low == high else f"{low} to {high}"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,6 +20,7 @@ from skyshine.tmm.features.shade import RelitTexture
 from skyshine.tmm.images.no_data import SIDECAR
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.answers import read_answers
+from skyshine.tmm.inputs.named_materials import job_materials
 from skyshine.tmm.inputs.palette import palette_colour
 from skyshine.tmm.inputs.polygons import check_vertices, polygon_mask, seed_names
 from skyshine.tmm.inputs.seeds import SeedTexels, seed_files, seed_texels
@@ -56,29 +56,6 @@ def reading(job: TextureJob) -> tuple[str, str, str | None, float | str | None, 
     white = job.white or (None if job.palette or job.rules or job.material else "auto")
     indices = job.palette is not None and all(key.isdecimal() for key in job.palette.colours)
     return job.colour_space, job.alpha, job.near_infrared, white, indices
-
-
-def job_materials(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
-    """Names of all materials that a job may find, those of its GeoJSON and model files included.
-
-    Beside seeds, a model finds the seeds' materials alone.
-    Raises InputError: such a file cannot be read.
-    """
-    names = set(job.materials)
-    for seeds in (job.seeds, job.overrides):
-        if seeds is not None:
-            names |= seed_names(seeds, Path(base_folder)) - {UNKNOWN}
-    if job.model is not None and job.seeds is None and not job.scene_materials:
-        names |= set(read_model(model_path(job.model, base_folder)).names)
-    return tuple(sorted(names))
-
-
-def refuse_without_materials(job: TextureJob, names: Collection[str]) -> None:
-    """Raise InputError where a job names no material at all: a database has one at least."""
-    if names:
-        return
-    look = "; 'tmm check' shows their colours" if job.clusters is not None else ""
-    raise InputError(f"'{job.name}' names no material; allowed: one or more, of which texels may be{look}; name one")
 
 
 def narrowed(

@@ -21,7 +21,8 @@ from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.georeference import GeoReference, read_georeference
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.images.texture import TextureFile
-from skyshine.tmm.inputs.load import job_files, load_texture, narrowed, refuse_without_materials
+from skyshine.tmm.inputs.load import job_files, load_texture, narrowed
+from skyshine.tmm.inputs.named_materials import refuse_without_materials
 from skyshine.tmm.inputs.seeds import SeedTexels
 from skyshine.tmm.job.materials import UNKNOWN
 from skyshine.tmm.job.model import TextureJob

@@ -1,10 +1,12 @@
 """The commands on a built job: results, JSON, exit statuses, clear lines."""
 
 import json
+import re
 import shutil
 
 import numpy as np
 import pytest
+import yaml
 
 from skyshine.mat.cli import COMMANDS, main
 
@@ -37,17 +39,45 @@ def test_check_prints_what_is_built_and_when_the_sources_are_up(mat, small_job):
     (rise, sink) = plan["source_up"]["sun"][0]
     assert rise in ("05:30", "05:35") and sink in ("19:25", "19:30")
     assert any("orientations" in item["what"] for item in plan["left_out"])
-    assert "skipped or approximated" in mat("check", small_job)[1]
+    assert plan["size_on_disk"]["value"] > 1e5 and plan["memory_of_a_process"]["value"] > 1e8
+    assert plan["elapsed_time"]["1"]["value"] > sum(stage["value"] for stage in plan["estimated_time"].values())
+    assert "skipped or approximated" in mat("check", small_job, "--verbose")[1]
+
+
+def test_check_fits_a_screen_and_says_what_a_build_takes_and_what_takes_half(mat, small_job):
+    shown = mat("check", small_job)[1]
+    assert len(shown.splitlines()) <= 20 and "files: 1 atmq, 1 lunar_atmq, 1 htt, 1 band" in shown
+    for text in ("time: ", "disk: ", "memory: up to ", "accuracy: 0.5 K of a pixel", "--verbose"):
+        assert text in shown, text
+    assert re.search(r"\n(half of it|less): ", shown)
+
+
+def test_check_of_many_states_at_many_sites_says_what_they_span(mat, small_job, tmp_path):
+    job = yaml.safe_load(small_job.read_text(encoding="utf-8"))
+    site = job.pop("site")
+    job["site"] = {key: site.pop(key) for key in ("date", "utc_offset_h")}
+    job["sites"] = [{"name": f"p{k}", **site, "latitude_deg": 30 + k} for k in range(3)]
+    job["surface_grid"]["time"] = ["00:00", "12:00"]
+    weathers = ([2, 8], [22, 33])
+    job["states"] = [job["states"][0] | {"weather": {"air_temperature_c": celsius}} for celsius in weathers]
+    (tmp_path / "job.yaml").write_text(yaml.safe_dump(job), encoding="utf-8")
+    status, shown, _ = mat("check", tmp_path / "job.yaml")
+    lines = shown.splitlines()
+    assert status == 0 and len(lines) <= 20 and "OK (3 sites, p0 to p2)" in lines[0]
+    assert lines[1].startswith("6 states: midlatitude_summer; air at the ground 278.1 to 300.6 K")
+    assert sum(line.startswith("warning: site p") for line in lines) <= 4
+    full = mat("check", tmp_path / "job.yaml", "--verbose")[1]
+    assert all(f"site p{k}, state 0{n}: midlatitude_summer" in full for k in range(3) for n in (1, 2))
 
 
 def test_check_says_which_tables_on_axes_are_built_and_why_it_does_not_know_how_many_nodes_a_tolerance_takes(
     mat, small_job, tmp_path
 ):
-    assert "tables on the five axes of the job too, 4 x 2 x 6 x 4 x 3 nodes" in mat("check", small_job)[1]
+    assert "tables on the five axes of the job too, 4 x 2 x 6 x 4 x 3 nodes" in mat("check", small_job, "--verbose")[1]
     job = tmp_path / "job.yaml"
     text = small_job.read_text(encoding="utf-8").replace("surface_grid:", "surface_grid:\n  tolerance: 0.2 K")
     job.write_text(text, encoding="utf-8")
-    shown = mat("check", job)[1]
+    shown = mat("check", job, "--verbose")[1]
     assert "until 0.2 K is reached" in shown and "not known before the build" in shown
     assert "at most 40,000,000 nodes" in shown
 
@@ -172,7 +202,7 @@ def test_info_draws_several_files_into_a_folder(mat, small_build, tmp_path):
 
 def test_init_writes_a_job_that_checks_and_never_overwrites(mat, tmp_path):
     assert mat("init", tmp_path / "demo")[0] == 0
-    status, shown, _ = mat("check", tmp_path / "demo" / "job.yaml")
+    status, shown, _ = mat("check", tmp_path / "demo" / "job.yaml", "--verbose")
     assert status == 0 and "yellowstone_road.tmm.h5" in shown and "no texture uses them" in shown
     status, _, complaint = mat("init", tmp_path / "demo")
     assert status == 2 and "exists already" in complaint

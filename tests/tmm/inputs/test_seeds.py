@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.inputs.load import job_materials, load_texture
+from skyshine.tmm.inputs.load import load_texture
+from skyshine.tmm.inputs.named_materials import job_materials
 from skyshine.tmm.inputs.seeds import Claims, unlabelled
 from skyshine.tmm.mapping.texture_map import map_texture
 

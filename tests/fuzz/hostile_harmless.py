@@ -9,6 +9,8 @@ import hdf5_changes as change
 import numpy as np
 from hostile_cases import EITHER, EQUAL, INNER, MAIN, Case, edited, on_path
 
+from skyshine.schemas.hdf5_digest import as_text
+
 LATER = "later"  # names of arrays and groups that a later format might add
 
 
@@ -56,4 +58,4 @@ def _arrays_without_axes(file: h5py.File) -> None:
 
 def _fixed_rules(file: h5py.File, axis: str) -> None:
     for key in ("interpolation", "out_of_range"):
-        change.set_fixed_text(file, axis, key, file[axis].attrs[key].encode())
+        change.set_fixed_text(file, axis, key, as_text(file[axis].attrs[key]).encode())

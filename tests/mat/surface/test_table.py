@@ -176,7 +176,7 @@ def test_a_table_in_parts_is_the_table_at_once(sun_path, weather, sky, monkeypat
     assert len(shares) == 3 and sum(shares) == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(("tolerance", "parts"), [(None, 128), (0.5, 16), (0.3, 32), (0.1, 128)])
+@pytest.mark.parametrize(("tolerance", "parts"), [(None, 32), (0.5, 16), (0.3, 32), (0.1, 128)])
 def test_a_rounded_table_errs_by_half_of_its_digit(sun_path, weather, sky, tolerance, parts):
     table = temperature_table([soil()], sun_path, weather, sky, [0.0], [0.0, 90.0], [0.0, 90.0], HOURS)
     exact, residual = table.temperature.copy(), table.residual.copy()

@@ -25,7 +25,7 @@ def parallel_map(action: Callable[..., Result], *arguments: Iterable[Any]) -> li
     ----------
     action : callable
     *arguments : iterables
-        Of its arguments, of one length.
+        Arguments of the action, of one length.
 
     Raises
     ------

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from skyshine.mat.quantities.channels.source_parts import SourceParts
     from skyshine.mat.quantities.channels.surface_light import LightParts, SurfaceLight
     from skyshine.mat.quantities.channels.wavelength_shares import WavelengthShares
-    from skyshine.schemas.arrays import Floats
+    from skyshine.schemas.arrays import Floats, Reals
 
 _MOST_BY_DEPTH = math.exp(-1)  # largest change of a transmittance by the logarithm of its optical depth
 _KEPT_BITS = 13  # of the heights of the ends of paths
@@ -187,10 +187,10 @@ def _sources(content: ChannelContent) -> dict[str, Floats]:
     }
 
 
-def _surfaces(content: ChannelContent) -> dict[str, Floats]:
+def _surfaces(content: ChannelContent) -> dict[str, Reals]:
     """Light on the surfaces at the ends of paths."""
     surface = content.surface
-    arrays = {"source_rise": surface.rise}
+    arrays: dict[str, Reals] = {"source_rise": surface.rise}
     for name, light in _light(surface).items():
         value = rounded_bits(light.value.astype(np.float32), _BEAM_BITS) if name == _DIRECT_LIGHT else light.value
         arrays |= {name: value, f"{name}_factor": light.factor}

@@ -164,7 +164,7 @@ def measured_costs(folder: Path, client_seconds: tuple[float, float]) -> Costs:
     Parameters
     ----------
     folder : Path
-        Of `mat build` of some states of several bands, by one process.
+        Output folder of `mat build` of some states of several bands, by one process.
     client_seconds : pair of float
         Seconds for a site, and for a task.
     """

@@ -380,13 +380,17 @@
     }
   }
 
+  function recolour() {
+    element("gainText").textContent = `× ${(2 ** chosen().gain).toFixed(2)}`;
+    drawPicture(chosen());
+  }
+
   // Draws a frame: at once, where pixels are quick; else every so many pixels at once and the others by strips.
   function draw({ complete = false } = {}) {
     const now = chosen();
     const frame = ++current;
     element("hourText").textContent = clock(now.hour);
     element("rangeText").textContent = `${now.range.toFixed(2)} km`;
-    element("gainText").textContent = `× ${(2 ** now.gain).toFixed(2)}`;
     element("message").textContent = "";
     return guarded(() => {
       const scene = setScene(now);
@@ -399,27 +403,29 @@
       const taken = drawRows(scene, stride > 1 ? coarse : fine, stride, 0, height);
       perPixel = taken / (height * Math.ceil(columns / stride));
       Object.assign(shown, { stride, finished: stride > 1 ? 0 : rows });
-      show(now, performance.now() - begun);
-      if (stride > 1) requestAnimationFrame(() => refine(frame, scene, now, taken));
+      show(performance.now() - begun);
+      if (stride > 1) requestAnimationFrame(() => refine(frame, scene, taken));
       return taken;
     });
   }
 
-  function refine(frame, scene, now, spent) {
+  // The next strip; `rate` is the time of a pixel in the strip before: those of the sky are quick.
+  function refine(frame, scene, coarseTime, fineTime = 0, rate = perPixel) {
     if (frame !== current) return;
     guarded(() => {
       const from = shown.finished;
-      const to = Math.min(rows, from + Math.max(Math.floor(STRIP_MS / (perPixel * columns)), 1));
+      const to = Math.min(rows, from + Math.max(Math.floor(STRIP_MS / (rate * columns)), 1));
       const taken = drawRows(scene, fine, 1, from, to);
-      perPixel = taken / ((to - from) * columns);
+      const total = fineTime + taken;
       shown.finished = to;
-      show(now, spent + taken);
-      if (to < rows) requestAnimationFrame(() => refine(frame, scene, now, spent + taken));
+      show(coarseTime + total);
+      if (to < rows) requestAnimationFrame(() => refine(frame, scene, coarseTime, total, taken / ((to - from) * columns)));
+      else perPixel = total / (rows * columns);
     });
   }
 
-  function show(now, spent) {
-    drawPicture(now);
+  function show(spent) {
+    recolour();
     element("time").textContent = `${spent.toFixed(0)} ms${shown.finished < rows ? ", drawing" : ""}`;
     point();
   }
@@ -449,8 +455,12 @@
   settings.palettes.forEach(({ name }) => element("palette").add(new Option(name)));
   settings.bands.forEach((band) => element("band").add(new Option(band.title)));
   let waiting = false;
-  element("controls").addEventListener("input", () => {
+  element("controls").addEventListener("input", (event) => {
     element("stage").classList.toggle("photo", element("showPhoto").checked);
+    if (["showPhoto", "palette", "gain"].includes(event.target.id)) {
+      recolour(); // radiances stay
+      return;
+    }
     if (waiting) return;
     waiting = true;
     requestAnimationFrame(() => {

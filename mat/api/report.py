@@ -20,7 +20,7 @@ from skyshine.mat.job.load import LoadedJob, load_job
 from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.tables.dataset import dataset
 from skyshine.mat.tables.result import Result
-from skyshine.schemas.errors import InputError
+from skyshine.schemas.errors import InputError, nearest
 
 if TYPE_CHECKING:
     import xarray
@@ -111,7 +111,7 @@ def report(
     built: str | os.PathLike[str] | None = None,
     scenes: int = 40,
     seed: int = 1,
-    band: int | None = None,
+    band: str | None = None,
     advance: Callable[[int], object] = lambda _: None,
 ) -> Report:
     """Measure the error budget of the databases of a job.
@@ -127,8 +127,8 @@ def report(
         Folder of the databases; by default the one that the job names.
     scenes, seed : int
         Random views of each set of tables, and what they are drawn with.
-    band : int, optional
-        One band, counted from 1; by default all.
+    band : str, optional
+        Name of one band, b01 where the job gives no name; by default all.
     advance : callable, optional
         Called with 1 when one of `step_count` steps is finished.
 
@@ -160,18 +160,18 @@ def report(
     return Report(tuple(budgets), describe_all(budgets, notes, job=loaded.trimmed.name, seed=seed))
 
 
-def step_count(job: str | os.PathLike[str] | Mapping[str, Any], band: int | None = None) -> int:
+def step_count(job: str | os.PathLike[str] | Mapping[str, Any], band: str | None = None) -> int:
     """Number of steps of `report`: some for each state, band and source."""
     loaded = load_job(job)
     return STEPS * len(_sets(loaded, band)) * len(loaded.trimmed.sources)
 
 
-def _sets(loaded: LoadedJob, band: int | None) -> Sequence[tuple[int, int]]:
+def _sets(loaded: LoadedJob, band: str | None) -> Sequence[tuple[int, int]]:
     loaded.refuse_without_bands()
-    bands = loaded.trimmed.needed_bands
+    bands = {loaded.trimmed.band_name(number): number for number in loaded.trimmed.needed_bands}
     if band is not None and band not in bands:
-        raise InputError(f"found the band {band}; allowed: {', '.join(map(str, bands))}, the bands that the job builds")
-    return list(product(range(1, len(loaded.trimmed.states) + 1), bands if band is None else [band]))
+        raise InputError(f"found the band '{band}'; {nearest(band, bands)}, the bands that the job builds")
+    return list(product(range(1, len(loaded.trimmed.states) + 1), bands.values() if band is None else [bands[band]]))
 
 
 def _number(error: Mapping[str, Any] | None, kind: str, measure: str) -> float:

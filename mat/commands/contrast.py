@@ -9,6 +9,7 @@ import click
 import numpy as np
 
 from skyshine.mat.commands import completions
+from skyshine.mat.commands.sight_options import sight_options
 from skyshine.schemas.commands import echo_table, emit_json, json_option
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
@@ -23,41 +24,7 @@ SHOWN_STEPS = 12  # of the computed ones between the rows of the text
 @click.argument("folder", type=click.Path())
 @click.argument("material", shell_complete=completions.materials)
 @click.argument("background", shell_complete=completions.materials)
-@click.option(
-    "--band",
-    shell_complete=completions.bands,
-    metavar="NAME",
-    help="Name of one band, b01 if the job gives no name; by default all bands.",
-)
-@click.option(
-    "--state", type=click.IntRange(1), default=1, show_default=True, help="Number of the state, counted from 1."
-)
-@click.option("--source", type=click.Choice(["sun", "moon"]), default="sun", show_default=True)
-@click.option(
-    "--range",
-    "distance",
-    type=click.FloatRange(0),
-    default=1.0,
-    show_default=True,
-    help="Length of the line of sight, km.",
-)
-@click.option(
-    "--elevation",
-    type=click.FloatRange(-90, 90),
-    default=-45.0,
-    show_default=True,
-    help="Elevation of the line of sight, degree.",
-)
-@click.option(
-    "--heading",
-    type=click.FloatRange(-360, 360),
-    default=0.0,
-    show_default=True,
-    help="Azimuth of the line of sight, degrees clockwise from north.",
-)
-@click.option(
-    "--altitude", type=float, metavar="KM", help="Altitude of the surfaces; by default the lowest of the tables."
-)
+@sight_options(click.FloatRange(-90, 90), "Name of one band, b01 if the job gives no name; by default all bands.")
 @click.option(
     "--slope", type=click.FloatRange(0, 180), default=0.0, show_default=True, help="Slope of MATERIAL, degree."
 )

@@ -75,7 +75,7 @@ def _form_of(args: list[str]) -> tuple[str | None, list[str]]:
     "export",
     cls=_Forms,
     subcommand_metavar="--to FORMAT ...",
-    epilog="Example: mat export built --to gpu --frame 14 --altitude 4 --out textures",
+    epilog="Example: mat export built --to gpu --hour 14 --altitude 4 --out textures",
 )
 def command() -> None:
     """Write databases, atmospheres or materials in another format.
@@ -88,15 +88,16 @@ out_option = click.option(
 )
 
 
-@command.command("gpu", epilog="Example: mat export built --to gpu --frame 14 --altitude 4 --out textures")
+@command.command("gpu", epilog="Example: mat export built --to gpu --hour 14 --altitude 4 --out textures")
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option(
-    "--frame",
+    "--hour",
+    "frame",
     type=float,
     metavar="HOUR",
     help="Write one frame at this local clock time in h; this limits each atmosphere to 64 kB.",
 )
-@click.option("--altitude", type=float, metavar="KM", help="With --frame: altitude of the observer above sea level.")
+@click.option("--altitude", type=float, metavar="KM", help="With --hour: altitude of the observer above sea level.")
 @out_option
 def gpu(files: tuple[Path, ...], frame: float | None, altitude: float | None, out: Path) -> None:
     """Write FILES, or every database of a folder, as half-float textures, u16 codes and the shader of a pixel."""
@@ -104,7 +105,7 @@ def gpu(files: tuple[Path, ...], frame: float | None, altitude: float | None, ou
     from skyshine.mat.gpu.export import Frame
 
     if (frame is None) != (altitude is None):
-        raise InputError("a frame needs its hour and the observer's altitude; give both --frame and --altitude")
+        raise InputError("a frame needs its hour and the observer's altitude; give both --hour and --altitude")
     moment = None if frame is None or altitude is None else Frame(frame, altitude)
     export(files, "gpu", out, frame=moment, report=click.echo)
 

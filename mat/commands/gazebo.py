@@ -7,46 +7,13 @@ from pathlib import Path
 import click
 
 from skyshine.mat.commands import completions
+from skyshine.mat.commands.sight_options import sight_options
 
 
 @click.command(epilog="Example: mat export demo/built --to gazebo --hour 14 --band 8-12 --range 1.5 --out media")
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--hour", type=click.FloatRange(0, 24), required=True, help="Local clock time, h.")
-@click.option(
-    "--band",
-    shell_complete=completions.bands,
-    metavar="NAME",
-    help="Name of the band; required if the folder has several.",
-)
-@click.option(
-    "--state", type=click.IntRange(1), default=1, show_default=True, help="Number of the state, counted from 1."
-)
-@click.option("--source", type=click.Choice(["sun", "moon"]), default="sun", show_default=True)
-@click.option(
-    "--range",
-    "distance",
-    type=click.FloatRange(0),
-    default=1.0,
-    show_default=True,
-    help="Length of the line of sight, km.",
-)
-@click.option(
-    "--elevation",
-    type=click.FloatRange(-90, 0, max_open=True),
-    default=-45.0,
-    show_default=True,
-    help="Elevation of the line of sight, degree.",
-)
-@click.option(
-    "--heading",
-    type=click.FloatRange(-360, 360),
-    default=0.0,
-    show_default=True,
-    help="Azimuth of the line of sight, degrees clockwise from north.",
-)
-@click.option(
-    "--altitude", type=float, metavar="KM", help="Altitude of the surfaces; by default the lowest of the tables."
-)
+@sight_options(click.FloatRange(-90, 0, max_open=True), "Name of the band; required if the folder has several.")
 @click.option(
     "--unknown-material",
     shell_complete=completions.materials,

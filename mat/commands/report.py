@@ -27,12 +27,10 @@ from skyshine.schemas.errors import InputError
     help="Number of random views of each set of tables.",
 )
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Seed of the random views.")
-@click.option(
-    "--band", type=click.IntRange(1), default=None, help="Number of one band, counted from 1; by default all bands."
-)
+@click.option("--band", metavar="NAME", help="Name of one band, b01 if the job gives no name; by default all bands.")
 @json_option
 def command(
-    job: str, built: str | None, out: str | None, scenes: int, seed: int, band: int | None, as_json: bool
+    job: str, built: str | None, out: str | None, scenes: int, seed: int, band: str | None, as_json: bool
 ) -> None:
     """Measure the error budget of the databases of JOB, or of the folder DIR that contains a job.yaml.
 

@@ -35,7 +35,7 @@ def test_page_in_a_browser(tmp_path):
     build(load_job(job), jobs=2)
     page, log = tmp_path / "report.html", tmp_path / "net.json"
     subprocess.run(
-        [*command, "report", str(job), "--band", "2", "--scenes", "4", "--out", str(page)], check=True, timeout=300
+        [*command, "report", str(job), "--band", "b02", "--scenes", "4", "--out", str(page)], check=True, timeout=300
     )
     done = subprocess.run(
         [

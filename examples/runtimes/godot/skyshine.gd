@@ -1,4 +1,4 @@
-# Textures and numbers of one frame of `mat export FOLDER --to gpu --frame HOUR --altitude KM`, as parameters of a shader.
+# Textures and numbers of one frame of `mat export FOLDER --to gpu --hour HOUR --altitude KM`, as parameters of a shader.
 extends RefCounted
 
 const FORMATS := {

@@ -1,4 +1,4 @@
-// Textures and numbers of one frame of `mat export FOLDER --to gpu --frame HOUR --altitude KM`, as uniforms of three.js.
+// Textures and numbers of one frame of `mat export FOLDER --to gpu --hour HOUR --altitude KM`, as uniforms of three.js.
 import * as THREE from "three";
 
 const { RedFormat, RGBAFormat, HalfFloatType, FloatType } = THREE;

@@ -184,8 +184,8 @@ def test_a_report_as_arrays(built, tmp_path):
     assert float(total.sel(measure="rms")[0]) == pytest.approx(number)
     measured.write_html(tmp_path / "report.html")
     assert (tmp_path / "report.json").is_file() and "1 budgets" in repr(measured)
-    with pytest.raises(InputError, match="found the band 7; allowed: 1"):
-        skyshine.mat.report(JOB, built=built.folder, band=7)
+    with pytest.raises(InputError, match="found the band 'b07'"):
+        skyshine.mat.report(JOB, built=built.folder, band="b07")
 
 
 def test_carbon_dioxide_is_that_of_jobs_unless_it_is_given():

@@ -151,8 +151,8 @@ def test_page_stands_alone(small_job, small_build, tmp_path):
 
 def test_another_band_than_the_job_has(small_job, capsys):
     with pytest.raises(SystemExit) as stop:
-        main(["report", str(small_job), "--band", "2"])
-    assert stop.value.code == 2 and "allowed: 1, the bands that the job builds" in capsys.readouterr().err
+        main(["report", str(small_job), "--band", "b02"])
+    assert stop.value.code == 2 and "allowed: b01, the bands that the job builds" in capsys.readouterr().err
 
 
 def test_a_database_is_no_job(small_build, capsys):

@@ -238,10 +238,10 @@ def test_more_mixtures_than_numbers_are_rounded_and_the_header_says_by_how_much(
     [
         (["--to", "gpus"], "found --to 'gpus'; did you mean 'gpu'?"),
         ([], "no format is named; allowed: --to raw"),
-        (["--to", "raw", "--frame", "3", "--altitude", "1"], "No such option"),
-        (["--to=gpu", "--frame", "3"], "give both --frame and --altitude"),
-        (["--to=gpu", "--frame", "3", "--altitude", "90"], "altitude: found 90"),
-        (["--to=gpu", "--frame", "99", "--altitude", "0.5"], "99"),
+        (["--to", "raw", "--hour", "3", "--altitude", "1"], "No such option"),
+        (["--to=gpu", "--hour", "3"], "give both --hour and --altitude"),
+        (["--to=gpu", "--hour", "3", "--altitude", "90"], "altitude: found 90"),
+        (["--to=gpu", "--hour", "99", "--altitude", "0.5"], "99"),
     ],
 )
 def test_wrong_options_are_refused_in_one_line(plan_build, tmp_path, options, message):

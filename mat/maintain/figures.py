@@ -28,8 +28,7 @@ FILES = {
         "K",
     ),
     "s01b01.atmq.h5": ("transmittance, path radiance, light of sky and Sun on any face; 3 to 5 µm", "K"),
-    "s01b02.atmq.h5": ("the same, 8 to 12 µm", "K"),
-    "s01b02.lunar_atmq.h5": ("the same with the Moon, 8 to 12 µm", "K"),
+    "s01b02.atmq.h5": ("the same in 8 to 12 µm; the Moon's files are made with the Sun's", "K"),
     "b02.band.h5": ("black-body radiance, reflectance, emissivity, specular lobe of each material", ""),
     "yellowstone_road.tmm.h5": ("material, mixture, confidence and cast shade of each texel", ""),
 }
@@ -100,8 +99,7 @@ def starter_table(figures: Figures) -> str:
             key.rpartition(".")[2]: entry for key, entry in figures.items() if f".{name.removesuffix('.h5')}." in key
         }
         error = f"{own['p99']['value']} K" if "p99" in own else ""
-        seconds = "with the row above" if "lunar" in name else own["processor_s"]["value"]  # one task for both sources
-        lines.append(f"| `{name}` | {what} | {error} | {seconds} |")
+        lines.append(f"| `{name}` | {what} | {error} | {own['processor_s']['value']} |")
     return "\n".join(lines)
 
 

@@ -169,9 +169,7 @@ def _paths(content: ChannelContent) -> dict[str, Floats]:
         "thermal_reference": content.light.thermal,
         "thermal_ratio": rounded_to(fields.thermal, content.radiance_step / content.light.thermal.sum()),
     }
-    return arrays | (
-        {END_RISE: rounded_bits(fields.end_rise.astype(np.float32), _KEPT_BITS)} if content.bends_paths else {}
-    )
+    return arrays | ({END_RISE: _with_bits(fields.end_rise, _KEPT_BITS)} if content.bends_paths else {})
 
 
 def _sources(content: ChannelContent) -> dict[str, Floats]:
@@ -192,7 +190,7 @@ def _surfaces(content: ChannelContent) -> dict[str, Reals]:
     surface = content.surface
     arrays: dict[str, Reals] = {"source_rise": surface.rise}
     for name, light in _light(surface).items():
-        value = rounded_bits(light.value.astype(np.float32), _BEAM_BITS) if name == _DIRECT_LIGHT else light.value
+        value = _with_bits(light.value, _BEAM_BITS) if name == _DIRECT_LIGHT else light.value
         arrays |= {name: value, f"{name}_factor": light.factor}
     return arrays | ({GROUND_EMISSION: surface.ground_emission} if surface.thermal_harmonics is not None else {})
 
@@ -218,3 +216,7 @@ def _source_elevation(nodes: Floats, dark_below: float) -> Axis:
 
 def _numbers(count: int, words: str) -> Axis:
     return table_axis(np.arange(1, count + 1, dtype=np.int32), "1", words, interpolation=EXACT)
+
+
+def _with_bits(values: Floats, bits: int) -> Floats:
+    return rounded_bits(values.astype(np.float32), bits).astype(float)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.atmosphere.gases.absorption import FILETYPE, NEGLIGIBLE, NO_DATA
+from skyshine.mat.atmosphere.gases.absorption import FILETYPE, NEGLIGIBLE, NO_DATA, OFFSET, STEP
 from skyshine.mat.spectroscopy import nodes
 from skyshine.mat.spectroscopy.continua import Continua, ContinuumModel
 from skyshine.mat.spectroscopy.cross_sections import CrossSectionSource, read_cross_sections
@@ -231,6 +231,15 @@ def pack(values: Floats, step: float, offset: float) -> npt.NDArray[np.int16]:
     return steps.astype(np.int16)
 
 
+def along_pressure(steps: npt.NDArray[np.int16]) -> npt.NDArray[np.int16]:
+    """Differences along the last axis but one, the first number before them, modulo 2^16: they pack better by two
+    fifths.
+    """
+    differences = steps.copy()
+    differences[..., 1:, :] -= steps[..., :-1, :]
+    return differences
+
+
 def assemble(
     parts: Sequence[Part],
     out: Path,
@@ -312,7 +321,6 @@ def _gas_group(gas: GasSources[Source], parts: Sequence[Part], interval: Axis) -
         "pressure": Axis(nodes.PRESSURE, "Pa", "pressure"),
         "temperature": Axis(nodes.TEMPERATURE, "K", "temperature"),
     }
-    packed = {"scale_factor": LOG_STEP, "add_offset": LOG_OFFSET}
     error = [p["gas_error"][list(p["gases"]).index(name)] if f"dry_{name}" in p else 0.0 for p in parts]
     variables = {
         "source": Variable(("interval",), _codes(gas, parts), "1", "0 no data, 1 negligible, 2... entry of `sources`"),
@@ -321,10 +329,10 @@ def _gas_group(gas: GasSources[Source], parts: Sequence[Part], interval: Axis) -
         ),
         "log_cross_section": Variable(
             ("point", "pressure", "temperature"),
-            dry,
+            along_pressure(dry),
             "1",
-            "natural logarithm of the cross section in m2/molecule, dry air",
-            packed,
+            "natural logarithm of the cross section in m2/molecule, dry air, as differences along pressure",
+            {STEP: LOG_STEP, OFFSET: LOG_OFFSET},
             chunks=(128, *shape),
         ),
     }
@@ -334,10 +342,10 @@ def _gas_group(gas: GasSources[Source], parts: Sequence[Part], interval: Axis) -
         axes["humid_pressure"] = Axis(nodes.PRESSURE[nodes.HUMID_PRESSURE :], "Pa", "pressure")
         variables["log_moist_ratio"] = Variable(
             ("point", "h2o_fraction", "humid_pressure", "temperature"),
-            humid,
+            along_pressure(humid),
             "1",
-            "natural logarithm of the ratio of the cross sections in moist and dry air",
-            {"scale_factor": RATIO_STEP, "add_offset": 0.0},
+            "natural logarithm of the ratio of the cross sections in moist and dry air, as differences along pressure",
+            {STEP: RATIO_STEP, OFFSET: 0.0},
             chunks=(128, *humid.shape[1:]),
         )
     about = {

@@ -12,6 +12,7 @@ import os
 from copy import copy
 from dataclasses import replace
 from functools import lru_cache
+from itertools import pairwise
 
 import h5py
 import numpy as np
@@ -43,6 +44,8 @@ FIRST_CONTINUUM = "mt_ckd_4.3"  # of tables that do not name theirs
 # test_humid_nights.py, test_payerne.py). MT_CKD 2.4, 1 below, lacks what was measured since in the windows at 4 and 2
 # um.
 PREFERRED_CONTINUUM = "mt_ckd_4.3_closure"
+# Attributes of arrays of logarithms: a value is OFFSET + STEP times the sum of the numbers up to its pressure.
+STEP, OFFSET = "step", "offset"
 # Codes of a gas in an interval, as the table keeps them; larger codes name the entries of its `sources`.
 NO_DATA, NEGLIGIBLE = 0, 1
 
@@ -246,10 +249,9 @@ class AbsorptionTable:
         width = np.diff(self.interval_edges[start:stop], axis=1)[:, 0]
         weight = points["weight"][begin:end].astype(float)
         weight *= (width / np.bincount(interval, weight))[interval]  # single precision undone
-        gases = {name: _read_gas(group, self._first, start, stop) for name, group in file["gases"].items()}
-        any_group = next(iter(file["gases"].values()))
-        nodes = CrossSectionNodes(any_group["pressure"][()], any_group["temperature"][()])
+        gases = {name: self._read_gas(file["gases"][name], name, start, stop) for name in self.gases}
         water = file["gases/H2O"]
+        nodes = CrossSectionNodes(water["pressure"][()], water["temperature"][()])
         fraction = np.concatenate([[0.0], water["h2o_fraction"][()]])
         wavenumber = points["point"][begin:end]
         return SpectralPoints(
@@ -264,6 +266,15 @@ class AbsorptionTable:
             _nodes=nodes,
             _humid_nodes=CrossSectionNodes(water["humid_pressure"][()], nodes.temperature, fraction),
         )
+
+    def _read_gas(self, group: h5py.Group, name: str, start: int, stop: int) -> GasPoints:
+        """The rows of a gas in intervals from start to stop; a gas has rows only where it absorbs."""
+        present = self._source_codes[name] > NEGLIGIBLE
+        row = np.concatenate([[0], np.cumsum(np.where(present, self.count, 0))])
+        begin, end = row[start], row[stop]
+        inside = np.repeat(present[start:stop], self.count[start:stop])
+        humid = _unpacked(group["log_moist_ratio"], begin, end) if "log_moist_ratio" in group else None
+        return GasPoints(np.flatnonzero(inside), _unpacked(group["log_cross_section"], begin, end), humid)
 
     def _with_continuum(self, wavenumber: Floats, packaged: Floats) -> Floats:
         """Coefficients (3, P) of the water vapour continuum: the table's own outside the range of another one."""
@@ -280,29 +291,19 @@ class AbsorptionTable:
         return coefficients
 
 
-def _read_gas(group: h5py.Group, first_point: Integers, start: int, stop: int) -> GasPoints:
-    """The rows of a gas in intervals first to last; a gas has rows only where it absorbs."""
-    present = group["source"][()] > NEGLIGIBLE
-    counts = np.where(present, np.diff(first_point), 0)
-    row = np.concatenate([[0], np.cumsum(counts)])
-    begin, end = row[start], row[stop]
-    inside = np.repeat(present[start:stop], np.diff(first_point[start : stop + 1]))
-    humid = _unpacked(group["log_moist_ratio"], begin, end) if "log_moist_ratio" in group else None
-    return GasPoints(np.flatnonzero(inside), _unpacked(group["log_cross_section"], begin, end), humid)
-
-
 def _unpacked(dataset: h5py.Dataset, begin: int, end: int) -> Singles:
-    packed = dataset[begin:end].reshape(end - begin, math.prod(dataset.shape[1:]))
-    scale, offset = np.float32(dataset.attrs["scale_factor"]), np.float32(dataset.attrs["add_offset"])
-    values: Singles = packed.astype(np.float32) * scale + offset
-    return values
+    """Rows of an array that is stored as differences along pressure, its last axis but one."""
+    steps = np.ascontiguousarray(np.moveaxis(dataset[begin:end], -2, 0))
+    for before, node in pairwise(steps):  # sums that do not fit 16 bits wrap, as the differences did
+        node += before
+    values: Singles = np.moveaxis(steps, 0, -2).astype(np.float32, order="C")
+    values *= np.float32(dataset.attrs[STEP])
+    values += np.float32(dataset.attrs[OFFSET])
+    return values.reshape(end - begin, math.prod(dataset.shape[1:]))
 
 
 def _merged(edges: Floats) -> list[tuple[float, float]]:
-    merged: list[tuple[float, float]] = []
-    for low, high in edges:
-        if merged and low <= merged[-1][1]:
-            merged[-1] = (merged[-1][0], float(high))
-        else:
-            merged.append((float(low), float(high)))
-    return merged
+    """Ranges without gaps of intervals (I, 2) in their order."""
+    starts = np.flatnonzero(np.append(True, edges[1:, 0] > edges[:-1, 1]))
+    ends = np.append(starts[1:], len(edges)) - 1
+    return list(zip(edges[starts, 0].tolist(), edges[ends, 1].tolist(), strict=True)) if len(edges) else []

@@ -11,11 +11,11 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.atmosphere.gases.absorption import FILETYPE, NEGLIGIBLE, NO_DATA
+from skyshine.mat.atmosphere.gases.absorption import FILETYPE, NEGLIGIBLE, NO_DATA, OFFSET, STEP
 from skyshine.mat.spectroscopy.table import DATA_VERSION
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
-from skyshine.schemas.hdf5_digest import as_text
+from skyshine.schemas.hdf5_digest import as_text, attributes_of
 
 PathLike = str | os.PathLike[str]
 Arrays = dict[str, npt.NDArray[Any]]
@@ -124,8 +124,8 @@ def _axis(group: h5py.Group, name: str, values: npt.NDArray[Any] | None = None) 
 
 
 def _variable(group: h5py.Group, name: str, dims: tuple[str, ...], values: npt.NDArray[Any]) -> Variable:
-    about = dict(group[name].attrs)
-    packed = {key: float(about[key]) for key in ("scale_factor", "add_offset") if key in about}
+    about = attributes_of(group[name])
+    packed = {key: float(about[key]) for key in (STEP, OFFSET) if key in about}
     chunks = (128, *values.shape[1:]) if packed else None
     return Variable(dims, values, as_text(about["units"]), as_text(about["long_name"]), packed, chunks=chunks)
 

@@ -4,10 +4,11 @@ table of parts gives back what they hold.
 
 from types import SimpleNamespace
 
+import h5py
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.gases.absorption import OFFSET, STEP, AbsorptionTable, _unpacked
 from skyshine.mat.spectroscopy import nodes
 from skyshine.mat.spectroscopy.intervals import FLOOR, IntervalPoints
 from skyshine.mat.spectroscopy.lowtran_continua import LowtranContinua
@@ -17,6 +18,7 @@ from skyshine.mat.spectroscopy.table import (
     LOG_STEP,
     Builder,
     Settings,
+    along_pressure,
     assemble,
     build,
     pack,
@@ -50,6 +52,17 @@ def test_values_beyond_16_bits_are_refused(value):
     assert abs(pack(np.array([np.sign(value) * 3.2767]), 1e-4, 0.0)[0]) == 32767
     with pytest.raises(ValueError, match="do not fit 16-bit steps of 0.0001"):
         pack(np.array([0.0, value]), 1e-4, 0.0)
+
+
+def test_differences_along_pressure_give_back_all_numbers_of_16_bits():
+    """Of neighbours as far apart as they can be too, whose difference needs 17 bits."""
+    numbers = np.random.default_rng(7).integers(-32768, 32768, (3, 2, 12, 8)).astype(np.int16)
+    numbers[0, 0, :4, 0] = -32768, 32767, -32768, 0
+    with h5py.File("memory", "w", driver="core", backing_store=False) as file:
+        stored = file.create_dataset("x", data=along_pressure(numbers))
+        stored.attrs.update({STEP: 1.0, OFFSET: 0.0})
+        np.testing.assert_array_equal(_unpacked(stored, 1, 3), numbers[1:].reshape(2, -1))
+        assert _unpacked(stored, 1, 1).shape == (0, 2 * 12 * 8)
 
 
 def test_a_part_holds_its_cross_sections_to_a_few_ten_thousandths(points, tmp_path):

@@ -208,7 +208,7 @@ class SurfaceFile(StrictModel):
     )
 
     def properties(self, back: str) -> SurfaceProperties:
-        """Of a stack on a kind of back."""
+        """Properties of a stack on a kind of back."""
         values = {
             name: getattr(self, name).value for name in type(self).model_fields if getattr(self, name) is not None
         }

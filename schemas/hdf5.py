@@ -90,7 +90,7 @@ class Variable:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of `data`."""
+        """Shape of `data`."""
         return np.shape(self.data)
 
 

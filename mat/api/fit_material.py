@@ -100,7 +100,7 @@ class MaterialFit(Result):
 
     @property
     def values(self) -> dict[str, float]:
-        """Of the parameters, by name."""
+        """Values of the parameters, by name."""
         return {parameter.name: parameter.value for parameter in self.parameters}
 
     def error(self, part: str = "held out", prediction: str = "fit", hours: str = "all") -> SkinError:

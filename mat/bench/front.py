@@ -83,7 +83,7 @@ class Front:
 
     @property
     def units(self) -> str:
-        """Of the error: kelvin, or where no band has thermal light, per cent of the mean radiance."""
+        """Units of the error: kelvin, or where no band has thermal light, per cent of the mean radiance."""
         return KELVIN if all(rung.errors["all"]["temperature"] for rung in self.rungs) else SHARE
 
 

@@ -78,7 +78,7 @@ class Truths:
 
     @cached_property
     def key(self) -> str:
-        """Of the job and the scenes: errors on equal keys may be compared."""
+        """Key of the job and the scenes: errors on equal keys may be compared."""
         nodes = [getattr(self.grid, axis.name).tolist() for axis in fields(PathGrid)]
         nodes += [self.surface_axes[name].tolist() for name in (*_SURFACE, "time")]
         return job_digest(self.loaded, "exact tables", [self.scenes, self.seed, nodes])
@@ -197,7 +197,7 @@ class _SetErrors:
         return kelvin_of(self.response, self.truth.radiance, error)
 
     def share(self, error: Floats) -> Floats:
-        """Of the mean radiance of the set."""
+        """Share of the mean radiance of the set."""
         share: Floats = error / self.truth.radiance.mean()
         return share
 

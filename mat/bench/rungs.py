@@ -75,7 +75,7 @@ def _stage(kind: Kind, name: str) -> str:
 
 
 def job_digest(loaded: LoadedJob, *others: Any) -> str:
-    """Of a job, the version of the package and other plain values."""
+    """Digest of a job, the version of the package and other plain values."""
     text = json.dumps([loaded.requested.model_dump(mode="json"), skyshine.__version__, *others], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -127,7 +127,7 @@ class Rung:
 
     @property
     def _digest(self) -> str:
-        """Of the job, the version of the package and the cores that a build takes."""
+        """Digest of the job, the version of the package and the cores that a build takes."""
         return job_digest(self.loaded, os.cpu_count())
 
     def resume(self, library: MaterialLibrary) -> None:

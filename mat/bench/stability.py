@@ -208,7 +208,7 @@ def _described(case: Case, name: str) -> dict[str, Any]:
 
 
 def _processor_seconds() -> float:
-    """Of this process and of those of its children that have ended, where the system counts them."""
+    """Processor seconds of this process and of those of its children that have ended, where the system counts them."""
     times = os.times()
     return time.process_time() + times.children_user + times.children_system
 

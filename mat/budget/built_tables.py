@@ -234,7 +234,7 @@ class Tables:
         kelvin = self.air.ground_temperature(self.surface, time=views.time)
 
         def glow(temperature: Floats) -> Floats:
-            """Of a black body beside the faces, by wavelength (n, B)."""
+            """Glow of a black body beside the faces, by wavelength (n, B)."""
             share = self._spectra(np.asarray(temperature)[:, None]).emission[:, 0]
             return self.blackbody(np.asarray(temperature))[:, None] * share * ratio(through, tau[:, None])
 

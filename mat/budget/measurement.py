@@ -137,7 +137,7 @@ class Measurement:
 
     @cached_property
     def _temperatures_read(self) -> tuple[Floats, Floats, Floats]:
-        """Of a runtime: in the open, under shadows alone, and under shadows and beside walls."""
+        """Temperatures of a runtime: in the open, under shadows alone, and under shadows and beside walls."""
         tables, views = self.tables, self.views
         in_the_open = tables.temperature(views)
         if not tables.shades:

@@ -36,12 +36,12 @@ class AtmosphereReadings:
 
     @classmethod
     def of(cls, q: AtmosphericQuantities) -> AtmosphereReadings:
-        """From quantities at n points."""
+        """Terms from quantities at n points."""
         return cls(*(a[:, None] for a in (q.transmittance, q.path_radiance_ratio, q.ambient, q.direct)))
 
     @classmethod
     def integrated(cls, lines: SpectralLines, band: BandPoints) -> AtmosphereReadings:
-        """From spectral lines of sight: the definitions (8), (10), (20) and (36)."""
+        """Terms from spectral lines of sight: the definitions (8), (10), (20) and (36)."""
         tau = lines.transmittance @ band.weight / band.weight.sum()
         absorbed = np.maximum((1 - lines.transmittance) @ band.weight / band.weight.sum(), np.finfo(float).tiny)
         weight = lines.transmittance * band.radiance_weight / (np.pi * np.maximum(tau, np.finfo(float).tiny)[:, None])
@@ -79,7 +79,7 @@ class ReflectedLight:
 
     @classmethod
     def integrated(cls, lines: SpectralLines, band: BandPoints, reflectance: Floats, mean: Floats) -> ReflectedLight:
-        """From spectral lines of sight and reflectances (M, P), whose means over the band are (M,)."""
+        """Terms from spectral lines of sight and reflectances (M, P), whose means over the band are (M,)."""
         weight = lines.transmittance * band.radiance_weight
 
         def of(light: Floats) -> Floats:

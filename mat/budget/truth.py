@@ -175,7 +175,7 @@ class FacetTruth:
 
     @property
     def mean_air_temperature(self) -> float:
-        """Of the day, at the weather's altitude [K]."""
+        """Mean air temperature of the day, at the weather's altitude [K]."""
         return float(np.mean(self.inputs[1].air_temperature))
 
     def temperature(
@@ -262,7 +262,7 @@ class FacetTruth:
         return light
 
     def bounce(self, views: Views, normal: Floats, finish: Finish, in_shade: Circumstances) -> Floats:
-        """As `runtime_terms.reflection`; 0 where a face is in the Sun's shade."""
+        """Reflection terms, as `runtime_terms.reflection`; 0 where a face is in the Sun's shade."""
         return self.lit_share(in_shade)[:, None] * reflection(views, normal, finish)
 
     def lit_share(self, circumstances: Circumstances) -> Floats:

@@ -111,7 +111,7 @@ class ShadedDay:
 
     @property
     def sky_view_factor(self) -> Floats:
-        """Of the faces on open ground, (n, 1)."""
+        """Sky view factor of the faces on open ground, (n, 1)."""
         view: Floats = 0.5 * (1 + self.views.normal[:, 2:])
         return view
 

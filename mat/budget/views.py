@@ -85,7 +85,7 @@ class Views:
 
     @property
     def height(self) -> Floats:
-        """Of the observers above the surfaces, km."""
+        """Height of the observers above the surfaces, km."""
         return self.altitude - self.surface_altitude
 
     @property
@@ -255,7 +255,7 @@ def _heights_of_observers(grid: PathGrid, surface: Floats, generator: np.random.
 
 
 def _sine_of_elevation(altitude: Floats, surface: Floats, distance: Floats) -> Floats:
-    """Of the straight line between two altitudes [km] over a round Earth."""
+    """Sine of the elevation of the straight line between two altitudes [km] over a round Earth."""
     start, end = EARTH_RADIUS * 1e-3 + altitude, EARTH_RADIUS * 1e-3 + surface
     return (end**2 - start**2 - distance**2) / (2 * distance * start)
 

@@ -219,7 +219,7 @@ class Channels:
 
     @classmethod
     def of(cls, points: SpectralPoints, wavelength: Floats, fwhm: Floats) -> Channels:
-        """Of middles and full widths at half maximum (C,) [nm].
+        """Channels of middles and full widths at half maximum (C,) [nm].
 
         Raises
         ------

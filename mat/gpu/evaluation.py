@@ -38,7 +38,7 @@ class GpuAir:
 
     @classmethod
     def of(cls, content: GpuFile) -> GpuAir:
-        """Of an export, read or just made."""
+        """Evaluation of an export, read or just made."""
         numbers = content.numbers
         count, materials = int(numbers["components"]), len(numbers["material"])
         heights = numbers["source_elevation"]

@@ -328,7 +328,7 @@ class State(StrictModel):
 
     @property
     def surrounding_materials(self) -> tuple[str, ...]:
-        """Of the ground and of the walls, where the state names them."""
+        """Materials of the ground and of the walls, where the state names them."""
         wall = None if self.surroundings is None else self.surroundings.wall.material
         return tuple(name for name in (self.ground_material, wall) if name is not None)
 

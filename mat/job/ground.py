@@ -74,6 +74,6 @@ def ground_of_latitude(latitude_deg: float, altitude_km: float) -> GroundYear:
 
 
 def _sea_level_air(latitude_deg: float, date: datetime.date) -> float:
-    """Of the standard profiles at sea level [Celsius]."""
+    """Air temperature of the standard profiles at sea level [Celsius]."""
     weights = profile_weights(latitude_deg, date)
     return sum(w * float(load_profile(name).temperature[0]) for name, w in weights.items()) - ZERO_CELSIUS

@@ -297,7 +297,7 @@ class Job(StrictModel):
 
     @property
     def band_names(self) -> list[str]:
-        """Of all bands, in their order."""
+        """Names of all bands, in their order."""
         return [band.name or f"b{number:02d}" for number, band in enumerate(self.bands, 1)]
 
     @property

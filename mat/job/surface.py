@@ -324,7 +324,7 @@ class Weather(StrictModel):
 
     @property
     def ground_year(self) -> GroundYear | None:
-        """Of the ground below; a loaded job has no other."""
+        """Yearly temperatures of the ground below; a loaded job has no other."""
         return self.ground if isinstance(self.ground, GroundYear) else None
 
     @property

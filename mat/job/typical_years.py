@@ -191,7 +191,7 @@ class YearFile:
                 raise self._error(
                     hour,
                     quantity,
-                    f"found {cells[column].strip()[:40]}; allowed: numbers worth {field.low:g} to {field.high:g} of"
+                    f"found {cells[column].strip()[:40]}; allowed: numbers from {field.low:g} to {field.high:g} of"
                     f" {quantity}; the reading is wrong: take another date or file",
                 )
         return converted

@@ -194,7 +194,7 @@ class _SourceTables:
 
     @cached_property
     def irradiance(self) -> npt.NDArray[np.float64]:
-        """Of the source outside the atmosphere, (P,) W m^-2 (cm^-1)^-1."""
+        """Irradiance of the source outside the atmosphere, (P,) W m^-2 (cm^-1)^-1."""
         band = self.compiled.band
         return source_irradiance(self.loaded.trimmed, self.source, band.wavenumber, band.width)
 

@@ -65,14 +65,14 @@ class SunlitSky:
 
     @property
     def weights(self) -> Floats:
-        """Of the cells on a level surface, (D, A) [sr]."""
+        """Weights of the cells on a level surface, (D, A) [sr]."""
         up = self.directions.cosine > 0
         level = (self.directions.solid_angle * self.directions.cosine[:, None])[up]
         return np.broadcast_to(level, self.radiance.shape[1:])
 
     @property
     def irradiance(self) -> Floats:
-        """Of a level surface, (S,)."""
+        """Irradiance of a level surface, (S,)."""
         total: Floats = np.sum(self.weights * self.radiance, axis=(1, 2))
         return total
 

@@ -61,7 +61,7 @@ class JoinedPaths:
 
     @property
     def elevation(self) -> Floats:
-        """Of the lines at their observers, (L,) [rad]."""
+        """Elevation of the lines at their observers, (L,) [rad]."""
         return np.array([path.elevation for path in self.paths])
 
 

@@ -209,7 +209,7 @@ def cell_phases(air: SpectralAir, directions: Directions, source_elevation: Floa
 
 
 def _cell_phase(phase: Floats, directions: Directions, row: int, source: Floats) -> Floats:
-    """Of one zenith angle and sources in directions (S, 3)."""
+    """Phase function of one zenith angle and sources in directions (S, 3)."""
     samples = directions.samples[row]  # (A, N, 3)
     angle = np.arccos(np.clip(np.einsum("anx,sx->san", samples, source), -1.0, 1.0))
     position = angle.reshape(len(source) * directions.azimuths, -1) / PHASE_ANGLES[1]

@@ -138,7 +138,7 @@ class _Image:
         self._input.close()
 
     def part_of(self, layer: str | None) -> _Part:
-        """Where a layer is.
+        """Location of a layer.
 
         Raises
         ------

@@ -286,6 +286,6 @@ def _gradient(inverse: Floats, tangent: Floats) -> tuple[Floats, Booleans]:
 
 
 def lengths(vectors: Floats) -> Floats:
-    """Of vectors (..., 3); a tenth of the time of `numpy.linalg.norm`."""
+    """Lengths of vectors (..., 3); a tenth of the time of `numpy.linalg.norm`."""
     length: Floats = np.sqrt(np.einsum("...x,...x->...", vectors, vectors))
     return length

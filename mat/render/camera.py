@@ -42,14 +42,14 @@ class ViewRays:
 
     @cached_property
     def elevation(self) -> Floats:
-        """Of the lines of sight (n,) [degree]."""
+        """Elevation of the lines of sight (n,) [degree]."""
         up = self.direction[:, 2]
         elevation: Floats = np.degrees(np.arctan2(up, np.hypot(self.direction[:, 0], self.direction[:, 1])))
         return elevation
 
     @cached_property
     def azimuth(self) -> Floats:
-        """Of the lines of sight (n,), from north eastward [degree]."""
+        """Azimuth of the lines of sight (n,), clockwise from north [degree]."""
         azimuth: Floats = np.mod(np.degrees(np.arctan2(self.direction[:, 0], self.direction[:, 1])), 360.0)
         return azimuth
 

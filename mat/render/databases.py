@@ -140,7 +140,7 @@ class SceneTables:
 
 
 def held_hours(surface: TemperatureTable, hours: Floats) -> Booleans:
-    """Which clock hours (T,) a table of temperatures holds: all, or a part of the day."""
+    """Whether a table of temperatures covers clock hours (T,): all, or a part of the day."""
     rule = AxisRule.of("time", surface.root.axes["time"])
     if rule.interpolation == PERIODIC:
         return np.ones(hours.shape, bool)

@@ -20,7 +20,7 @@ _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))  # of Vogel's spiral, Mathematical Biosci
 
 @dataclass(frozen=True, eq=False)
 class SeenExposure:
-    """Of n points.
+    """Exposure of n points.
 
     Attributes
     ----------

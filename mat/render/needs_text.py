@@ -38,7 +38,7 @@ def with_needs(job_text: str, needs: str) -> str:
 
 
 def _value(value: Any) -> str:
-    """In one line of YAML."""
+    """Value in one line of YAML."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key}: {entry}" for key, entry in value.items()) + "}"
     if isinstance(value, list):

@@ -203,7 +203,7 @@ def _of_state(scene: LoadedScene, loaded: LoadedJob) -> Job:
 
 
 def _of_source(scene: LoadedScene, reads: SceneReads, job: Job) -> Iterator[Limit]:
-    """Where the source stands at the hours of the frames, and between them."""
+    """Positions of the source at the hours of the frames, and between them."""
     source, site = scene.model.source, job.site
     earliest, stop = reads.clock
     length = (stop - earliest) % 24.0

@@ -93,7 +93,7 @@ class SurfaceMesh:
 
     @property
     def altitudes(self) -> tuple[float, float]:
-        """Of the lowest and the highest corner [km]."""
+        """Altitudes of the lowest and the highest corner [km]."""
         low, high = self.altitude + self.bounds[:, 2] * 1e-3
         return float(low), float(high)
 

@@ -28,7 +28,7 @@ _LINE = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """Where n pixels are seen from, and how they are lit.
+    """Lines of sight and illumination of n pixels.
 
     Attributes
     ----------

@@ -111,7 +111,7 @@ def irradiance_of_sources(job: Job, band: BandPoints) -> Floats:
 
 
 def source_tracks(site: Site, hours: Floats) -> dict[str, Floats]:
-    """Where Sun and Moon stand at local clock hours on the day of a site.
+    """Positions of Sun and Moon at local clock hours on the day of a site.
 
     The positions are computed each half hour; cubic splines through them give the direction between them within
     0.001 degree.

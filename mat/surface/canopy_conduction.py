@@ -85,7 +85,7 @@ class CanopyConduction:
 
     @property
     def admittance(self) -> Complexes:
-        """Of the soil at the harmonics 0 ... N/2 [W m^-2 K^-1]."""
+        """Admittance of the soil at the harmonics 0 ... N/2 [W m^-2 K^-1]."""
         return self._response[2]
 
     @cached_property

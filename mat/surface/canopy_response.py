@@ -18,7 +18,7 @@ _COLDEST = 20.0  # K: as of the table of losses
 
 
 class CanopyResponse:
-    """Of some columns about a solution in N steps of a day, at H of them.
+    """Response of some columns about a solution in N steps of a day, at H of them.
 
     Parameters
     ----------

@@ -46,7 +46,7 @@ class FilmResponse:
 
     @classmethod
     def empty(cls, columns: int, hours: int, offsets: int) -> FilmResponse:
-        """Of surfaces on which no water stays."""
+        """Response of surfaces on which no water stays."""
         loss, evaporation = np.zeros((2, columns, hours, offsets))
         sunlight, dry_sunlight = np.zeros((2, columns, hours))
         return cls(loss, evaporation, sunlight, dry_sunlight, np.zeros(columns))
@@ -65,7 +65,7 @@ def under_film(forcing: Forcing, share: Floats) -> Forcing:
 def film_response(
     material: SurfaceMaterial, forcing: Forcing, temperatures: Sequence[Floats], before: Floats
 ) -> FilmResponse:
-    """Of columns of a material with a film.
+    """Film response of columns of a material with a film.
 
     Parameters
     ----------

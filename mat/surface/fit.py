@@ -59,7 +59,7 @@ class Fit:
 
     @property
     def values(self) -> dict[str, float]:
-        """Of the parameters, by name."""
+        """Values of the parameters, by name."""
         return parameter_values(self.parameters, self.shares)
 
 
@@ -210,7 +210,7 @@ class _Search:
         return self.measured.temperature(values.get("emissivity", self.model.material.thermal_emissivity))
 
     def slopes(self, shares: Floats) -> Floats:
-        """Of predicted less measured temperatures by the shares, (N, free)."""
+        """Slopes of predicted less measured temperatures by the shares, (N, free)."""
         slopes = self.model.derivatives(shares, self._solved(shares)[1])
         for index, parameter in enumerate(self.model.parameters):
             if parameter.name == "emissivity":
@@ -224,7 +224,7 @@ class _Search:
         return error
 
     def jacobian(self, shares: Floats) -> Floats:
-        """Of the residuals."""
+        """Jacobian of the residuals."""
         return self.slopes(shares)[self.fitted]
 
     def _solved(self, shares: Floats) -> tuple[Floats, Floats]:

@@ -24,7 +24,7 @@ _AT_BOUND = 1e-3  # of the way between the bounds
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """Of p parameters, in shares of the way between their bounds.
+    """Uncertainty of p parameters, in shares of the way between their bounds.
 
     Attributes
     ----------
@@ -43,13 +43,13 @@ class Uncertainty:
     factor: float
 
     def interval(self, index: int, share: float) -> tuple[float, float]:
-        """Of a parameter at a share, within its bounds."""
+        """Interval of a parameter at a share, within its bounds."""
         half = self.factor * float(self.standard[index])
         return max(share - half, 0.0), min(share + half, 1.0)
 
 
 def uncertainty(residual: Floats, derivatives: Floats, step: float) -> Uncertainty:
-    """Of a least-squares solution.
+    """Uncertainty of a least-squares solution.
 
     Parameters
     ----------

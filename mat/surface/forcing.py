@@ -311,7 +311,7 @@ class Scene:
 
     @cached_property
     def _sun_cosine(self) -> Floats:
-        """Of the planes, (P, SUN_STEPS)."""
+        """Cosine of the Sun's angle of incidence on the planes, (P, SUN_STEPS)."""
         slope, azimuth = (np.asarray(angles, float)[:, None] for angles in (self.slope, self.azimuth))
         return sun_cosine(slope, azimuth, self.sun.solar_elevation[None, :], self.sun.solar_azimuth[None, :])
 
@@ -339,7 +339,7 @@ class Scene:
 
     @cached_property
     def _longwave(self) -> Floats:
-        """Of the whole sky on a level surface, (A, SUN_STEPS)."""
+        """Longwave irradiance of the whole sky on a level surface, (A, SUN_STEPS)."""
         altitude, measured = np.asarray(self.altitude, float), self.weather.radiation
         series = None if measured is None else measured.sky_longwave()
         if series is None:

@@ -138,7 +138,7 @@ def _front(up: Floats, across: Floats) -> tuple[Floats, Floats]:
 
 
 def _antiderivative(up: Floats, across: Floats, elevation: Floats) -> Floats:
-    """Of (up sin e + across cos e) cos e by e."""
+    """Antiderivative of (up sin e + across cos e) cos e by e."""
     integral: Floats = 0.5 * (up * np.sin(elevation) ** 2 + across * (elevation + 0.5 * np.sin(2 * elevation)))
     return integral
 

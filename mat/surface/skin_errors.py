@@ -15,7 +15,7 @@ DAYLIGHT = 20.0  # W m^-2 of sunlight above which it is day
 
 @dataclass(frozen=True)
 class SkinError:
-    """Of one prediction over some readings.
+    """Error of one prediction over some readings.
 
     Attributes
     ----------

@@ -86,7 +86,7 @@ class SkinModel:
         return self._at_times(states)[:, 0], states
 
     def derivatives(self, shares: Floats, states: Floats) -> Floats:
-        """Of the skin temperatures by the shares, (N, free) [K], where all temperatures are `states`."""
+        """Derivatives of the skin temperatures by the shares, (N, free) [K], where all temperatures are `states`."""
         by_value = self._equations.derivatives(states, self._values(shares))
         slopes = [parameter.slope(float(share)) for parameter, share in zip(self.parameters, shares, strict=True)]
         slopes_of_skin: Floats = self._at_times(by_value)[:, 0] * np.array(slopes)
@@ -104,7 +104,7 @@ class SkinModel:
 
     @property
     def _intervals(self) -> int:
-        """Of a step of the record."""
+        """Number of intervals of a step of the record."""
         return int(np.ceil(self.record.step / LONGEST_INTERVAL - 1e-9))
 
     @cached_property

@@ -192,7 +192,7 @@ class Collocation:
 
     @property
     def points(self) -> int:
-        """Of all intervals."""
+        """Points of all intervals."""
         return int(self.forcing.shape[1])
 
     def solve(self, parameters: Floats, guess: Floats, tolerance: float = 1e-8) -> Floats:
@@ -219,7 +219,7 @@ class Collocation:
         raise RuntimeError(f"the collocation's Newton iteration did not converge: last step {change:.3g} K")
 
     def derivatives(self, values: Floats, parameters: Floats) -> Floats:
-        """Of the solution by each free parameter, (points, size, free)."""
+        """Derivatives of the solution by each free parameter, (points, size, free)."""
         from scipy.sparse.linalg import splu
 
         _, band, by_free = self._evaluated(values, parameters)

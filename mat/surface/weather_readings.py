@@ -55,7 +55,7 @@ class Column:
             allowed = f"{self.low:g} to {self.high:g} {si_unit}".strip() + (
                 " or 0, a vacuum" if self.zero_allowed else ""
             )
-            raise ValueError(f"found '{cell}'; allowed: numbers worth {allowed}; fix or remove the line")
+            raise ValueError(f"found '{cell}'; allowed: numbers from {allowed}; fix or remove the line")
         return value
 
 

@@ -503,7 +503,7 @@ def _by_region(error: Floats, region: Integers) -> dict[str, dict[str, float]]:
 
 
 def _statistics(error: Floats) -> dict[str, float]:
-    """Of the sizes of errors (M,); 0 of none."""
+    """Statistics of the sizes of errors (M,); 0 of none."""
     if not error.size:
         return dict.fromkeys(("max", "p99", "p95", "rms"), 0.0)
     p99, p95 = np.percentile(error, (99, 95))

@@ -53,7 +53,7 @@ class AngstromModel:
 
     @property
     def wavelength(self) -> Floats:
-        """Of the model's tables, um."""
+        """Wavelength of the model's tables, um."""
         return self.model.wavelength
 
     def optics(self, wavenumber: npt.ArrayLike, relative_humidity: npt.ArrayLike) -> AerosolOptics:

@@ -1,4 +1,4 @@
-"""Where the Sun and the Moon stand, by the package astronomy-engine (VSOP87 and NOVAS, within one arc minute)."""
+"""Positions of the Sun and the Moon, by the package astronomy-engine (VSOP87 and NOVAS, within one arc minute)."""
 
 from __future__ import annotations
 

@@ -129,7 +129,7 @@ class ForwardPeak:
 
     @cached_property
     def paths(self) -> SourcePaths:
-        """Of the source's light, through peak scattering alone at `few`."""
+        """Paths of the source's light, through peak scattering alone at `few`."""
         return SourcePaths.of(self.rays, self.scattering[:, self.few])
 
     @cached_property

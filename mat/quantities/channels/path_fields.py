@@ -132,7 +132,7 @@ class LightOver:
 
     @classmethod
     def of(cls, atmosphere: BandAtmosphere, lines: JoinedPaths) -> LightOver:
-        """Of the lines of a prepared band."""
+        """Fields of the lines of a prepared band."""
         return cls(atmosphere, lines, depth_of(atmosphere, lines))
 
     @cached_property

@@ -36,7 +36,7 @@ class SamplePaths:
     source_elevation: Floats
 
     def transmittances(self, air: SpectralAir) -> tuple[Floats, Floats]:
-        """Of the paths that end in the air, and from the source to their ends, (k, P) each."""
+        """Transmittances of the paths that end in the air, and from the source to their ends, (k, P) each."""
         through, from_source = [], []
         lines = lines_of_sight(air, self.length[:, None], self.altitude, self.elevation)
         for line, height in zip(lines, self.source_elevation, strict=True):
@@ -67,7 +67,7 @@ class PartedLight:
 
     @classmethod
     def of(cls, wavenumber: Floats, radiance_weight: Floats, irradiance: Floats) -> PartedLight:
-        """Of points with weights (P,) [cm^-1], under a source's irradiance (P,)."""
+        """Shares of points with weights (P,) [cm^-1], under a source's irradiance (P,)."""
         return cls(wavenumber, radiance_weight * planck_wavenumber(wavenumber, REFERENCE), radiance_weight * irradiance)
 
 

@@ -103,7 +103,7 @@ def test_clocks_far_from_the_sun(offset, longitude, apart):
 
 
 def test_hectopascal_in_a_column_of_pascal_are_refused():
-    with pytest.raises(ValueError, match="found '1013'; allowed: numbers worth 20000 to 120000 Pa"):
+    with pytest.raises(ValueError, match="found '1013'; allowed: numbers from 20000 to 120000 Pa"):
         WEATHER_COLUMNS["pressure"].to_si("1013", "Pa")
 
 

@@ -35,14 +35,14 @@ def said_of(job):
         (
             date(2026, 6, 22),
             [(24 + 5, 6, "88.8")],
-            "test.epw:38:17: air_temperature_c: found 88.8; allowed: numbers worth -90 to 70",
+            "test.epw:38:17: air_temperature_c: found 88.8; allowed: numbers from -90 to 70",
         ),
         (
             date(2026, 6, 22),
             [(24 + hour, 6, "99.9") for hour in (5, 6, 7)],
             "test.epw:38: has no air_temperature_c in 3 of the 24 hours; allowed: gaps up to 3 h",
         ),
-        (date(2026, 6, 21), [(2, 22, "11")], "test.epw:11:.*: cloud_fraction: found 11; allowed: numbers worth 0 to 1"),
+        (date(2026, 6, 21), [(2, 22, "11")], "test.epw:11:.*: cloud_fraction: found 11; allowed: numbers from 0 to 1"),
         (date(2026, 6, 21), [(2, 22, "nan")], "test.epw:11:.*: cloud_fraction: found 'nan'; allowed: a number"),
         (date(2026, 6, 21), [(0, 1, "June")], "test.epw:9:6: month: found 'June'; allowed: a whole number"),
         (

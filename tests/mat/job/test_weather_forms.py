@@ -232,7 +232,7 @@ def test_columns_that_are_not_known_are_left_alone_and_slips_refused(tmp_path):
     [
         ("2026,7,1,5,30", "2026,7,41,5,30", "psm.csv:9:1: found '2026 7 41 5 30'; allowed: a date and time"),
         (",20,950,", ",warm,950,", "psm.csv:9:.*Temperature: found 'warm'"),
-        (",20,950,", ",20,95000,", "psm.csv:9:.*Pressure: found '95000'; allowed: numbers worth"),
+        (",20,950,", ",20,95000,", "psm.csv:9:.*Pressure: found '95000'; allowed: numbers from"),
         ("Temperature,", "Other,", "has no air temperature"),
     ],
 )

@@ -60,7 +60,7 @@ def test_a_wrong_depth_of_rain_is_placed_and_stops_only_who_asks_for_it(tmp_path
     with pytest.raises(InputError, match=r"test.epw:13:\d+: rain_mm: found 'rain'; allowed: a number"):
         read_weather(file, date(2026, 6, 21), -7, rain="file")
     assert read_weather(file, date(2026, 6, 21), -7).hourly.rain_mm_h is None
-    with pytest.raises(InputError, match=r"rain_mm: found 700; allowed: numbers worth 0 to 500"):
+    with pytest.raises(InputError, match=r"rain_mm: found 700; allowed: numbers from 0 to 500"):
         read_weather(epw(tmp_path, rainy((4, "700", "1"))), date(2026, 6, 21), -7, rain="file")
 
 

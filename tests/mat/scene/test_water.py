@@ -156,7 +156,7 @@ def test_wetting_of_a_weather_before_its_air_is_known():
 @pytest.mark.parametrize(
     ("head", "cell", "words", "line", "column"),
     [
-        (",rain", ",-1", "rain: found '-1'; allowed: numbers worth 0 to 2000 mm/h", 2, None),
+        (",rain", ",-1", "rain: found '-1'; allowed: numbers from 0 to 2000 mm/h", 2, None),
         (",soil_moisture", ",1.2", "soil_moisture: found '1.2'", 2, None),
         (",albedo,snow_age", ",.8,3", "found albedo and snow_age; allowed: one of them", 1, 77),
         (",rain[in]", ",1", "found the unit 'in' of rain", 1, 70),

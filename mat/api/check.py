@@ -68,10 +68,8 @@ class JobCheck(Result):
     def left_out(self) -> list[LeftOut]:
         """Each omission with its reason, the bound of the change and the way to restore it; computed when asked for."""
         from skyshine.mat.plan.physics import physics_left_out
-        from skyshine.mat.plan.twins import twins_left_out
 
-        job = self.loaded
-        return [*self.plan.left_out, *twins_left_out(job, self.plan.materials), *physics_left_out(job)]
+        return [*self.plan.left_out, *physics_left_out(self.loaded)]
 
     @cached_property
     def continua(self) -> list[str]:

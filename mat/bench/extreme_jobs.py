@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 from skyshine.mat.atmosphere.band.compile import compile_band
 from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS
+from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.profiles import PROFILES
 from skyshine.mat.bench.extreme_air import random_state, some_points
@@ -21,7 +23,6 @@ from skyshine.mat.plan.cost import estimate
 from skyshine.mat.plan.physics import physics_left_out
 from skyshine.mat.plan.plan import Plan, make_plan
 from skyshine.mat.plan.size import check_size
-from skyshine.mat.plan.twins import twins_left_out
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.lines_of_sight import LinesOfSight
@@ -35,12 +36,13 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import CheckFailed, InputError
 
 MATERIALS = ("asphalt_road", "grass_green", "concrete", "water_sea", "conifer", "snow_melting", "aluminium_polished")
-_SECOND = 0.15  # share of the jobs with a second state, band or source, a wide band, or all lines of sight
+_SECOND = 0.15  # share of the jobs with a second state, band or source, a wide band, particles, or all lines of sight
+_ALONE = 0.4  # share of the jobs without a band
 _TOLERANCE = 1e-3  # relative rms of a compiled band, the default of a job
 # Rms along few new lines of sight over that which the compiled band states of others, or its tolerance.
 _COMPILED_BOUND = 5.0
 _LINES_OF_SIGHT = 10  # random lines of each case
-_SPECTRAL_POINTS = 12  # from which those of a band are chosen, at most
+_SPECTRAL_POINTS = 10  # from which those of a band are chosen, at most
 
 
 def job_case(generator: np.random.Generator) -> dict[str, tuple[float, float]] | str:
@@ -71,7 +73,6 @@ def _checked(job: dict[str, Any]) -> tuple[LoadedJob, Plan]:
     plan = make_plan(loaded, load_library())
     check_size(loaded, plan)
     check_scene(loaded)
-    twins_left_out(loaded, plan.materials)
     physics_left_out(loaded)
     state_summaries(loaded.trimmed)
     estimate(loaded, plan)
@@ -111,6 +112,8 @@ def random_job(generator: np.random.Generator) -> dict[str, Any]:
         "accuracy": {"negligible_k": _some(generator, 0.02, (0.0, 1.0)), "seed": int(generator.integers(100))},
         "output": {"pictures": False},
     }
+    if generator.random() < _ALONE:
+        job["bands"] = []  # temperatures alone
     _operate(generator, job, materials)
     if generator.random() > _SECOND:  # most read few lines of sight: a build samples no others
         job["needs"] = {"range_km": [0.001, 1.0], "elevation_deg": [0.0, 30.0], "shade": bool(generator.random() < 0.3)}
@@ -118,29 +121,33 @@ def random_job(generator: np.random.Generator) -> dict[str, Any]:
         job["surface_grid"]["tolerance"] = "5 K"
     for state in job["states"]:
         _surround(generator, state)
+        if generator.random() > _SECOND and "hourly" in state["weather"]:  # otherwise nonsense, which is refused
+            _only_by_day(job["site"], state["weather"]["hourly"])
     return job
 
 
 def _state(generator: np.random.Generator) -> dict[str, Any]:
-    aerosol = str(generator.choice([*BOUNDARY_MODELS, "none"]))
+    hazy = generator.random() < _SECOND  # light scattered often takes most of a build
+    aerosol = str(generator.choice(list(BOUNDARY_MODELS))) if hazy else "none"
     state: dict[str, Any] = {"profile": str(generator.choice(list(PROFILES))), "aerosol": aerosol}
     state["humidity_scale"] = _some(generator, 1.0, (0.0, 3.0))
     if aerosol != "none" and generator.random() < 0.5:
         state["visibility_km"] = round(float(np.exp(generator.uniform(np.log(0.1), np.log(300)))), 3)
     elif aerosol != "none":
         state["aerosol_optical_depth"] = float(generator.choice([0.0, 0.05, 2.0, 100.0]))
-    if generator.random() < 0.3:
+    if hazy and generator.random() < 0.3:
         state["angstrom_exponent"] = float(generator.choice([-1.0, 1.3, 4.0]))
-    if generator.random() < 0.3:
+    if hazy and generator.random() < 0.3:
         state["aerosol_layers"] = [_aerosol_layer(generator)]
-    if generator.random() < 0.3:
+    if hazy and generator.random() < 0.3:
         base = round(float(generator.uniform(0.1, 4.0)), 2)
         depth = float(generator.choice([0.0, 0.1, 10.0, 1000.0]))
         state["clouds"] = [{"height_km": [base, base + 1.0], "optical_depth": depth}]
-    elif generator.random() < 0.2:
+    elif hazy and generator.random() < 0.2:
         state["rain"] = {"rate_mm_h": float(generator.choice([0.1, 5.0, 50.0]))}
     state["surface_albedo"] = _some(generator, 0.1, (0.0, 1.0))
-    state["weather"] = _measured(generator) if generator.random() < 0.3 else _weather(generator, "clouds" in state)
+    sky = generator.random() < 2 * _SECOND  # computed, not measured
+    state["weather"] = _weather(generator, "clouds" in state) if sky else _measured(generator)
     return state
 
 
@@ -186,9 +193,18 @@ def _measured(generator: np.random.Generator) -> dict[str, Any]:
         "direct_normal_w_m2": np.round(float(generator.choice([0.0, 900.0, 1500.0])) * shape, 1).tolist(),
         "diffuse_w_m2": np.round(float(generator.choice([0.0, 100.0, 600.0])) * shape, 1).tolist(),
     }
-    if generator.random() < 0.5:
+    if generator.random() < 0.9:  # without it the sky is computed
         hourly["longwave_down_w_m2"] = [float(generator.choice([20.0, 350.0, 800.0]))] * 24
     return {"hourly": hourly, "radiation": "measured"}
+
+
+def _only_by_day(site: dict[str, Any], hourly: dict[str, Any]) -> None:
+    """No measured light in hours in which the Sun is down at their begin or end."""
+    hours = np.arange(-1, 24) - site["utc_offset_h"]
+    moments = np.datetime64(site["date"], "s") + hours * np.timedelta64(3600, "s")
+    up = position("sun", moments, site["latitude_deg"], site["longitude_deg"]).elevation > 0
+    for name in ("direct_normal_w_m2", "diffuse_w_m2"):
+        hourly[name] = np.where(up[1:] & up[:-1], hourly[name], 0.0).tolist()
 
 
 def _band(generator: np.random.Generator) -> dict[str, Any]:
@@ -273,8 +289,12 @@ def compiled_case(generator: np.random.Generator) -> dict[str, tuple[float, floa
         _between(generator, grid.source_elevation_deg),
         _between(generator, grid.source_azimuth_deg),
     )
-    chosen = BandAtmosphere.of(state, compiled.band).at_points(lines, sun[compiled.index])
-    exact = BandAtmosphere.of(state, band).at_points(lines, sun)
+    # Light scattered more than once, which takes most of the time, is that of the atmospheres and skies above.
+    few, everything = (BandAtmosphere.of(state, part) for part in (compiled.band, band))
+    chosen, exact = (
+        replace(part, air=replace(part.air, scatters=False)).at_points(lines, light)
+        for part, light in ((few, sun[compiled.index]), (everything, sun))
+    )
     valid = exact.valid
     stated = max(compiled.errors["transmittance"]["rms"], _TOLERANCE)
     differences = chosen.transmittance[valid] - exact.transmittance[valid]

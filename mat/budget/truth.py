@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from skyshine.mat.atmosphere.band.response_points import points_of_band
-from skyshine.mat.atmosphere.transfer.bounds import Bounds
+from skyshine.mat.atmosphere.transfer.bounds import Scattering
 from skyshine.mat.budget.circumstances import Circumstances
 from skyshine.mat.budget.columns import temperatures_at
 from skyshine.mat.budget.runtime_terms import Finish, exact_normalisation, reflection, spectral_radiance
@@ -28,7 +28,6 @@ from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band
 from skyshine.mat.scene.continuum_spread import other_continua
-from skyshine.mat.scene.grids import path_grid
 from skyshine.mat.scene.ground import over_ground
 from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.scene.omission import Omission
@@ -55,7 +54,7 @@ class Prepared:
         Counted from 1.
     response : SpectralResponse
     exact, reduced : BandAtmosphere
-        Atmosphere at all spectral points, and at those of the tables, without what the tables omit.
+        Atmosphere at all spectral points, and at those of the tables.
     inputs : SunPath, NearSurfaceAir, Sky
         Inputs of the heat balance.
     others : tuple of BandAtmosphere
@@ -85,10 +84,8 @@ class Prepared:
         compiled, _ = compiled_band(loaded, state_model, response, air, everything)
         exact, reduced = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))
         light = irradiance_of_sources(job, compiled.band)
-        bounds = Bounds.of(reduced.air, path_grid(job), light, compiled.band.radiance_weight)
+        bounds = Scattering.of(reduced.air).radiance(light, compiled.band.radiance_weight)
         omission = Omission.of(job, job.sources, air, response, bounds)
-        if omission.particles:
-            reduced = BandAtmosphere.of(omission.without(air), compiled.band)
         others = tuple(
             BandAtmosphere.of(air, replace(reduced.band, points=part))
             for name in other_continua(job)

@@ -63,9 +63,8 @@ class Accuracy(StrictModel):
         ge=0,
         le=1,
         description=(
-            "Kinds of particle and scattered light of a source are omitted from the atmospheric tables of a band where"
-            " all that provably changes no radiance seen by more, in kelvin at the temperature of the ground (300 K at"
-            " most); 0 leaves none out."
+            "Scattered light of a source is omitted from the atmospheric tables of a band where that provably changes"
+            " no radiance seen by more, in kelvin at the temperature of the ground (300 K at most); 0 leaves none out."
         ),
     )
     solver_steps: Literal[48, 96, 144, 192, 288] = Field(

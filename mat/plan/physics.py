@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
 from typing import Any
 
 from skyshine.mat.atmosphere.band.compile import negligible_gases
 from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.atmosphere.transfer.bounds import Bounds, Scattering
+from skyshine.mat.atmosphere.transfer.bounds import Scattering
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.plan.left_out import LeftOut
@@ -28,7 +27,7 @@ from skyshine.mat.tables.files import state_label
 
 
 def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
-    """Points, gases, particles and scattered light that bands of states do not need, with about what each changes.
+    """Points, gases and scattered light that bands of states do not need, with about what each changes.
 
     States of the same air are represented by the first of them, except for their light. Bounds are those at some
     hundred points of a band; a build takes the bounds at the points of its tables, which differ little. More than
@@ -38,7 +37,7 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
     library = job_library(job)
     bands, left_out = {}, []
     faint: dict[str, list[tuple[float, float, str]]] = {}
-    by_case: dict[tuple[Any, ...], tuple[Bounds, Scattering]] = {}
+    by_case: dict[tuple[Any, ...], Scattering] = {}
     omitted: dict[tuple[int, AirCell | None], dict[str, float]] = {}
     looked_at = _spread(len(job.states))
     for number in job.needed_bands:
@@ -67,18 +66,11 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
                 )
             if gases := omitted[band, cell]:
                 left_out.append(_gases(gases, table))
-            by_case[key] = Bounds.of(all_air, grid, irradiance, everything.radiance_weight), Scattering.of(all_air)
-        bounds, scattering = by_case[key]
-        bounds = replace(bounds, scattered=scattering.radiance(irradiance, everything.radiance_weight))
-        omission = Omission.of(job, job.sources, air, response, bounds)
-        changes = {
-            f"scattered light of the {source}": omission.scattered[source]
-            for source in job.sources
-            if source in omission.scattered
-        }
-        for what, change in (
-            changes | {f"particles ({name})": change for name, change in omission.names(air).items()}
-        ).items():
+            by_case[key] = Scattering.of(all_air)
+        light = by_case[key].radiance(irradiance, everything.radiance_weight)
+        omission = Omission.of(job, job.sources, air, response, light)
+        for source, change in omission.scattered.items():
+            what = f"scattered light of the {source}"
             faint.setdefault(what, []).append((change, change * omission.radiance, table))
     part = f" ({len(looked_at)} of {len(job.states):,} states looked at)" if len(looked_at) < len(job.states) else ""
     return left_out + [_faint(what, cases, part) for what, cases in faint.items()]
@@ -112,7 +104,7 @@ def _spread(states: int) -> list[int]:
 
 
 def _faint(what: str, cases: list[tuple[float, float, str]], part: str) -> LeftOut:
-    """Particles or light that can be omitted at some places."""
+    """Light that can be omitted at some places."""
     kelvin, radiance, _ = max(cases)
     tables = [table for *_, table in cases]
     more = f" and {len(tables) - 3} more" if len(tables) > 3 else ""

@@ -15,7 +15,7 @@ from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.state.ground_albedo import SpectralAlbedo
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.atmosphere.transfer.bounds import Bounds
+from skyshine.mat.atmosphere.transfer.bounds import Scattering
 from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import LoadedJob
@@ -130,19 +130,14 @@ class AtmosphereProduct:
             report.notes.append(f"gases omitted: {_gases_left_out(compiled)}")
         scope = path_scope(loaded)
         air = BandAtmosphere.of(state, compiled.band, scope=scope)
-        bounds = Bounds.of(
-            air.air,
-            path_grid(job),
-            irradiance_of_sources(job, compiled.band),
-            compiled.band.radiance_weight,
+        light = Scattering.of(air.air).radiance(
+            irradiance_of_sources(job, compiled.band), compiled.band.radiance_weight
         )
-        left_out = Omission.of(job, job.sources, state, response, bounds)
-        if left_out.particles:
-            air = BandAtmosphere.of(left_out.without(state), compiled.band, scope=scope)
+        left_out = Omission.of(job, job.sources, state, response, light)
         reference: tuple[ChannelTables, ChannelNodes] | None = None
         for source in job.sources:
             source_air = replace(air, air=replace(air.air, scatters=False)) if source in left_out.scattered else air
-            text, kelvin = left_out.text(source, state), left_out.bound(source)
+            text, kelvin = left_out.text(source), left_out.bound(source)
             notes = {
                 "left_out": text or "none",
                 "left_out_bound_kelvin": kelvin,

@@ -246,6 +246,8 @@ def _within(scene: LoadedScene, loaded: LoadedJob, limit: Limit) -> Limit:
         read: Span = (low, high / (1 + margins) if high > nodes[-1] else high)
     else:
         read = (low + margins, high - margins)
+    if limit.key == "slope_deg" and any(state.ground_material is not None for state in job.states):
+        low = 0.0  # of the ground around the faces, which is level
     if read[0] < nodes[0] - 1e-6 or read[1] > nodes[-1] + 1e-6:
         raise loaded.document.error(
             tuple(key.split(".")),

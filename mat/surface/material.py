@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -52,14 +51,6 @@ class SurfaceMaterial:
             value = getattr(self, quantity)
             if not 0 <= value <= 1:
                 raise InputError(f"material '{self.name}': found {quantity} {value:g}; allowed: 0 to 1")
-
-    @property
-    def physics(self) -> tuple[Hashable, ...]:
-        """All but the name: materials of equal physics have equal temperatures."""
-        alone = (self.thermal, self.surface, self.solar_absorptance, self.thermal_emissivity, self.film, self.moist)
-        if self.canopy is None:
-            return alone
-        return (*alone, self.canopy.leaf_area, self.canopy.leaves.physics, self.canopy.soil.physics)
 
     def with_optics(
         self, solar_absorptance: float | None = None, thermal_emissivity: float | None = None

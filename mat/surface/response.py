@@ -10,7 +10,7 @@ it the response of one face holds for faces of other azimuths, on which the Sun 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Collection, Hashable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -324,7 +324,6 @@ def response_table(
         Scene(scene.sun, scene.weather, scene.sky, altitudes, *planes).days
         for planes in ((slopes, azimuths), (np.repeat(slopes, turns), turned_azimuths))
     )
-    solved: dict[Hashable, SurfaceResponse] = {}
     responses = []
     for material in materials:
         if material.name in prescribed:
@@ -332,12 +331,10 @@ def response_table(
                 SurfaceResponse.empty(altitudes.size * slopes.size, film=days[-1](FINE_STEPS).rain is not None)
             )
             continue
-        if material.physics not in solved:
-            if material.canopy is None:
-                solved[material.physics] = surface_response(material, days, steps=steps)
-            else:
-                solved[material.physics] = surface_response(material, turned_days, steps=steps).mean_of_planes(turns)
-        responses.append(solved[material.physics])
+        if material.canopy is None:
+            responses.append(surface_response(material, days, steps=steps))
+        else:
+            responses.append(surface_response(material, turned_days, steps=steps).mean_of_planes(turns))
     shape = (len(materials), altitudes.size, slopes.size, RESPONSE_HOURS.size)
 
     def table(name: str) -> Singles:

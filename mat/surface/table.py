@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -120,13 +120,10 @@ def temperature_table(
         np.empty((*shape, len(hours)), np.float32), *(np.empty(shape, kind) for kind in _DIAGNOSTICS.values())
     )
     for part, start in _parts(scene):
-        days, solved = part.days, dict[Hashable, int]()
+        days = part.days
         for number, material in enumerate(materials):
             if prescribed and material.name in prescribed:
                 _fill_given(table, number, at_hours(prescribed[material.name], hours))
-            elif (twin := solved.setdefault(material.physics, number)) != number:
-                for name in ("temperature", *_DIAGNOSTICS):
-                    getattr(table, name)[number] = getattr(table, name)[twin]
             else:
                 for columns, solution in solve_days(material, days, steps=steps):
                     _fill(table, number, columns + start * len(planes), solution, plane_of, len(planes), hours)

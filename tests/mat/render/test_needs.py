@@ -148,9 +148,14 @@ def test_a_sphere_has_a_span_of_slopes(yard, tmp_path, write_glb):
     ball = trimesh.creation.icosphere(subdivisions=3, radius=5.0)
     write_glb([("ground", ball.triangles, None)], tmp_path / "ball.glb")
     mesh = {"file": str(tmp_path / "ball.glb"), "materials": {"ground": "concrete"}}
-    scene = yard(surface={"altitude_km": 0.1, "mesh": mesh}, camera=camera([0, 40, 30], [0, 0, 0]))
+    scene = yard(surface={"altitude_km": 0.11, "mesh": mesh}, camera=camera([0, 40, 30], [0, 0, 0]))
     limits, _ = limits_of(scene)
-    assert "faces_deg" not in limits and limits["slope_deg"][0] < 25 and limits["slope_deg"][1] > 90
+    assert "faces_deg" not in limits and 0 < limits["slope_deg"][0] < 25 and limits["slope_deg"][1] > 90
+    job = yaml.safe_load(JOB)
+    job["states"][0]["ground_material"] = "asphalt_road"  # which is level, and whose temperature the faces see
+    limits, needs = limits_of(scene, load_job(job))
+    assert limits["slope_deg"][0] == 0
+    load_job(yaml.safe_load(with_needs(yaml.safe_dump(job), needs_text("scene.yaml", needs))))
 
 
 def test_walls_that_no_pixel_shows_keep_a_tilted_face(yard, plain_texture):

@@ -59,15 +59,6 @@ def test_slopes_follow_the_sun(table):
     assert south[4] > north[4] + 5
 
 
-def test_twins_are_solved_once(sun_path, weather, sky, monkeypatch):
-    solved = []
-    original = module.solve_days
-    monkeypatch.setattr(module, "solve_days", lambda *a, **k: solved.append(1) or original(*a, **k))
-    ticks = []
-    temperature_table([soil(), soil("b")], sun_path, weather, sky, [0.0], [0.0], [0.0], [12.0], progress=ticks.append)
-    assert len(solved) == 1 and ticks == [1, 1]
-
-
 def test_time_is_periodic_and_smooth_between_solver_times(sun_path, weather, sky):
     """A quarter of an hour after noon lies 1e-3 K above the line between the solver's times, as in finer steps."""
     axes = [soil()], sun_path, weather, sky, [0.0], [0.0], [0.0], [0.0, 24.0, 12.0, 12.125, 12.25]

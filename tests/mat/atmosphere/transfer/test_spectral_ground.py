@@ -37,7 +37,7 @@ def parts(air):
     ground = GroundReflection.of(air, elevation)
     thermal = ThermalSource.of(air.state, air.shells, air.optics)
     bound = Scattering.of(air)
-    return [sky.scattered, sky.thermal, ground.thermal, ground.scattered, thermal.field.source, bound.field]
+    return [sky.scattered, sky.thermal, ground.thermal, ground.scattered, thermal.field.source, bound.light]
 
 
 def test_each_point_sees_the_reflectance_of_its_wavelength(air_over):

@@ -10,9 +10,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+from result_blocks import with_block
+
 RESULTS = Path(__file__).with_name("report_results.json")
 PAGE = Path(__file__).parents[2] / "mat" / "physics.md"
-BEGIN, END = "<!-- report_results.json: begin -->", "<!-- report_results.json: end -->"
 RUNS = (("street", 2, 40), ("street", 1, 12), ("starter", 2, 12))  # example, band, scenes of each source
 LEFT_OUT = ("tables", "face", "transmittance_extrapolation", "radiance_extrapolation")  # parts and sums of other rows
 UNMODELLED = ("aureole", "seen_faces", "lobe", "depth_buffer", "aliasing")
@@ -96,13 +97,7 @@ def _rounded(value):
     return None if value is None else round(value, 4)  # no percentile of few pixels
 
 
-def with_block(page, text):
-    """A page with a text between its marks."""
-    before, rest = page.split(BEGIN)
-    return f"{before}{BEGIN}\n\n{text}\n{END}{rest.split(END)[1]}"
-
-
 if __name__ == "__main__":
     found = measured(sys.argv[1])
     RESULTS.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    PAGE.write_text(with_block(PAGE.read_text(encoding="utf-8"), block(found)), encoding="utf-8")
+    PAGE.write_text(with_block(PAGE.read_text(encoding="utf-8"), RESULTS.name, block(found)), encoding="utf-8")

@@ -2,13 +2,16 @@
 
 import json
 
+import needs_results
 import pytest
 import report_results
 import stability_results
 from result_blocks import with_block
 
 
-@pytest.mark.parametrize("results", [report_results, stability_results], ids=lambda module: module.__name__)
+@pytest.mark.parametrize(
+    "results", [report_results, stability_results, needs_results], ids=lambda module: module.__name__
+)
 def test_the_page_quotes_the_results(results):
     page = results.PAGE.read_text(encoding="utf-8")
     kept = json.loads(results.RESULTS.read_text(encoding="utf-8"))

@@ -11,6 +11,7 @@ import numpy as np
 from skyshine.mat.builder.build import build
 from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import LoadedJob
+from skyshine.mat.job.model import Job
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse
@@ -26,6 +27,7 @@ from skyshine.schemas.process_memory import children_seconds
 # Bounds that the plan states: relative, and in K where columns are solved in other batches to the solver's residual.
 VALUE_BOUND, KELVIN_BOUND = 1e-3, 0.01
 _READS = 5000  # random points at which both tables are read
+_TEMPERATURES = ".htt.h5"
 _NEAREST_KM = 1e-3  # range from which lines of sight are drawn
 # Two files that each keep a tolerance in 99 % of the reads differ by at most two tolerances in this share of them.
 _SHARE = 0.98
@@ -68,25 +70,91 @@ def compare(loaded: LoadedJob, folder: Path, seed: int) -> Comparison:
     )
     update = {"query_limits": None, "accuracy": everything.accuracy.model_copy(update={"negligible_k": 0.0})}
     everything = everything.model_copy(update=update | ({"materials": "all"} if everything.materials == "used" else {}))
-    costs = {}
-    for name, variant in (
-        ("kept", replace(loaded, trimmed=job)),
-        ("whole", replace(loaded, trimmed=everything, requested=everything)),
-    ):
-        before = children_seconds()
-        result = build(variant, out=folder / name, jobs=1, fresh=True)
-        size = sum((folder / name / file).stat().st_size for file in result["files"])
-        costs[name] = BuildCost(children_seconds() - before, size)
+    costs = {
+        name: build_cost(variant, folder / name)
+        for name, variant in (
+            ("kept", replace(loaded, trimmed=job)),
+            ("whole", replace(loaded, trimmed=everything, requested=everything)),
+        )
+    }
     generator = np.random.default_rng(seed)
     differences: dict[str, tuple[float, float]] = {}
-    for file in sorted((folder / "kept").glob("s*.h5")):
-        ours, theirs = (folder / name / file.name for name in ("kept", "whole"))
-        if file.name.endswith(".htt.h5"):
+    for ours, theirs in _pairs(folder / "kept", folder / "whole"):
+        if ours.name.endswith(_TEMPERATURES):
             differences |= table_differences(open_table(ours), open_table(theirs), generator)
         else:
-            air, everywhere = (open_as(AtmosphereTable, database, "build it again") for database in (ours, theirs))
-            differences |= air_differences(air, everywhere, path_grid(job), generator)
+            differences |= air_differences(*map(_air, (ours, theirs)), path_grid(job), generator)
     return Comparison(costs["kept"], costs["whole"], differences)
+
+
+def build_cost(loaded: LoadedJob, folder: Path) -> BuildCost:
+    """Build a job anew in one process, without pictures."""
+    before = children_seconds()
+    result = build(loaded, out=folder, jobs=1, fresh=True, pictures=False)
+    size = sum((folder / file).stat().st_size for file in result["files"])
+    return BuildCost(children_seconds() - before, size)
+
+
+def read_differences(
+    reduced: LoadedJob, kept: Path, whole: Path, generator: np.random.Generator
+) -> dict[str, tuple[float, float]]:
+    """Differences of what two builds give inside the needs of the first, with their bounds: temperatures, and the
+    quantities of the air as `air_differences`.
+
+    Parameters
+    ----------
+    reduced : LoadedJob
+        Job with needs.
+    kept, whole : Path
+        Folders of the builds with and without them.
+    generator : Generator
+        Source of the points that are read.
+    """
+    job = reduced.trimmed
+    differences: dict[str, tuple[float, float]] = {}
+    for ours, theirs in _pairs(kept, whole):
+        if ours.name.endswith(_TEMPERATURES):
+            differences |= temperature_difference(open_table(ours), open_table(theirs), job, generator)
+        else:
+            differences |= air_differences(*map(_air, (ours, theirs)), path_grid(job), generator)
+    return differences
+
+
+def temperature_difference(
+    trimmed: Table, full: Table, job: Job, generator: np.random.Generator
+) -> dict[str, tuple[float, float]]:
+    """Difference of the temperatures of two tables at random places of the first, with its bound: what both files state
+    that 99 % of their reads err, together.
+    """
+    axes = {
+        name: np.asarray(axis.values)
+        for name, axis in trimmed.root.axes.items()
+        if name in trimmed.root.variables["temperature"].dims
+    }
+    exact = {"material"} | ({"slope", "azimuth"} if job.query_limits and job.query_limits.faces_deg else set())
+    for name in exact - {"material"}:  # faces beyond the axes of the whole table have no peer
+        nodes = np.asarray(full.root.axes[name].values, float)
+        axes[name] = axes[name][(axes[name] >= nodes[0]) & (axes[name] <= max(nodes[-1], 360.0 * (name == "azimuth")))]
+    points: dict[str, Any] = {
+        name: generator.choice(nodes, _READS) if name in exact else generator.uniform(nodes[0], nodes[-1], _READS)
+        for name, nodes in axes.items()
+    }
+    error = np.abs(trimmed.value("temperature", **points) - full.value("temperature", **points))
+    stated = 0.0
+    for table in (trimmed, full):
+        accuracy = table.root.groups["accuracy"]
+        number = list(accuracy.axes["quantity"].values).index("temperature")
+        stated += float(accuracy.variables["p99_kelvin"].data[number])
+    return {f"{trimmed.path.name}: temperature, K": (float(np.quantile(error, _SHARE)), stated)}
+
+
+def _pairs(kept: Path, whole: Path) -> list[tuple[Path, Path]]:
+    """Tables of states in both folders."""
+    return [(file, whole / file.name) for file in sorted(kept.glob("s*.h5"))]
+
+
+def _air(file: Path) -> AtmosphereTable:
+    return open_as(AtmosphereTable, file, "build it again")
 
 
 def table_differences(trimmed: Table, full: Table, generator: np.random.Generator) -> dict[str, tuple[float, float]]:

@@ -174,7 +174,8 @@ def _states(result: JobCheck) -> list[str]:
     """A line for each run of states that are alike, with their numbers and site."""
     from skyshine.mat.scene.summary import summary_line
 
-    lines, numbers, site = [], count(1), None
+    lines: list[str] = []
+    numbers, site = count(1), ""
     for (name, text), alike in groupby(result.states, lambda state: (state.get("site", ""), summary_line(state))):
         if name != site:
             numbers, site = count(1), name

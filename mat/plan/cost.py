@@ -49,11 +49,13 @@ SKY, MATERIAL, TIMES, COLUMN = 3.5, 0.008, 0.01, 2.3e-5
 PLACED, PLACED_MATERIAL, PLACED_TABLE = 1.5, 0.20, 0.048
 # s for each material and plane of the response to shade, and for the whole solutions of a material that measure it.
 RESPONSE_PLANE, SHADE_ERROR = 8e-3, 0.048
-# Times as much of these for surfaces on which a film of water may lie, and for each hour of rain: it is solved again
-# until film and temperature agree, on more times of day. Fitted to June days with a shower and with drizzle.
-FILM, FILM_HOUR = 3.4, 3.0
-# Times as much of a column for leaves and soil together: 86 to 148 us beside 30, batches of 1,152.
-OPEN = 4.0
+# Times as much of these for surfaces on which a film of water may lie: it is solved again until film and temperature
+# agree, on more times of day; for a column that has rain, and for each of its hours. Fitted to six days of June with
+# none to five hours, which differ by up to a factor of 1.4.
+FILM, FILM_HOUR = 4.0, 1.0
+# Times as much of a column for leaves and soil together: 86 to 148 us beside 30, batches of 1,152; and where both may
+# be wet (one day of drizzle with a stand of grass).
+OPEN, OPEN_WET = 4.0, 16.0
 # s for solving the ground around the surfaces of a state, and its walls, at each altitude.
 GROUND, WALLS = 0.03, 0.08
 BAND = 0.17  # s for the tables of a band's reflectance
@@ -110,9 +112,7 @@ def estimate(loaded: LoadedJob, plan: Plan, changes: Changes | None = None) -> d
 def film(state: State) -> float:
     """How many times as long temperatures of a state take that may have a film of water."""
     rain = state.weather.water.get("rain_mm_h")
-    if rain is None:
-        return 1.0
-    return FILM + FILM_HOUR * 24 * float(np.mean(np.asarray(rain[-1]) > 0))
+    return 1.0 if rain is None else FILM + FILM_HOUR * 24 * float(np.mean(np.asarray(rain[-1]) > 0))
 
 
 def _of_surfaces(job: Job, plan: Plan, changes: Changes) -> dict[str, float]:
@@ -121,9 +121,9 @@ def _of_surfaces(job: Job, plan: Plan, changes: Changes) -> dict[str, float]:
     level = int(np.sum(np.isin(surface.slope_deg, (0.0, 180.0))))
     planes = level + (len(surface.slope_deg) - level) * len(surface.azimuth_deg)
     library = job_library(job)
-    balances = sum(1.0 if library[name].opened is None else OPEN for name in plan.materials)
-    # By state: how many times as long as without water, and with the days before.
     wet = [film(state) for state in job.states]
+    opened = OPEN if max(wet) == 1 else OPEN_WET
+    balances = sum(1.0 if library[name].opened is None else opened for name in plan.materials)
     days = sum(factor * (1 + len(state.weather.days_before)) for factor, state in zip(wet, job.states, strict=True))
     shaded = response_planes(job)
     if surface.tolerance is None:
@@ -151,7 +151,7 @@ def _channel_seconds(response: SpectralResponse) -> float:
 
 def _times_as_many(tolerance: str, changes: Changes, power: float) -> float:
     """How many times as many nodes a tolerance takes as `FINEST`."""
-    return (FINEST / max(changes.coarser * tolerance_parts(tolerance)[0], FINEST_PRICED)) ** power
+    return float((FINEST / max(changes.coarser * tolerance_parts(tolerance)[0], FINEST_PRICED)) ** power)
 
 
 def _surroundings(job: Job) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 
 # s of a processor of the machine on which the constants of `plan.cost` were measured (2.5 GHz server, two cores).
 _REFERENCE = 2.5e-3
-_TRIALS = 5  # the fastest counts: others were interrupted
+_TRIALS = 10  # the fastest counts: others were interrupted
 
 
 @cache

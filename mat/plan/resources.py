@@ -14,7 +14,7 @@ from skyshine.mat.scene.bands import absorption_table, response_of
 
 # Bytes of an atmospheric file and of temperatures over those of their tables before compression, at 0.5 K: fitted to
 # builds as the times are. Placed nodes of many materials are fewer for each; those of wet days are more.
-_AIR_ON_DISK, _TEMPERATURES_ON_DISK, _MANY, _WET = 0.3, 0.35, 100, 1.5
+_AIR_ON_DISK, _TEMPERATURES_ON_DISK, _MANY, _WET = 0.19, 0.35, 100, 1.5
 _TEMPERATURES_FILE, _BAND_FILE, _TEXTURE_FILE = 1e5, 5e4, 7.5e5  # bytes
 # Bytes of a process: libraries with a sky, a band with each of its spectral points, each further table of the air until
 # what is kept is thrown away, each material, and for each byte of the largest table.
@@ -69,7 +69,7 @@ def resources(loaded: LoadedJob, plan: Plan) -> Resources:
         return {stage: slowness * value for stage, value in estimate(loaded, plan, changes).items()}
 
     as_written = seconds(Changes())
-    less, changes = [], Changes()
+    less: list[tuple[str, float]] = []
     for text, changes in _savings(loaded):
         total = sum(seconds(changes).values())
         if total < 0.95 * (less[-1][1] if less else sum(as_written.values())):
@@ -101,7 +101,8 @@ def together(parts: Sequence[Resources]) -> Resources:
 def _savings(loaded: LoadedJob) -> list[tuple[str, Changes]]:
     """Changes of the job that take less, each with those before it."""
     job = loaded.trimmed
-    savings, changes = [], Changes()
+    savings: list[tuple[str, Changes]] = []
+    changes = Changes()
     if job.output.pictures:
         changes = changes.but(pictures=False)
         savings.append(("output.pictures: false", changes))

@@ -1,6 +1,7 @@
 """The wheel holds all that the commands need, and takes no bare top-level name."""
 
 import os
+import re
 import subprocess
 import sys
 import sysconfig
@@ -74,6 +75,13 @@ def test_the_wheel_has_the_compiled_library_and_no_c(wheel):
     assert not [
         name for name in names if name.startswith("skyshine/mat/kernel/") and name.endswith((".c", ".h", "d.py"))
     ]
+
+
+def test_the_wheel_has_neither_pages_nor_pictures(wheel):
+    names = zipfile.ZipFile(wheel).namelist()
+    pages = [name for name in names if name.endswith((".md", ".png", ".ipynb")) and "/dist-info/" not in name]
+    copied_by_init = re.compile(r"skyshine/(examples/[a-z_]+/README\.md|examples/textures/.*|atmospheres/[a-z_]+/.*)")
+    assert not [name for name in pages if not copied_by_init.fullmatch(name)]
 
 
 def test_the_metadata_says_where_the_runtimes_are(wheel):

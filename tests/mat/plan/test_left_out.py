@@ -22,6 +22,7 @@ from skyshine.mat.scene.grids import path_grid
 from skyshine.mat.scene.sources import source_irradiance
 from skyshine.mat.tables.verify import problems
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5_digest import as_text
 
 JOB = """\
 skyshine: 1
@@ -155,7 +156,7 @@ def test_a_tolerance_of_the_surface_grid_places_times_of_the_whole_day(build_sur
     with h5py.File(build_surface(load_job(tmp_path / "job.yaml"), tmp_path)) as file:
         times, read = file["time"][()], file["time"].attrs["interpolation"]
     assert (
-        read == "linear"
+        as_text(read) == "linear"
         and times[0] <= 22 + 1 / 6
         and times[-1] >= 28 + 1 / 6
         and np.all(np.diff(times) > 0)

@@ -1,7 +1,8 @@
-"""The page of the physics shows what was measured last."""
+"""Pages show what was measured last."""
 
 import json
 
+import limb_results
 import needs_results
 import pytest
 import report_results
@@ -10,7 +11,7 @@ from result_blocks import with_block
 
 
 @pytest.mark.parametrize(
-    "results", [report_results, stability_results, needs_results], ids=lambda module: module.__name__
+    "results", [limb_results, report_results, stability_results, needs_results], ids=lambda module: module.__name__
 )
 def test_the_page_quotes_the_results(results):
     page = results.PAGE.read_text(encoding="utf-8")

@@ -30,6 +30,7 @@ main = CommandGroup(
     commands=COMMANDS,
     moved={
         "gazebo": "export FOLDER --to gazebo",
+        "gpu": "export FOLDER --to gpu",
         "lut": "export --to lut",
         "needs": "check JOB --scene SCENE",
         "openmaterial": "export --to openmaterial",

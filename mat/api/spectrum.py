@@ -168,8 +168,9 @@ class Spectrum(Result, LineSpectrum):
         if self.coords:
             sizes = " x ".join(f"{len(values)} {name}" for name, (_, values) in self.coords.items())
             return f"{bins} lines of sight: {sizes}; {mean}"
-        end = "the ground" if self.ground else "space" if np.isinf(self.range) else "its range"
-        return f"{bins} {self.range / 1e3:.4g} km to {end}; {mean}"
+        if np.isinf(self.range):
+            return f"{bins} to space; {mean}"
+        return f"{bins} {self.range / 1e3:.4g} km{' to the ground' if self.ground else ''}; {mean}"
 
 
 @with_air_keys

@@ -131,6 +131,21 @@ _UNKNOWN = (
 )
 
 
+def _accuracy(job: Job) -> str:
+    """The error of the pixel, and the grids whose keys ask for another."""
+    from skyshine.mat.job.fields import tolerance_parts
+
+    pixel = job.accuracy.pixel
+    tolerances = {"atmosphere_grid": job.atmosphere_grid.tolerance, "surface_grid": job.surface_grid.tolerance}
+    written = [
+        f"the {tolerance} of {name}" if tolerance else f"the nodes of {name}"
+        for name, tolerance in tolerances.items()
+        if tolerance is None or tolerance_parts(tolerance) != tolerance_parts(pixel)
+    ]
+    but = f", but for {' and '.join(written)}" if written else ""
+    return f"accuracy: {pixel} of a pixel{but}; mat report measures it"
+
+
 def _shares(job: Job) -> str:
     """How the error of the pixel is shared out."""
     accuracy = job.accuracy
@@ -212,8 +227,8 @@ def _print(result: JobCheck, verbose: bool) -> None:
     for source, spans in result.source_up.items():
         times = ", ".join(f"{start} to {end}" for start, end in spans) or "at no time of the day"
         click.echo(f"{source} up on {result.loaded.trimmed.on_date_of_state(1).site.date}: {times}")
-    click.echo(f"accuracy: {job.accuracy.pixel} of a pixel; mat report measures it")
-    stages = ", ".join(f"{stage} {seconds:.2g}" for stage, seconds in cost.seconds.items() if seconds)
+    click.echo(_accuracy(job))
+    stages = ", ".join(f"{stage} {seconds:.2g}" for stage, seconds in cost.seconds.items() if seconds >= 0.05)
     cores = core_count()
     click.echo(
         f"time: {_time(cost.elapsed(cores))} on the {cores} cores of this machine, {_time(cost.elapsed(1))} on one"

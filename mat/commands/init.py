@@ -26,5 +26,5 @@ def command(folder: str, example: str) -> None:
 
     target = Path(folder)
     files = {file.name: file for file in starter_files(example)}
-    write_starter(target, files, f"name an empty folder, or build it: mat build {target}")
+    write_starter(target, files, f"name an empty folder, or build it: mat build {target / 'job.yaml'}")
     click.echo(f"{target / 'job.yaml'}: edit it, then run: mat build {target / 'job.yaml'}")

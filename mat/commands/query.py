@@ -32,7 +32,9 @@ def command(file: str, name: str, where: tuple[str, ...], clamp: bool, as_json: 
         return
     click.echo(f"{name} = {value:.7g} {units}")
     for measure, amount in error.items():
-        if math.isfinite(amount):  # radiances of sunlit bands have no equivalent temperature
+        if measure == "points":
+            click.echo(f"  measured at {amount:.0f} points between the nodes")
+        elif math.isfinite(amount):  # radiances of sunlit bands have no equivalent temperature
             click.echo(
                 f"  interpolation error, {measure.removesuffix('_kelvin').removesuffix('_percent')}: {amount:.3g}"
                 f" {_units(measure, units)}"
@@ -54,4 +56,4 @@ def _pair(text: str) -> tuple[str, float | str]:
     try:
         return axis, int(value) if axis == "material" else plain_number(value)
     except ValueError:
-        raise InputError(f"found '{value}' for the axis '{axis}'; allowed: a number, such as {axis}=5") from None
+        raise InputError(f"found '{value}' for the axis '{axis}'; allowed: a number, such as {axis}=14.5") from None

@@ -135,8 +135,8 @@ class AxisRule:
                 0
             ]
             raise InputError(
-                f"{self.name}: found {outside:g}; allowed: {nodes[0]:g} to {nodes[-1]:g}; stay inside, or read "
-                "the nearest node with table.clamped() or --clamp"
+                f"{self.name}: found {outside:g}; allowed: {nodes[0]:g} to {nodes[-1]:g}; stay inside, build "
+                "the file with more nodes, or read the nearest one with table.clamped() or mat query --clamp"
             )
         return np.asarray(np.clip(values, nodes[0], nodes[-1]))
 

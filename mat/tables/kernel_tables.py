@@ -99,8 +99,8 @@ def _outside(refusal: kernel.KernelRefusal) -> str:
     if not np.isfinite(refusal.found):
         return f"{refusal.name}: found a value that is not finite; allowed: finite numbers"
     return (
-        f"{refusal.name}: found {refusal.found:g}; allowed: {refusal.least:g} to {refusal.most:g}; stay inside, or read"
-        " the nearest node with table.clamped() or --clamp"
+        f"{refusal.name}: found {refusal.found:g}; allowed: {refusal.least:g} to {refusal.most:g}; stay inside, build"
+        " the file with more nodes, or read the nearest one with table.clamped() or mat query --clamp"
     )
 
 

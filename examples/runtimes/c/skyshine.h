@@ -1,4 +1,4 @@
-/* Reading of the databases that `mat build` and `tmm build` write, for a scene runtime.
+/* Reading of the databases that `mat build` and `tmm classify` write, for a scene runtime.
  *
  * Files are read and checked whole when they are opened; after that a handle is constant, and any number of threads may
  * read it. Only `skyshine_open`, `skyshine_open_files`, `skyshine_texture_open` and the first request of each level by

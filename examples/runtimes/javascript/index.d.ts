@@ -1,5 +1,5 @@
 /**
- * Reading of the databases that `mat build` and `tmm build` write, for a scene runtime.
+ * Reading of the databases that `mat build` and `tmm classify` write, for a scene runtime.
  *
  * Radiances are in W m^-2 sr^-1, lengths in km, angles in degree, times in hours of the local clock, temperatures in K.
  * Elevations of lines of sight are apparent, those of Sun and Moon geometric; headings are azimuths from north eastward.

@@ -19,6 +19,7 @@ main = CommandGroup(
     package="skyshine.tmm.commands",
     commands=COMMANDS,
     moved={
+        "build": "classify JOB",
         "import": "export FILE --to tmm",
         "info": "preview FILE",
         "score": "check DATABASE --truth LABELS",

@@ -397,7 +397,16 @@ def parse_model(document: Document, model: type[Model], context: Any = None) -> 
         return model.model_validate(document.data, context=context)
     except pydantic.ValidationError as error:
         problems = error.errors(include_url=False)
-        raise _located(document, problems[0], len(problems) - 1) from None
+        raise _located(document, _telling(problems), len(problems) - 1) from None
+
+
+def _telling(problems: list[ErrorDetails]) -> ErrorDetails:
+    """The first problem; of a mapping in the place of a word, the first inside it."""
+    if problems[0]["type"] == "literal_error" and isinstance(problems[0]["input"], dict):
+        where = problems[0]["loc"][:-1]
+        inside = (problem for problem in problems[1:] if problem["loc"][: len(where)] == where)
+        return next((problem for problem in inside if len(problem["loc"]) > len(where) + 1), problems[0])
+    return problems[0]
 
 
 def _located(document: Document, problem: ErrorDetails, others: int) -> InputError:

@@ -1,6 +1,7 @@
 """YAML documents: the traps of the language, places of errors, limits."""
 
 from pathlib import Path
+from typing import Literal
 
 import pytest
 import yaml
@@ -115,3 +116,13 @@ def test_libyaml_reads_what_pyyaml_reads():
         read = [documents._Builder(Path("x")) for _ in range(2)]
         assert read[0].build(fast, ()) == read[1].build(slow, ())
         assert read[0].places == read[1].places
+
+
+class Weighted(StrictModel):
+    weights: Literal["equal"] | dict[str, float] = "equal"
+
+
+def test_a_wrong_value_in_a_mapping_that_may_be_a_word_is_found_inside_the_mapping(tmp_path):
+    file = write(tmp_path, "weights: {sand: 1, soil: wet}")
+    with pytest.raises(InputError, match=r"job.yaml:1:26: weights.soil: found 'wet'"):
+        load_model(file, Weighted)

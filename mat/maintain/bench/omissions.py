@@ -83,7 +83,7 @@ def compare(loaded: LoadedJob, folder: Path, seed: int) -> Comparison:
         if ours.name.endswith(_TEMPERATURES):
             differences |= table_differences(open_table(ours), open_table(theirs), generator)
         else:
-            differences |= air_differences(*map(_air, (ours, theirs)), path_grid(job), generator)
+            differences |= air_differences(_air(ours), _air(theirs), path_grid(job), generator)
     return Comparison(costs["kept"], costs["whole"], differences)
 
 
@@ -116,7 +116,7 @@ def read_differences(
         if ours.name.endswith(_TEMPERATURES):
             differences |= temperature_difference(open_table(ours), open_table(theirs), job, generator)
         else:
-            differences |= air_differences(*map(_air, (ours, theirs)), path_grid(job), generator)
+            differences |= air_differences(_air(ours), _air(theirs), path_grid(job), generator)
     return differences
 
 

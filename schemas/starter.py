@@ -61,6 +61,9 @@ def write_starter(folder: Path, files: Mapping[str, Path], advice: str) -> None:
             if name in named:
                 line = f"# yaml-language-server: $schema={named[name]}\n"
                 (folder / name).write_text(line + texts[name], encoding="utf-8", newline="\n")
+            elif file.suffix == ".md":  # its pictures are those that the build will draw
+                text = file.read_text(encoding="utf-8").replace("](../pictures/", "](built/pictures/")
+                (folder / name).write_text(text, encoding="utf-8", newline="\n")
             else:
                 shutil.copyfile(file, folder / name)
     except OSError as error:

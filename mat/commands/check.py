@@ -109,7 +109,7 @@ def _check_needs(scene: Path, job: Path, out: Path | None, least_share: float, a
     click.echo(result.text, nl=False)
     click.echo(f"# with these needs: {result.saving}")
     if out is not None:
-        click.echo(f"# {out}")
+        click.echo(f"# {out}; it builds into the folder of {job}, unless its output.folder is changed")
 
 
 def _cost(plan: JobCheck) -> dict[str, Any]:

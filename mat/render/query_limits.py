@@ -136,10 +136,10 @@ def _of_surfaces(reads: SceneReads, materials: tuple[str, ...], least_share: flo
         faces.append(_UNSEEN_WALL)
     if len({slope for slope, _ in faces}) * len({azimuth for _, azimuth in faces}) <= MOST_FACES:
         largest = ", ".join(f"{slope:.4g}/{azimuth:.4g} {share:.2%}" for (slope, azimuth), share in _first(reads.faces))
-        reason = f"slope and azimuth of {len(reads.faces)} kinds of face; {largest} of the pixels"
+        reason = f"slope and azimuth of all faces seen, {len(reads.faces)}; {largest} of the pixels"
         yield Limit("faces_deg", [list(face) for face in faces], reason)
     else:
-        yield Limit("slope_deg", _outward(min(slopes), max(slopes)), f"of {len(reads.faces)} kinds of face")
+        yield Limit("slope_deg", _outward(min(slopes), max(slopes)), f"of all faces seen, {len(reads.faces)}")
     shares = ", ".join(f"{name} {share:.2%}" for name, share in _first(reads.materials))
     yield Limit("materials", list(materials), f"{shares} of the pixels; those below {least_share:g} are omitted")
 

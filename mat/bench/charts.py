@@ -32,7 +32,10 @@ class Mark:
         Seconds, their least and most, and the error.
     weight : float
         0 to 1, by which its area grows.
+    built : bool
+        Filled; otherwise its time is modelled, and it is open.
     on_front : bool
+        No other is better; joined by a line.
     """
 
     label: str
@@ -42,6 +45,7 @@ class Mark:
     high: float
     y: float
     weight: float
+    built: bool
     on_front: bool
 
 
@@ -103,7 +107,7 @@ def front_chart(marks: Sequence[Mark], units: str, floor: float = 0.0, height: f
     for mark in marks:
         x, y, radius = across(mark.x), up(mark.y), _radius(mark)
         parts.append(_line(across(mark.low), y, across(mark.high), y, BLACK))
-        parts.append(_shape(mark.shape, x, y, radius, filled=mark.on_front))
+        parts.append(_shape(mark.shape, x, y, radius, filled=mark.built))
         if mark.shape == "diamond":
             parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius + 5:.1f}" fill="none" stroke="{BLACK}"/>')
         ends = across(mark.low), across(mark.high)

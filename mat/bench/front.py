@@ -13,11 +13,15 @@ import numpy as np
 import skyshine
 from skyshine.mat.bench.front_sentences import KELVIN, SHARE, sentences
 from skyshine.mat.bench.lowtran import find_source
+from skyshine.mat.bench.model import ModelledRung, TimeModel, modelled
 from skyshine.mat.bench.pareto import unbeaten
+from skyshine.mat.bench.part_errors import part_errors
 from skyshine.mat.bench.peers import Comparison, comparisons
-from skyshine.mat.bench.pixel_errors import Truths, measure
+from skyshine.mat.bench.pixel_errors import Truths, compute_truths, errors_of, measure
 from skyshine.mat.bench.rungs import STAGES, Rung
-from skyshine.mat.bench.settings import AS_WRITTEN, CHANGED, settings_of
+from skyshine.mat.bench.sample import cache_in
+from skyshine.mat.bench.settings import AS_WRITTEN, BUILT_KELVIN, CHANGED, settings_of
+from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.own_materials import job_materials
 from skyshine.mat.plan.plan import make_plan
@@ -28,8 +32,6 @@ from skyshine.schemas.documents import MAPPING
 from skyshine.schemas.errors import CheckFailed, InputError
 from skyshine.schemas.quantity import quantity
 
-ENOUGH = 120.0  # processor seconds: a rung that has taken as long is not built again for its spread
-
 
 @dataclass(frozen=True)
 class Options:
@@ -38,25 +40,22 @@ class Options:
     Attributes
     ----------
     kelvins : tuple of float
-        Asked of the pixel, a rung each.
-    repeats : int
-        Builds of a rung, at most.
+        Tolerances of the pixel, a rung each.
     scenes, seed : int
         Views of each state, band and source, and what they are drawn with.
     states : int
         Built of a job of many, at most.
     lowtran_path : str or None
-    quick : bool
-        Without EnergyPlus.
+    full : bool
+        Whether every rung is built; otherwise the job as written, `BUILT_KELVIN` and the finest.
     """
 
     kelvins: tuple[float, ...]
-    repeats: int
     scenes: int
     seed: int
     states: int
     lowtran_path: str | None
-    quick: bool
+    full: bool
 
 
 @dataclass
@@ -70,6 +69,10 @@ class Front:
     options : Options
     rungs : list of Rung
         Built and measured.
+    modelled : list of ModelledRung
+        Settings whose errors are those of thinned tables, and whose times are modelled.
+    parts : list of dict
+        Errors with one part coarser.
     failed : dict of str to str
         Settings that cannot run, with the reason in one line.
     peers : list of Comparison
@@ -78,6 +81,8 @@ class Front:
     loaded: LoadedJob
     options: Options
     rungs: list[Rung] = field(default_factory=list)
+    modelled: list[ModelledRung] = field(default_factory=list)
+    parts: list[dict[str, Any]] = field(default_factory=list)
     failed: dict[str, str] = field(default_factory=dict)
     peers: list[Comparison] = field(default_factory=list)
 
@@ -127,47 +132,81 @@ def measured(
         except InputError as error:
             front.failed[setting.name] = _one_line(error)
     as_written, jobs = rungs[0].loaded, [rung.loaded.trimmed for rung in rungs]
+    rungs = [rung for number, rung in enumerate(rungs) if rung.loaded.trimmed not in jobs[:number]]
     truths = Truths(as_written, jobs, library, options.scenes, options.seed, folder / "truth", say)
-    built, states = len(as_written.trimmed.states), len(loaded.trimmed.states)
-    say(f"{loaded.trimmed.name}: {len(rungs)} settings of {built} of its {states} states, into {folder}")
+    states, of_the_job = len(as_written.trimmed.states), len(loaded.trimmed.states)
+    say(f"{loaded.trimmed.name}: {len(rungs)} settings of {states} of its {of_the_job} states, into {folder}")
     refused: str | None = None
-    for number, rung in enumerate(rungs, 1):
-        name = f"{rung.setting.name} ({number} of {len(rungs)})"
+    real = rungs if options.full else _built(rungs)
+    for number, rung in enumerate(real, 1):
+        name = f"{rung.setting.name} ({number} of {len(real)})"
         if refused and rung.setting.kelvin is not None:  # tolerances are tried from the coarsest on
             front.failed[rung.setting.name] = f"not tried: finer than {refused}, which cannot run"
             continue
         try:
-            _build(rung, library, options.repeats, name, say)
-            measure(rung, truths)
+            _build(rung, library, front.rungs[0] if front.rungs else None, name, say)
+            if not front.rungs:
+                say("computing the truth of the scenes")
+                compute_truths(truths, rung)
+            with cache_in(front.rungs[0].cache if front.rungs else rung.cache):
+                measure(rung, truths)
             front.rungs.append(rung)
         except (InputError, CheckFailed) as error:
             refused = rung.setting.name if rung.refusal and rung.setting.kelvin is not None else None
             front.failed[rung.setting.name] = _one_line(error)
             say(f"{name} cannot run: {_one_line(error)}")
         yield front
-    chosen = [rung for rung in front.rungs if rung.setting.name == AS_WRITTEN]
-    if chosen:
-        front.peers = comparisons(chosen[0], library, lowtran_path=options.lowtran_path, quick=options.quick, say=say)
+    if front.rungs:
+        _model(front, truths, [rung for rung in rungs if rung not in real], say)
+        yield front
+    if front.rungs and front.rungs[0].setting.name == AS_WRITTEN:
+        front.peers = comparisons(front.rungs[0], library, lowtran_path=options.lowtran_path, say=say)
         yield front
 
 
-def _build(rung: Rung, library: MaterialLibrary, repeats: int, name: str, say: Callable[[str], object]) -> None:
-    """Build a rung as often as it takes, less what an earlier run has built."""
+def _built(rungs: list[Rung]) -> list[Rung]:
+    """Of the settings, those that are built: the job as written, one that is usual, and the finest."""
+    kelvins = [rung.setting.kelvin for rung in rungs if rung.setting.kelvin is not None]
+    chosen = {None, BUILT_KELVIN, min(kelvins, default=None)}
+    return [rung for rung in rungs if rung.setting.kelvin in chosen]
+
+
+def _kelvin(rung: Rung) -> float:
+    """Tolerance of the nodes of a rung's atmosphere."""
+    return tolerance_parts(rung.loaded.trimmed.atmosphere_grid.tolerance)[0]
+
+
+def _model(front: Front, truths: Truths, rungs: list[Rung], say: Callable[[str], object]) -> None:
+    """Errors and times of settings that are not built, and of single parts."""
+    model, finest = TimeModel(front.rungs), min(front.rungs, key=_kelvin)
+    say(f"measuring the pixel of {len(rungs)} settings on the tables of {finest.setting.name}, thinned")
+    with cache_in(front.rungs[0].cache):
+        for rung in rungs:
+            if _kelvin(rung) < _kelvin(finest):
+                front.failed[rung.setting.name] = f"not tried: finer than {finest.setting.name}, the finest that ran"
+                continue
+            thinner, tables = modelled(rung.setting, _kelvin(rung), finest, _kelvin(finest), model)
+            thinner.errors = errors_of(truths, tables)
+            front.modelled.append(thinner)
+        if front.rungs[0].setting.name == AS_WRITTEN:
+            say("measuring the pixel with each part coarser")
+            front.parts = part_errors(front.rungs[0], truths, model)
+
+
+def _build(
+    rung: Rung, library: MaterialLibrary, textures_of: Rung | None, name: str, say: Callable[[str], object]
+) -> None:
+    """Build a rung, unless an earlier run has."""
     try:
         rung.folder.mkdir(parents=True, exist_ok=True)
         rung.resume(library)
-        while _more(rung, repeats):
-            say(f"{name}: build {len(rung.builds) + 1}")
-            rung.build(library)
+        if rung.cost is None:
+            say(f"{name}: building")
+            rung.build(library, textures_of)
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror}; name another --out", file=rung.folder) from None
-    say(f"{name}: {np.median([timed.processor for timed in rung.builds]):.0f} s; measuring the pixel")
-
-
-def _more(rung: Rung, repeats: int) -> bool:
-    """Whether a rung is to be built once more."""
-    spent = sum(timed.processor for timed in rung.builds)
-    return not rung.builds or (len(rung.builds) < repeats and spent < ENOUGH)
+    assert rung.cost is not None
+    say(f"{name}: {rung.cost.processor:.0f} s; measuring the pixel")
 
 
 def _one_line(error: InputError | CheckFailed) -> str:
@@ -180,7 +219,7 @@ def _one_line(error: InputError | CheckFailed) -> str:
 def describe(front: Front) -> dict[str, Any]:
     """A front as plain values: what ``mat bench JOB --json`` prints and the page shows."""
     units = front.units
-    rungs = [_described(rung, units) for rung in front.rungs]
+    rungs = [_described(rung, units) for rung in front.rungs] + [_described(rung, units) for rung in front.modelled]
     on_the_front = unbeaten([(rung["time"]["value"], rung["error"]["value"]) for rung in rungs])
     for rung, on_front in zip(rungs, on_the_front, strict=True):
         rung["on_the_front"] = on_front
@@ -195,6 +234,7 @@ def describe(front: Front) -> dict[str, Any]:
         "seed": front.options.seed,
         "rungs": rungs,
         "cannot_run": dict(front.failed),
+        "parts": front.parts,
         "sentences": sentences(rungs, units),
         "peers": [peer.described for peer in front.peers],
     }
@@ -216,9 +256,15 @@ def _method(front: Front) -> str:
         " temperatures solved for each face under its shadows and beside its walls, on the same"
         f" {options.scenes} random views of each state, band and source for every setting (seed {options.seed}), all"
         " bands, sources and materials together; the JSON has each set. Time: processor seconds of the whole build, by"
-        f" one process a core ({os.cpu_count()} here), nothing cached, without pictures; of several builds, the median."
-        " Start and rest: processes that begin, the job that is read."
+        f" one process a core ({os.cpu_count()} here), nothing cached, without pictures; textures are classified once"
+        " and counted in each setting. Start and rest: processes that begin, the job that is read."
     )
+    if front.modelled:
+        text += (
+            " Modelled settings (open marks) are not built: their error is that of the finest tables, thinned by the"
+            " square root of the tolerance, with the finest spectral points; seconds of tables and temperatures go by"
+            " the number of values as in the built settings, all others are their mean. --full builds every setting."
+        )
     if built < count:
         text += f" {built} of the job's {count} states are built."
     if (
@@ -230,15 +276,19 @@ def _method(front: Front) -> str:
     return text
 
 
-def _described(rung: Rung, units: str) -> dict[str, Any]:
-    """A rung as plain values; its time and its stages are those of the build of median processor time."""
-    builds = sorted(rung.builds, key=lambda item: item.processor)
-    middle = builds[(len(builds) - 1) // 2]
+def _described(rung: Rung | ModelledRung, units: str) -> dict[str, Any]:
+    """A rung as plain values."""
     errors, floor = (_in_units(item, units) for item in (rung.errors["all"], rung.errors["all"]["exact_tables"]))
+    if isinstance(rung, ModelledRung):
+        seconds, wall, stages, uncertainty = rung.seconds, np.nan, rung.stages, rung.uncertainty
+    else:
+        assert rung.cost is not None
+        seconds, wall, stages, uncertainty = rung.cost.processor, rung.cost.wall, rung.cost.stages, 0.0
     return {
         "name": rung.setting.name,
         "asked": quantity(np.nan if rung.setting.kelvin is None else rung.setting.kelvin, "K"),
         "chosen": rung.setting.name == AS_WRITTEN,
+        "modelled": isinstance(rung, ModelledRung),
         "keys": {key: rung.setting.content[key] for key in CHANGED if key in rung.setting.content},
         "error": errors["p99"],
         "rms": errors["rms"],
@@ -253,10 +303,10 @@ def _described(rung: Rung, units: str) -> dict[str, Any]:
             for band in rung.errors["bands"]
             if (values := _in_units(band, units))
         ],
-        "time": quantity(middle.processor, "s"),
-        "times": quantity([item.processor for item in rung.builds], "s"),
-        "wall_times": quantity([item.wall for item in rung.builds], "s"),
-        "stages": {name: quantity(middle.stages[name], "s") for name in STAGES},
+        "time": quantity(seconds, "s"),
+        "uncertainty": quantity(uncertainty, "s"),
+        "wall_time": quantity(wall, "s"),
+        "stages": {name: quantity(stages[name], "s") for name in STAGES},
         "size": quantity(rung.size, "byte"),
         "sets": rung.errors["sets"],
     }

@@ -11,7 +11,7 @@ from skyshine.mat.budget.page import template
 MOST_BANDS = 3  # with a column of their own; the JSON has all
 _TEMPLATE = "front.html.j2"
 KEYS = {
-    "circle": "tolerance of the pixel in kelvin",
+    "circle": "tolerance of the pixel in kelvin, built; open: modelled",
     "diamond": "the job as written, ringed",
 }
 PEER_KEYS = {"triangle": "a peer", "circle": "this job as written"}
@@ -35,12 +35,16 @@ def render(front: dict[str, Any]) -> str:
         reference = front["rungs"][0]
         charts["front"] = front_chart(_marks(front["rungs"]), reference["error"]["units"], reference["floor"]["value"])
         charts["stages"] = stage_chart(_bars(front["rungs"]), STAGES)
-    if front["peers"]:
-        charts["peers"] = peer_chart([_row(peer) for peer in front["peers"]])
+    present = [_row(peer) for peer in front["peers"] if peer["time"]["value"] is not None]
+    if present:
+        charts["peers"] = peer_chart(present)
     keys, peer_keys = ([(symbol(shape), words) for shape, words in shapes.items()] for shapes in (KEYS, PEER_KEYS))
     page = template(__package__, _TEMPLATE, {"short": _short, "spread": _spread, "seconds": seconds_text})
     bands = front["rungs"][0]["by_band"][:MOST_BANDS] if front["rungs"] else []
-    return page.render(front=front, charts=charts, keys=keys, peer_keys=peer_keys, stages=STAGES, bands=bands)
+    absent = {peer["peer"]: peer["note"] for peer in front["peers"] if peer["time"]["value"] is None}
+    return page.render(
+        front=front, charts=charts, absent=absent, keys=keys, peer_keys=peer_keys, stages=STAGES, bands=bands
+    )
 
 
 def _short(value: float | None) -> str:
@@ -64,10 +68,11 @@ def _marks(rungs: list[dict[str, Any]]) -> list[Mark]:
             f"{rung['name']}, {_megabytes(rung)}",
             "diamond" if rung["chosen"] else "circle",
             rung["time"]["value"],
-            min(rung["times"]["values"]),
-            max(rung["times"]["values"]),
+            rung["time"]["value"] - min(rung["uncertainty"]["value"], 0.9 * rung["time"]["value"]),
+            rung["time"]["value"] + rung["uncertainty"]["value"],
             max(rung["error"]["value"], 1e-6),
             rung["size"]["value"] / largest,
+            not rung["modelled"],
             rung["on_the_front"],
         )
         for rung in rungs
@@ -87,6 +92,4 @@ def _bars(rungs: list[dict[str, Any]]) -> list[Bar]:
 
 def _row(peer: dict[str, Any]) -> Row:
     seconds, ours = peer["time"]["value"], peer["time_of_this_job"]["value"]
-    if seconds is None:
-        return Row(peer["work"], ours, None, f"{peer['peer']}: absent")
     return Row(peer["work"], ours, seconds, f"{peer['peer']} {seconds_text(seconds)}, this job {seconds_text(ours)}")

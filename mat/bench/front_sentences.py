@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+ENOUGH = 1.1  # times the least error, of a setting that is good enough
 KELVIN, SHARE = "K", "% of radiance"
 
 
@@ -34,7 +35,25 @@ def sentences(rungs: list[dict[str, Any]], units: str) -> list[str]:
     index = front.index(start)
     finer = front[index + 1] if index + 1 < len(front) else None
     coarser = front[index - 1] if index else None
-    return [summary, _next_second(start, finer, units), _next_kelvin(start, coarser, units), _floor(front[-1], units)]
+    return [
+        _headline(rungs, units),
+        summary,
+        _next_second(start, finer, units),
+        _next_kelvin(start, coarser, units),
+        _floor(front[-1], units),
+    ]
+
+
+def _headline(rungs: list[dict[str, Any]], units: str) -> str:
+    """What to set: the cheapest rung that errs little more than the best."""
+    least = min(map(_error, rungs))
+    best = min((rung for rung in rungs if _error(rung) <= ENOUGH * least), key=_time)
+    what = "Leave the accuracy of the job as it is written" if best["chosen"] else f"Set accuracy: {best['name']}"
+    how = " by the model" if best["modelled"] else ""
+    return (
+        f"{what}: 99 % of the pixels of this scene are within {_error(best):.3g} {units} for {_time(best):.3g} s of a"
+        f" processor{how}; the least error of all settings is {least:.3g} {units}."
+    )
 
 
 def _floor(best: dict[str, Any], units: str) -> str:

@@ -74,7 +74,7 @@ class Comparison:
 
 
 def comparisons(
-    rung: Rung, library: MaterialLibrary, *, lowtran_path: str | None, quick: bool, say: Callable[[str], object]
+    rung: Rung, library: MaterialLibrary, *, lowtran_path: str | None, say: Callable[[str], object]
 ) -> list[Comparison]:
     """LOWTRAN7 for lines of sight at nodes of the job's axes in each band, EnergyPlus for columns of one day.
 
@@ -85,8 +85,6 @@ def comparisons(
     library : MaterialLibrary
     lowtran_path : str, optional
         Path as in `lowtran.find_source`.
-    quick : bool
-        Without EnergyPlus, whose run takes most of a minute.
     say : callable
         Told what is measured.
 
@@ -114,12 +112,9 @@ def comparisons(
         work = f"a node of the job's axes, {limits[0]:g}-{limits[1]:g} um"
         results.append(Comparison(LOWTRAN, work, seconds, _of_band(rung, number) / lines, lines, note))
     columns = _columns(rung, library)
-    if quick:
-        one_day, note = None, "skipped: --quick"
-    else:
-        say(f"measuring {ENERGYPLUS}")
-        run = energyplus.measure()
-        one_day, note = run.one_day, run.note
+    say(f"measuring {ENERGYPLUS}")
+    run = energyplus.measure()
+    one_day, note = run.one_day, run.note
     results.append(
         Comparison(ENERGYPLUS, "a column of one periodic day", one_day, _solving(rung) / columns, columns, note)
     )
@@ -161,32 +156,29 @@ def _peer_seconds(program: Path, state: AtmosphericState, grid: PathGrid, limits
 
 
 def _of_band(rung: Rung, band: int) -> float:
-    """Processor seconds to choose the points of a band and to compute its tables, of one state; median over builds."""
+    """Processor seconds to choose the points of a band and to compute its tables, of one state."""
     states = len(rung.loaded.trimmed.states)
     return (
-        _median(rung, lambda kind, number: kind is Kind.ATMOSPHERE and number == band, ("accuracy", "write")) / states
+        _seconds(rung, lambda kind, number: kind is Kind.ATMOSPHERE and number == band, ("accuracy", "write")) / states
     )
 
 
 def _solving(rung: Rung) -> float:
     """Processor seconds of the heat balance of a state."""
-    return _median(rung, lambda kind, _: kind is Kind.TEMPERATURE, ("accuracy", "write", "response")) / len(
+    return _seconds(rung, lambda kind, _: kind is Kind.TEMPERATURE, ("accuracy", "write", "response")) / len(
         rung.loaded.trimmed.states
     )
 
 
-def _median(rung: Rung, chosen: Callable[[Kind, int], bool], without: tuple[str, ...]) -> float:
-    sums = [
-        sum(
-            spent
-            for task in timed.tasks
-            if chosen(Kind(task.kind), task.band)
-            for stage, spent in task.stages.items()
-            if stage not in without
-        )
-        for timed in rung.builds
-    ]
-    return float(np.median(sums))
+def _seconds(rung: Rung, chosen: Callable[[Kind, int], bool], without: tuple[str, ...]) -> float:
+    tasks = () if rung.cost is None else rung.cost.tasks
+    return sum(
+        spent
+        for task in tasks
+        if chosen(Kind(task.kind), task.band)
+        for stage, spent in task.stages.items()
+        if stage not in without
+    )
 
 
 def _columns(rung: Rung, library: MaterialLibrary) -> int:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+import os
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, fields
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -17,14 +18,17 @@ from skyshine.mat.budget.built_tables import Tables
 from skyshine.mat.budget.pixel import PixelTruth, Scenes
 from skyshine.mat.budget.sizes import kelvin_of, measures
 from skyshine.mat.budget.truth import Prepared
+from skyshine.mat.builder.executors import open_executor
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.grids import path_grid
-from skyshine.materials.library import MaterialLibrary
+from skyshine.mat.threads import VARIABLE
+from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import CheckFailed
+from skyshine.schemas.kept_arrays import CACHE_VARIABLE
 from skyshine.schemas.quantity import quantity
 from skyshine.schemas.whole_files import write_whole
 
@@ -152,6 +156,14 @@ def _common(axes: Sequence[Floats]) -> Floats:
     return np.unique([low, high, *nodes[(nodes > low) & (nodes < high)]])
 
 
+TablesOf: TypeAlias = Callable[[int, int, str], Tables]  # of a state, a band and a source
+
+
+def tables_of(rung: Rung) -> TablesOf:
+    """The databases of a rung."""
+    return lambda state, band, source: Tables.open(rung.files, state, band, source, rung.loaded.trimmed)
+
+
 def measure(rung: Rung, truths: Truths) -> None:
     """Measure the pixel of a rung's databases, unless it is known on these scenes already.
 
@@ -160,27 +172,67 @@ def measure(rung: Rung, truths: Truths) -> None:
     InputError
         A database is missing or does not belong to the job.
     """
-    if rung.errors.get("key") == truths.key:
-        return
-    job = rung.loaded.trimmed
+    if rung.errors.get("key") != truths.key:
+        rung.errors = {"key": truths.key, **errors_of(truths, tables_of(rung))}
+        rung.keep()
+
+
+def errors_of(truths: Truths, tables: TablesOf, steps: int | None = None) -> dict[str, Any]:
+    """Errors of the pixel of some tables: of all sets of scenes together, by band, and of each set.
+
+    Parameters
+    ----------
+    truths : Truths
+    tables : callable
+    steps : int, optional
+        Steps of the heat balance, by whose error the temperatures in the tables are changed.
+    """
+    job = truths.loaded.trimmed
     sets: list[dict[str, Any]] = []
     errors: list[_SetErrors] = []
-    for state, band, source in product(range(1, len(job.states) + 1), job.needed_bands, job.sources):
-        tables = Tables.open(rung.files, state, band, source, job)
-        truth = truths.of(state, band, source, tables)
+    for state, band, source in sets_of(job):
+        of_source = tables(state, band, source)
+        truth = truths.of(state, band, source, of_source)
         if truth is None:
             continue
-        of_set = _SetErrors(band, truths.prepared[state, band].response, truth, truth.error(tables))
+        of_set = _SetErrors(band, truths.prepared[state, band].response, truth, truth.error(of_source, steps))
         errors.append(of_set)
         sets.append({"state": state, "source": source, "views": len(truth.scenes.views), **_described([of_set])})
     bands = [[scene_error for scene_error in errors if scene_error.band == band] for band in job.needed_bands]
-    rung.errors = {
-        "key": truths.key,
+    return {
         "all": _described(errors),
         "bands": [_described(of_band) for of_band in bands if of_band],
         "sets": sets,
     }
-    rung.keep()
+
+
+def sets_of(job: Job) -> Iterator[tuple[int, int, str]]:
+    """State, band and source of each set of scenes."""
+    return product(range(1, len(job.states) + 1), job.needed_bands, job.sources)
+
+
+def compute_truths(truths: Truths, rung: Rung) -> None:
+    """Compute the truth of all sets of scenes and keep it, each band of a state in a process of its own.
+
+    Parameters
+    ----------
+    truths : Truths
+    rung : Rung
+        Any that is built, with its cache.
+    """
+    job = truths.loaded.trimmed
+    numbers = list(product(range(1, len(job.states) + 1), job.needed_bands))
+    variables = {CACHE_VARIABLE: str(rung.cache), VARIABLE: "1"}
+    settings = truths.loaded, truths.jobs, truths.scenes, truths.seed, truths.folder
+    with open_executor(None, min(len(numbers), os.cpu_count() or 1), truths.folder, variables) as pool:
+        list(pool.map(partial(_compute, settings, rung), numbers))
+
+
+def _compute(settings: tuple[LoadedJob, Sequence[Job], int, int, Path], rung: Rung, number: tuple[int, int]) -> None:
+    loaded, jobs, scenes, seed, folder = settings
+    truths, tables = Truths(loaded, jobs, load_library(), scenes, seed, folder, lambda _: None), tables_of(rung)
+    for source in loaded.trimmed.sources:
+        truths.of(*number, source, tables(*number, source))
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import shutil
 import time
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass, field
@@ -12,13 +13,14 @@ from pathlib import Path
 from typing import Any
 
 import skyshine
-from skyshine.mat.bench.sample import sampled, without_cache
+from skyshine.mat.bench.sample import cache_in, sampled
 from skyshine.mat.bench.settings import Setting
 from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import LoadedJob, load_job
 from skyshine.mat.plan.plan import Kind, Plan, make_plan, texture_file
 from skyshine.mat.products.product import Context
 from skyshine.mat.products.table import PRODUCTS
+from skyshine.mat.scene.moisture import job_library
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import CheckFailed
 from skyshine.schemas.process_memory import children_seconds
@@ -91,7 +93,8 @@ class Rung:
         The job at this setting, with the states that are built.
     folder : Path
         Holds the record of the rung and the folder of its databases.
-    builds : list of BuildTime
+    cost : BuildTime or None
+        None before it is built.
     size : int
         Bytes of the databases.
     errors : dict
@@ -103,7 +106,7 @@ class Rung:
     setting: Setting
     loaded: LoadedJob
     folder: Path
-    builds: list[BuildTime] = field(default_factory=list)
+    cost: BuildTime | None = None
     size: int = 0
     errors: dict[str, Any] = field(default_factory=dict)
     refusal: str = ""
@@ -134,22 +137,18 @@ class Rung:
         """Take over what an earlier run measured, where the databases are those of the same job and version."""
         try:
             record = json.loads((self.folder / RECORD).read_text(encoding="utf-8"))
-            builds = [
-                BuildTime(
-                    build_record["processor"],
-                    build_record["wall"],
-                    tuple(TaskTime(**task) for task in build_record["tasks"]),
-                )
-                for build_record in record["builds"]
-            ]
+            spent = record["time"]
+            measured = spent and BuildTime(
+                spent["processor"], spent["wall"], tuple(TaskTime(**task) for task in spent["tasks"])
+            )
             size, errors, refusal = int(record["size"]), dict(record["errors"]), str(record["refusal"])
             same_job = record["digest"] == self._digest
         except (OSError, ValueError, KeyError, TypeError):
             return
         if same_job and refusal:
             self.refusal = refusal
-        elif same_job and builds and self._is_current(library):
-            self.builds, self.size, self.errors = builds, size, errors
+        elif same_job and measured and self._is_current(library):
+            self.cost, self.size, self.errors = measured, size, errors
 
     def _is_current(self, library: MaterialLibrary) -> bool:
         """Whether all databases are there, undamaged and of this job."""
@@ -159,13 +158,24 @@ class Rung:
         plan = make_plan(self.loaded, library, textures or None)
         for task in plan.tasks:
             loaded = self.loaded.on_date_of_state(task.index) if task.kind.of_state else self.loaded
-            context = Context(task, loaded, plan.materials, library)
+            context = Context(task, loaded, plan.materials, job_library(loaded.trimmed))
             if not all(identity.is_current(self.files) for identity in PRODUCTS[task.kind].identity(context)):
                 return False
         return True
 
-    def build(self, library: MaterialLibrary) -> BuildTime:
-        """Build everything again without the cache of compiled bands, and keep how long it took.
+    @property
+    def cache(self) -> Path:
+        """Folder of the bands and skies that the build keeps, for the truth of the same job."""
+        return self.folder / "cache"
+
+    def build(self, library: MaterialLibrary, textures_of: Rung | None = None) -> BuildTime:
+        """Build everything again, keep what it computes of the job in `cache`, and record how long it took.
+
+        Parameters
+        ----------
+        library : MaterialLibrary
+        textures_of : Rung, optional
+            Rung of the same textures: they are copied, and their time is counted.
 
         Raises
         ------
@@ -175,10 +185,18 @@ class Rung:
         if self.refusal:
             raise CheckFailed(self.refusal)
         plan = make_plan(self.loaded, library)
+        finished = None if textures_of is None else textures_of.cost
+        shared = [task.files[0] for task in plan.tasks if task.kind is Kind.TEXTURE] if finished else []
+        for folder in (self.files, self.cache):
+            shutil.rmtree(folder, ignore_errors=True)
+            folder.mkdir(parents=True)
+        if textures_of is not None:
+            for name in shared:
+                shutil.copy(textures_of.files / name, self.files)
         children, parent, begin = children_seconds(), time.process_time(), time.perf_counter()
         try:
-            with without_cache():
-                result = build(self.loaded, out=self.files, fresh=True)
+            with cache_in(self.cache):
+                result = build(self.loaded, out=self.files, fresh=not shared)
         except CheckFailed as error:
             if not isinstance(error.__cause__, BrokenProcessPool):  # which may not happen again
                 self.refusal = " ".join(str(error).split())
@@ -186,18 +204,22 @@ class Rung:
             raise
         wall = time.perf_counter() - begin
         processor = children_seconds() - children + time.process_time() - parent
-        if not self.builds:
-            self.errors = {}
-        self.builds.append(BuildTime(processor, wall, _tasks(plan, result["files"])))
+        tasks = _tasks(plan, result["files"])
+        if finished is not None:
+            copied = tuple(task for task in finished.tasks if Kind(task.kind) is Kind.TEXTURE)
+            tasks = (*(task for task in tasks if Kind(task.kind) is not Kind.TEXTURE), *copied)
+            processor += sum(sum(task.stages.values()) for task in copied)
+        self.errors = {}
+        self.cost = BuildTime(processor, wall, tasks)
         self.size = sum((self.files / name).stat().st_size for name in result["files"])
         self.keep()
-        return self.builds[-1]
+        return self.cost
 
     def keep(self) -> None:
         """Write the record, for `resume`."""
         record = {
             "digest": self._digest,
-            "builds": [asdict(build_time) for build_time in self.builds],
+            "time": None if self.cost is None else asdict(self.cost),
             "size": self.size,
             "errors": self.errors,
             "refusal": self.refusal,

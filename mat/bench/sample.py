@@ -1,4 +1,4 @@
-"""A few states of a job, built without the cache, for measurements."""
+"""A few states of a job, and a cache of its own, for measurements."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import dataclasses
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 
@@ -25,10 +26,10 @@ def sampled(loaded: LoadedJob, count: int) -> LoadedJob:
 
 
 @contextmanager
-def without_cache() -> Iterator[None]:
-    """Without the folder of kept bands."""
+def cache_in(folder: Path | None) -> Iterator[None]:
+    """With a folder of kept bands of its own, or None for none."""
     before = os.environ.get(CACHE_VARIABLE)
-    os.environ[CACHE_VARIABLE] = ""
+    os.environ[CACHE_VARIABLE] = "" if folder is None else str(folder)
     try:
         yield
     finally:

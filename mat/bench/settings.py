@@ -9,8 +9,8 @@ from typing import Any
 
 from skyshine.mat.job.accuracy import by_number
 
-KELVINS = (5.0, 3.0, 2.0, 1.0, 0.5, 0.3, 0.2, 0.1)  # K, tolerances of the pixel
-QUICK_KELVINS = (5.0, 1.0)  # K
+KELVINS = (5.0, 3.0, 2.0, 1.0, 0.5, 0.3)  # K, tolerances of the pixel
+BUILT_KELVIN = 1.0  # K, of these built always, with the finest
 AS_WRITTEN = "as written"
 GRIDS = ("atmosphere_grid", "surface_grid")
 CHANGED = ("accuracy", *GRIDS)  # keys of the job that a setting may replace

@@ -180,10 +180,13 @@ class PixelTruth:
         runtime = runtime_radiance(readings, tables.emission(facets.kelvin), facets.bounce, tables.finish, light)
         return cls(scenes, facets.radiance, runtime - facets.radiance)
 
-    def error(self, tables: Tables) -> Floats:
-        """Error (n, M) of a runtime that reads all tables at the pixel, W m^-2 sr^-1."""
-        kelvin = temperature_among(tables, self.scenes.views, self.scenes.circumstances)
-        return (
-            pixel_radiance(tables, self.scenes.truth, self.scenes.views, self.scenes.circumstances, kelvin)
-            - self.radiance
-        )
+    def error(self, tables: Tables, steps: int | None = None) -> Floats:
+        """Error (n, M) of a runtime that reads all tables at the pixel, W m^-2 sr^-1; with `steps`, temperatures have
+        the error of so many steps of the heat balance besides.
+        """
+        views, circumstances, truth = self.scenes.views, self.scenes.circumstances, self.scenes.truth
+        kelvin = temperature_among(tables, views, circumstances)
+        if steps is not None:
+            place = views.normal, views.surface_altitude, views.time
+            kelvin = kelvin + truth.temperature(*place, steps=steps) - truth.temperature(*place)
+        return pixel_radiance(tables, truth, views, circumstances, kelvin) - self.radiance

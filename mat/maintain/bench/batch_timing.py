@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from skyshine.mat.atmosphere.band.cache import Origin
-from skyshine.mat.bench.sample import without_cache
+from skyshine.mat.bench.sample import cache_in
 from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.cost import choices
@@ -80,7 +80,7 @@ def bench_batch(loaded: LoadedJob, workers: int, advance: Callable[[int], None] 
     No band comes from the cache folder; what a process keeps, it keeps for this job alone.
     """
     timings: list[BatchTiming] = []
-    with tempfile.TemporaryDirectory() as scratch, without_cache():
+    with tempfile.TemporaryDirectory() as scratch, cache_in(None):
         reference = Path(scratch) / "1"
 
         def timed(name: str, count: int, folder: Path, **where: Any) -> None:

@@ -28,8 +28,9 @@ def rung(name, seconds, error, **settings):
         "rms": quantity(error / 3, "K"),
         "maximum": quantity(error * 2, "K"),
         "time": quantity(seconds, "s"),
-        "times": quantity([0.9 * seconds, seconds, 1.1 * seconds], "s"),
-        "wall_times": quantity([seconds], "s"),
+        "modelled": False,
+        "uncertainty": quantity(0.1 * seconds, "s"),
+        "wall_time": quantity(seconds, "s"),
         "stages": dict.fromkeys(STAGES, quantity(seconds / len(STAGES), "s")),
         "size": quantity(1e6 / error, "byte"),
         "floor": quantity(0.15, "K"),
@@ -66,6 +67,15 @@ def front(rungs):
         "job": "a <wall> & more",
         "method": "how",
         "rungs": rungs,
+        "parts": [
+            {
+                "part": "half the <nodes>",
+                "key": "atmosphere_grid.tolerance",
+                "error": quantity(1.7, "K"),
+                "rms": quantity(0.6, "K"),
+                "saved": quantity(3.0, "s"),
+            }
+        ],
         "cannot_run": {"0.01 K": "no affordable grid <meets> it"},
         "sentences": sentences(rungs, "K"),
         "peers": [peer, absent],
@@ -83,34 +93,47 @@ def test_points_that_none_beats():
 
 
 def test_a_job_off_the_front_is_told_what_beats_it_and_what_the_next_second_and_kelvin_buy(rungs):
-    own, second, kelvin, floor = sentences(rungs, "K")
+    _, own, second, kelvin, floor = sentences(rungs, "K")
     assert "1.5 K in 30 s" in own and "1 K beats it with 1 K in 20 s" in own
     assert "from 1 K to 0.1 K" in second and "for 40 s more, 0.02 K a second" in second  # 0.8 K in 40 s
     assert "5 K errs 1 K more and saves 10 s, 10 s a kelvin" in kelvin
     assert "0.2 K, has 0.1 K" in floor and "0.15 K" in floor
 
 
+def test_the_headline_names_the_cheapest_setting_that_errs_little_more_than_the_best(rungs):
+    assert sentences(rungs, "K")[0].startswith("Set accuracy: 0.1 K: 99 % of the pixels of this scene are within 0.2 K")
+    rungs[2]["error"], rungs[3]["error"] = quantity(0.21, "K"), quantity(0.2, "K")
+    assert sentences(rungs, "K")[0].startswith("Leave the accuracy of the job as it is written: 99 %")
+    cheap = rung("3 K", 12.0, 0.215, modelled=True)
+    headline = sentences([cheap, *rungs], "K")[0]
+    assert (
+        "Set accuracy: 3 K" in headline
+        and "by the model" in headline
+        and "least error of all settings is 0.2 K" in headline
+    )
+
+
 def test_a_job_on_the_front_starts_from_its_own_point(rungs):
     rungs[1]["chosen"], rungs[2]["chosen"] = True, False
-    own, second, kelvin, _ = sentences(rungs, "K")
+    _, own, second, kelvin, _ = sentences(rungs, "K")
     assert "no other setting beats it" in own and "from 1 K to 0.1 K" in second and "5 K errs" in kelvin
 
 
 def test_the_ends_of_the_front_say_that_nothing_is_to_be_had():
     alone = [rung("as written", 3.0, 1.0, chosen=True)]
-    own, second, kelvin, _ = sentences(alone, "K")
+    _, own, second, kelvin, _ = sentences(alone, "K")
     assert "no other setting beats it" in own and "no further" in second and "no time" in kelvin
     assert len(sentences([], "K")) == 1
 
 
 def test_a_job_that_could_not_be_built_is_said_and_the_front_begins_at_its_cheapest(rungs):
-    own, second, *_ = sentences([one for one in rungs if not one["chosen"]], "K")
+    _, own, second, *_ = sentences([one for one in rungs if not one["chosen"]], "K")
     assert "could not be built" in own and "from 5 K to 1 K" in second
 
 
 def test_points_that_are_the_same_buy_nothing():
     twins = [rung("as written", 3.0, 1.0, chosen=True), rung("1 K", 3.0, 1.0)]
-    assert len(sentences(twins, "K")) == 4
+    assert len(sentences(twins, "K")) == 5
 
 
 def test_the_page_needs_nothing_else_and_shows_every_setting(front):
@@ -123,11 +146,20 @@ def test_the_page_needs_nothing_else_and_shows_every_setting(front):
     assert "a &lt;wall&gt; &amp; more" in page and "<wall>" not in page
     assert "0.01 K cannot run" in page and "no affordable grid &lt;meets&gt; it" in page
     assert re.search(r"exact tables</td><td>0.15</td><td>0.07</td>", page)
-    assert "EnergyPlus: absent" in page and "skipped: not installed" in page
+    assert "half the &lt;nodes&gt;" in page and "20 ± 2" not in page
+    assert "EnergyPlus is absent" in page and "skipped: not installed" in page
+
+
+def test_a_modelled_setting_is_named_with_its_uncertainty_and_an_open_mark(front):
+    front["rungs"][1]["modelled"] = True
+    page = render(front)
+    assert "1 K, modelled" in page and "20 ± 2" in page
+    chart = next(picture for picture in re.findall(r"<svg.*?</svg>", page, re.DOTALL) if "against processor" in picture)
+    assert chart.count(' fill="#fff" stroke=') == 1
 
 
 def test_a_page_without_any_setting_names_the_reasons(front):
-    empty = front | {"rungs": [], "peers": [], "sentences": sentences([], "K")}
+    empty = front | {"rungs": [], "peers": [], "parts": [], "sentences": sentences([], "K")}
     page = render(empty)
     assert "0.01 K cannot run" in page and "<table" not in page
 
@@ -137,6 +169,7 @@ def test_pictures_are_well_formed_and_shapes_differ_as_colours_do(front):
     for picture in pictures:
         ElementTree.fromstring(picture)
     chart = next(picture for picture in pictures if "against processor seconds" in picture)
+    assert chart.count('fill="#fff" stroke="#0072B2"') == 0
     assert chart.count("<circle") == 4 and chart.count("<polygon") == 1  # three settings, the ringed job
 
 
@@ -148,7 +181,7 @@ def labels_of(chart):
 
 def test_labels_of_a_crowded_front_neither_overlap_nor_leave_the_chart():
     marks = [
-        Mark(f"{number}.5 K, 12.3 MB", "circle", x, 0.95 * x, 1.05 * x, 3 * 0.7**number, 0.5, True)
+        Mark(f"{number}.5 K, 12.3 MB", "circle", x, 0.95 * x, 1.05 * x, 3 * 0.7**number, 0.5, True, True)
         for number, x in enumerate(20 * 1.12**step for step in range(11))
     ]
     boxes = labels_of(front_chart(marks, "K"))
@@ -160,7 +193,7 @@ def test_labels_of_a_crowded_front_neither_overlap_nor_leave_the_chart():
 
 
 def test_a_single_point_has_axes():
-    chart = front_chart([Mark("as written", "diamond", 3.0, 3.0, 3.0, 0.5, 1.0, True)], "K")
+    chart = front_chart([Mark("as written", "diamond", 3.0, 3.0, 3.0, 0.5, 1.0, True, True)], "K")
     ElementTree.fromstring(chart)
     assert "nan" not in chart and "inf" not in chart
 

@@ -7,7 +7,7 @@ import pytest
 
 from skyshine.mat.bench import front as front_module
 from skyshine.mat.bench import rungs as module
-from skyshine.mat.bench.front import Options, _more, describe, measured
+from skyshine.mat.bench.front import Options, describe, measured
 from skyshine.mat.bench.pixel_errors import Truths, measure
 from skyshine.mat.bench.rungs import STAGES, BuildTime, Rung, TaskTime
 from skyshine.mat.bench.settings import AS_WRITTEN, Setting
@@ -18,7 +18,7 @@ from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 
 STEPS, REFUSED, FINER = "48 steps", "refused", "finer"
-OPTIONS = Options((5.0,), 1, 2, 1, 1, None, True)
+OPTIONS = Options((5.0,), 2, 1, 1, None, True)
 
 
 @pytest.fixture(scope="module")
@@ -58,12 +58,15 @@ def test_what_runs_is_measured_and_what_does_not_is_named_with_its_reason(run):
         and "0.01 cannot be held" in front.failed[REFUSED]
     )
     assert front.failed[FINER] == "not tried: finer than refused, which cannot run"
-    assert [text for text in said if "truth" in text] == ["computing the truth of s1b1sun"]
+    assert [text for text in said if "truth" in text] == ["computing the truth of the scenes"]
     described = describe(front)
     json.dumps(described, allow_nan=False)
+    parts = {part["key"]: part for part in described["parts"]}
+    assert set(parts) >= {"atmosphere_grid.tolerance", "surface_grid.tolerance", "accuracy.solver_steps"}
+    assert all(part["error"]["value"] > 0 for part in parts.values())
     for rung in described["rungs"]:
         assert 0 < rung["rms"]["value"] <= rung["error"]["value"] <= rung["maximum"]["value"]
-        assert len(rung["times"]["values"]) == 1 and rung["size"]["value"] > 1000
+        assert not rung["modelled"] and rung["size"]["value"] > 1000
         assert sum(stage["value"] for stage in rung["stages"].values()) == pytest.approx(rung["time"]["value"], rel=0.3)
         assert all(rung["stages"][name]["value"] > 0 for name in ("compile", "tables", "temperature", "accuracy"))
     assert [peer["peer"] for peer in described["peers"]] == ["LOWTRAN7", "EnergyPlus"]
@@ -81,7 +84,7 @@ def test_a_finished_rung_is_kept_and_a_changed_job_is_built_again(run, loaded, m
     monkeypatch.setattr(front_module, "settings_of", four_settings)
     *_, again = measured(loaded, folder, OPTIONS)
     assert [rung.setting.name for rung in again.rungs] == [AS_WRITTEN, STEPS]
-    assert [rung.builds for rung in again.rungs] == [rung.builds for rung in first.rungs]
+    assert [rung.cost for rung in again.rungs] == [rung.cost for rung in first.rungs]
     assert again.failed == first.failed and REFUSED in again.failed  # it is not tried again
     content = loaded.document.data | {"materials": ["grass_green"]}
     *_, changed = measured(load_job(content), folder, OPTIONS)
@@ -100,7 +103,7 @@ def test_a_damaged_database_is_not_kept(run, loaded, tmp_path):
         damaged.resume(load_library())
     finally:
         file.write_bytes(content)
-    assert len(kept.builds) == 1 and not damaged.builds
+    assert kept.cost is not None and damaged.cost is None
 
 
 @pytest.mark.validation  # of the front of 20 s
@@ -126,17 +129,6 @@ def test_scenes_lie_inside_the_axes_of_all_settings(loaded, tmp_path):
     truths = Truths(loaded, [job, narrow], load_library(), 4, 3, tmp_path, lambda _: None)
     assert truths.grid.range_km[[0, -1]].tolist() == [0.01, 3]
     assert truths.key != Truths(loaded, [job], load_library(), 4, 3, tmp_path, lambda _: None).key
-
-
-def test_a_rung_is_built_again_for_its_spread_until_it_has_taken_enough(loaded, tmp_path):
-    rung = rung_of(loaded, tmp_path)
-    counts = []
-    for seconds in (1.0, 50.0, 200.0):
-        rung.builds = []
-        while _more(rung, 3):
-            rung.builds.append(BuildTime(seconds, seconds, ()))
-        counts.append(len(rung.builds))
-    assert counts == [3, 3, 1]
 
 
 def test_stages_add_up_to_the_build():

@@ -43,14 +43,15 @@ def test_a_wrong_job_is_one_line_and_nothing_is_written(bench, tmp_path, tiny_jo
 
 def test_the_first_word_is_a_job_or_a_part(bench, asked, small_job):
     assert bench(small_job).exit_code == 0
-    assert bench(small_job, "--quick").exit_code == 0
+    assert bench(small_job, "--full").exit_code == 0
     assert bench("front", small_job).exit_code == 0
     assert asked == ["small"] * 3
 
 
-def test_without_a_job_it_is_the_starter(bench, asked):
-    assert bench().exit_code == 0 and bench("--quick").exit_code == 0
+def test_without_a_job_it_is_the_starter_with_its_photograph(bench, asked, tmp_path):
+    assert bench("--out", "b").exit_code == 0 and bench("--out", "b").exit_code == 0
     assert asked == ["yellowstone"] * 2
+    assert {"job.yaml", "yellowstone_road.png"} <= {file.name for file in (tmp_path / "b" / "starter").iterdir()}
 
 
 def test_other_words_are_no_command(bench):

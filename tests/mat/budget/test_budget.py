@@ -11,6 +11,7 @@ from click.testing import CliRunner
 
 from skyshine.mat.budget.budget import error_budget
 from skyshine.mat.budget.built_tables import Tables
+from skyshine.mat.budget.measurement import Measurement
 from skyshine.mat.budget.quantisation import BITS, PixelScale
 from skyshine.mat.budget.runtime_terms import (
     AtmosphereReadings,
@@ -77,7 +78,7 @@ def test_extrapolation_grows_with_the_field_of_view(honest):
     assert rms(values[0]) < 0.3 * rms(values[-1])
 
 
-def test_planted_errors_show_under_their_names(honest, budget_of, small_build, tmp_path):
+def test_planted_errors_show_under_their_names(honest, budget_of, small_build, tmp_path, monkeypatch):
     """A table 5 K too warm, air too opaque, harmonics too large: these grow, the others stay."""
     copy = shutil.copytree(small_build, tmp_path / "built")
     for name, quantity, change in (
@@ -87,6 +88,8 @@ def test_planted_errors_show_under_their_names(honest, budget_of, small_build, t
     ):
         with h5py.File(copy / name, "r+") as file:
             file[quantity][...] = change(file[quantity][...])
+    for rows_of_air in ("of_weather", "of_continua"):  # other air is no matter here
+        monkeypatch.setattr(Measurement, rows_of_air, lambda _: {})
     wrong = budget_of(copy)
     for source in ("beta_star_table", "tilted_sky"):
         assert rms(wrong.errors[source] - honest.errors[source]) > rms(honest.errors[source])

@@ -15,7 +15,7 @@ Examples
 >>> import skyshine.mat
 >>> window = skyshine.mat.spectrum(wavelength=(8, 12), range=1, elevation=0)
 >>> print(window)
-<Spectrum 832.5 to 1247.5 cm^-1, 84 bins, 1 km to its range; mean transmittance 0.7300>
+<Spectrum 832.5 to 1247.5 cm^-1, 84 bins, 1 km; mean transmittance 0.7300>
 >>> skyshine.mat.check(skyshine.mat.example("ship")).materials[:2]
 ['glass_window', 'steel_bare']
 """

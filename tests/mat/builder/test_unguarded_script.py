@@ -32,4 +32,4 @@ def test_commands_start_without_posix_modules(tmp_path, tiny_job):
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
-    assert "s01.htt.h5" in done.stdout
+    assert "files: 1 atmq, 1 htt, 1 band" in done.stdout

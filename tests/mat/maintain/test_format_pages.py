@@ -13,9 +13,10 @@ REMEDY = "run: python -m mat.maintain.format_pages schemas BUILT/*.h5"
 
 
 @pytest.mark.parametrize("name", layout_names(FOLDER))
-def test_each_page_is_the_one_of_its_layout(name):
+def test_each_page_is_the_one_of_its_layout(pytestconfig, name):
     layout = json.loads((FOLDER / f"{name}.layout.json").read_text(encoding="utf-8"))
-    assert (FOLDER / "formats" / f"{name}.md").read_text(encoding="utf-8") == page(layout, name), REMEDY
+    pages = pytestconfig.rootpath / "schemas" / "formats"
+    assert (pages / f"{name}.md").read_text(encoding="utf-8") == page(layout, name), REMEDY
 
 
 @pytest.mark.parametrize("file", ["s01.htt.h5", "s01b01.atmq.h5", "s01b01.lunar_atmq.h5", "b01.band.h5"])

@@ -32,7 +32,7 @@ def job(request, tmp_path):
 @pytest.mark.parametrize("seed", range(20))
 def test_the_places_of_the_error_lie_on_the_axes(job, seed):
     axes = StartAxes.of(job).requested
-    altitude = _places(axes, True, random_stream(seed, Stream.TEMPERATURE_ERROR))["altitude_km"]
+    altitude = _places(axes, True, random_stream(seed, Stream.TEMPERATURE_ERROR), 2)["altitude_km"]
     assert altitude.min() >= axes["altitude_km"][0] and altitude.max() <= axes["altitude_km"][-1]
 
 

@@ -32,7 +32,7 @@ FOUND_FIRST = {  # those that overran memory or were read without a word
     "atmosphere-ground_radiance-a-text",
     "atmosphere-ground_radiance-negative",
 }
-BY_WAVELENGTH = {case.name for k, case in enumerate(hostile_wavelengths.cases()) if k % 54 == 0}
+BY_WAVELENGTH = {case.name for k, case in enumerate(hostile_wavelengths.cases()) if k % 108 == 0}
 SAMPLE = [case for k, case in enumerate(CORPUS) if k % 390 == 0 or case.name in FOUND_FIRST | BY_WAVELENGTH]
 
 

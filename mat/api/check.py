@@ -143,7 +143,7 @@ def check(job: str | os.PathLike[str] | Mapping[str, Any]) -> JobCheck:
     Examples
     --------
     >>> import skyshine.mat
-    >>> plan = skyshine.mat.check(skyshine.mat.example("starter"))
+    >>> plan = skyshine.mat.check(skyshine.mat.example("ship"))
     >>> "s01.htt.h5" in plan.files
     True
     """
@@ -158,9 +158,7 @@ def _checked_sites(sites: JobSites) -> JobCheck:
     for number, name in enumerate(sites.names):
         try:
             loaded = sites.load(number)
-            plan = make_plan(loaded, job_materials(loaded.trimmed.own_materials))
-            check_size(loaded, plan, len(sites.names))
-            parts[name] = checked(loaded)
+            parts[name] = checked(loaded, len(sites.names))
         except InputError as error:
             failed[name] = error
     if failed:
@@ -177,8 +175,8 @@ def _checked_sites(sites: JobSites) -> JobCheck:
     )
 
 
-def checked(loaded: LoadedJob) -> JobCheck:
-    """The plan of a job that is read already, as `check`.
+def checked(loaded: LoadedJob, sites: int = 1) -> JobCheck:
+    """The plan of a job that is read already, one of so many sites, as `check`.
 
     Raises
     ------
@@ -186,7 +184,7 @@ def checked(loaded: LoadedJob) -> JobCheck:
         The first thing in the job that does not fit.
     """
     plan = make_plan(loaded, job_materials(loaded.trimmed.own_materials))
-    check_size(loaded, plan)
+    check_size(loaded, plan, sites)
     check_scene(loaded)
     return JobCheck(
         loaded,

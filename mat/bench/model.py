@@ -114,7 +114,7 @@ def modelled(
     finest : Rung
     model : TimeModel
     """
-    factor, built = float(np.sqrt(max(kelvin / finest_kelvin, 1.0))), tables_of(finest)
+    factor, built = interval_factor(kelvin, finest_kelvin), tables_of(finest)
 
     def tables(state: int, band: int, source: str) -> Tables:
         return thinned(built(state, band, source), factor, factor)
@@ -122,6 +122,17 @@ def modelled(
     values = counts(finest, tables)
     stages, uncertainty = model.stages(values)
     return ModelledRung(setting, stages, uncertainty, model.size(values)), tables
+
+
+def interval_factor(kelvin: float, finest_kelvin: float) -> float:
+    """How many times as long intervals are at a tolerance as at a finer one, for what is linear between nodes.
+
+    Examples
+    --------
+    >>> interval_factor(2.0, 0.5)
+    2.0
+    """
+    return float(np.sqrt(max(kelvin / finest_kelvin, 1.0)))
 
 
 def _between(values: Floats, seconds: Floats, at: float) -> float:

@@ -80,8 +80,6 @@ def _row(
         saved = whole["temperature"] * max(1 - part.steps / steps, 0.0)
     elif part.tables is without_response:
         saved = _stage(rung, Kind.TEMPERATURE, "response")
-    elif part.tables is without_harmonics:
-        saved = _stage(rung, Kind.ATMOSPHERE, "harmonics")
     units = "temperature" if errors["temperature"] else "share_of_radiance"
     return {
         "part": name,

@@ -210,7 +210,7 @@ def _print(result: JobCheck, verbose: bool) -> None:
     lines = _states(result)
     if not verbose and len(lines) > _LINES:
         lines = [f"{len(result.states)} states: {summary_text(result.states)}"]
-    warnings = [*result.warnings, *(result.continua if verbose else ())]
+    warnings = [*result.continua, *result.warnings]
     hidden = 0 if verbose else max(0, len(warnings) - _LINES)
     for line in [*lines, *(f"warning: {text}" for text in warnings[: len(warnings) - hidden])]:
         click.echo(line)
@@ -238,7 +238,7 @@ def _print(result: JobCheck, verbose: bool) -> None:
     click.echo(f"disk: {_size(cost.disk)}; memory: up to {_size(cost.memory)} a process")
     click.echo(_halving(cost))
     if not verbose:
-        click.echo("--verbose adds all files, what is skipped or approximated with its bound, nodes and continua")
+        click.echo("--verbose adds all files, what is skipped or approximated with its bound, and nodes")
 
 
 def _print_details(result: JobCheck) -> None:

@@ -7,17 +7,19 @@ from skyshine.mat.scene.atmosphere import air_key, atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.surface import check_measured_light
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.job.model import TextureJob
 
 
 def check_scene(loaded: LoadedJob) -> None:
     """Check what the models alone cannot: that the band model covers each band, that the air of each state can be
-    made, and that measured light fits the Sun.
+    made, that measured light fits the Sun, and that images are there.
 
     Raises
     ------
     InputError
         At the place in the job.
     """
+    _check_images(loaded)
     table = absorption_table()
     for i, band in enumerate(loaded.trimmed.bands):
         response = response_of(band)
@@ -39,3 +41,18 @@ def check_scene(loaded: LoadedJob) -> None:
             if error.file is not None:  # in a file of its own
                 raise
             raise loaded.document.error(("states", i), f"states.{i}: {error.message}") from None
+
+
+def _check_images(loaded: LoadedJob) -> None:
+    """Refuse a texture whose image, label image or seeds do not exist."""
+    for i, texture in enumerate(loaded.trimmed.textures):
+        if not isinstance(texture, TextureJob):
+            continue
+        sources = [source for source in (texture.seeds, texture.overrides) if source is not None]
+        names = [texture.image, *(source.file for source in sources)]
+        names += [source.labels.image for source in sources if source.labels is not None]
+        missing = next((name for name in names if name and not (loaded.folder / name).is_file()), None)
+        if missing is not None:
+            raise loaded.document.error(
+                ("textures", i), f"textures.{i}: found '{missing}', which does not exist; name a file that is there"
+            )

@@ -10,7 +10,7 @@ from skyshine.mat.radiometry import constants
 
 # Seconds of a processor to import: pvlib with pandas 0.4, scipy's folders 0.3, matplotlib 0.2, scikit-image 0.1.
 SLOW = ("matplotlib", "pandas", "pvlib", "rasterio", "sklearn", "skimage", "xarray")
-CHECK = "import skyshine.mat; skyshine.mat.check(skyshine.mat.example('starter'))"
+CHECK = "import skyshine.mat; skyshine.mat.check(skyshine.mat.example('ship'))"
 
 
 @pytest.mark.parametrize(

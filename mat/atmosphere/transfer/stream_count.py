@@ -44,6 +44,8 @@ def azimuthal_count(nodes: int) -> int:
 
 def cut_depth(state: AtmosphericState, nodes: int) -> float:
     """Vertical optical depth of the scattering at 0.55 um that delta-M takes for straight forward."""
+    if not state.particles:
+        return 0.0
     humidity = state.relative_humidity
     per_metre: Floats = np.zeros(state.altitude.size)
     for component in state.particles:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.bench.model import BY_VALUES, TimeModel, _between
+from skyshine.mat.bench.model import BY_VALUES, TimeModel, _between, interval_factor
 from skyshine.mat.bench.rungs import STAGES, BuildTime, TaskTime
 from skyshine.mat.bench.thinned import (
     _spread,
@@ -94,3 +94,15 @@ def test_without_harmonics_all_other_light_is_read_as_before(tables):
     line = {"range": 3.0, "altitude": 0.5, "elevation": -2.0, "source_elevation": 30.0}
     assert level.air.value("ambient_radiance", **line) == tables.air.value("ambient_radiance", **line)
     assert tables.has_harmonics and not level.has_harmonics
+
+
+def test_intervals_of_a_coarser_tolerance_err_as_much_more():
+    """What lies linear between nodes of a smooth curve errs by the tolerances' ratio where the model says so."""
+    fine = np.linspace(0.0, np.pi, 2001)
+
+    def error(intervals):
+        nodes = np.linspace(0.0, np.pi, round(intervals) + 1)
+        return np.abs(np.interp(fine, nodes, np.sin(nodes)) - np.sin(fine)).max()
+
+    assert error(96 / interval_factor(2.0, 0.5)) / error(96) == pytest.approx(4.0, rel=0.02)
+    assert interval_factor(0.3, 0.5) == 1.0

@@ -95,6 +95,7 @@ def test_check_warns_of_weather_far_from_the_profile_and_says_what_the_air_follo
     )
     plan = json.loads(mat("check", job, "--json")[1])
     assert "16.1 K apart" in plan["warnings"][0] and len(plan["warnings"]) == 2  # and the spread of continua
+    assert "water vapour continua of MT_CKD differ by" in shown
     assert plan["states"][0]["air_temperature_at_ground"]["value"] == pytest.approx(278.15)
 
 

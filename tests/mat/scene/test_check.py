@@ -3,6 +3,7 @@
 import pytest
 
 import skyshine.mat
+from skyshine.mat.api.examples import starter_files
 from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.state.turbidity import typical_aerosol
 from skyshine.mat.job.load import load_job
@@ -159,3 +160,13 @@ def test_a_typical_optical_depth_and_a_visibility_are_refused(tiny_job, tmp_path
     file.write_text(tiny_job().replace("profile: midlatitude_summer", haze), encoding="utf-8")
     with pytest.raises(InputError, match="found visibility_km 23 and aerosol_optical_depth typical; allowed: one"):
         load_job(file)
+
+
+def test_an_image_that_is_missing_is_named_at_its_texture(tmp_path):
+    """The build would stop there: `mat check` says it before."""
+    for file in starter_files():
+        if file.suffix == ".yaml":
+            (tmp_path / file.name).write_bytes(file.read_bytes())
+    with pytest.raises(InputError, match="found 'yellowstone_road.png', which does not exist; name a file") as caught:
+        check_scene(load_job(tmp_path / "job.yaml"))
+    assert caught.value.line == 32

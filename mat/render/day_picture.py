@@ -82,6 +82,7 @@ def draw_frames(
     for number, (band, frames) in enumerate(bands.items()):
         top = above + number * band_height
         scales = {}
+        nights = sum(sun_elevation[frame] < SUNRISE_ELEVATION for frame in numbers)
         for position, frame in enumerate(numbers):
             night = sun_elevation[frame] < SUNRISE_ELEVATION
             group = [frames[k] for k in numbers if (sun_elevation[k] < SUNRISE_ELEVATION) == night]
@@ -90,10 +91,12 @@ def draw_frames(
             axis = axes(_GAP + column * (_PANEL + _GAP), top + row * (tall + _TITLE) + _TITLE, _PANEL, tall)
             scales[night] = axis.imshow(frames[frame] - ZERO_CELSIUS, cmap=WHITE_HOT, vmin=limits[0], vmax=limits[1])
             axis.set_axis_off()
-            axis.set_title(f"{band}, {titles[frame]}{', night' if night else ''}", fontsize=14)
-        wide = (full[0] - 2 * _GAP) / len(scales)
-        for position, night in enumerate(sorted(scales, reverse=True)):
-            axis = axes(_GAP + (position + 0.03) * wide, top + band_height - _BAR + 0.1, 0.94 * wide, 0.16)
+            axis.set_title(f"{band}, {titles[frame]}, {'night' if night else 'day'}", fontsize=14)
+        left = _GAP
+        for night in sorted(scales, reverse=True):  # as wide as its frames are many
+            wide = (full[0] - 2 * _GAP) * (nights if night else len(numbers) - nights) / len(numbers)
+            axis = axes(left + 0.03 * wide, top + band_height - _BAR + 0.1, 0.94 * wide, 0.16)
+            left += wide
             bar = figure.colorbar(scales[night], cax=axis, orientation="horizontal")
             bar.ax.tick_params(labelsize=12)
             name = f"{band}, {'night' if night else 'day'}: apparent temperature, °C"

@@ -16,7 +16,7 @@ import time
 import uuid
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -187,7 +187,8 @@ def _refined(error: Exception) -> Exception:
 def _settle(outer: Future[Any], function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
     """Run a task here."""
     try:
-        outer.set_result(function(*arguments))
+        with _one_thread_of_algebra():
+            outer.set_result(function(*arguments))
     except Exception as error:
         outer.set_exception(error)
 
@@ -215,11 +216,20 @@ def on_worker(function: Callable[..., Any], arguments: tuple[Any, ...], token: s
 
 def prepare_worker() -> None:
     """Set what a Dask worker does otherwise than a process of a local build, unless its environment says how it is to
-    be.
+    be; linear algebra has one thread whatever that says, for with more it adds up in another order.
     """
+    _one_thread_of_algebra()  # for good: another task may run beside this one
     os.environ.setdefault(threads.VARIABLE, "1")
     if os.environ.get("MALLOC_TRIM_THRESHOLD_") == DASK_TRIM and sys.platform == "linux":
         mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
         if mallopt is not None:
             for setting, value in MEMORY_KEPT.items():
                 mallopt(setting, value)
+
+
+def _one_thread_of_algebra() -> AbstractContextManager[Any]:
+    """Limit linear algebra to one thread, until the returned context ends, if it is used as one."""
+    from threadpoolctl import threadpool_limits
+
+    limits: AbstractContextManager[Any] = threadpool_limits(1, user_api="blas")
+    return limits

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import time
 
 import pytest
@@ -67,3 +69,15 @@ def test_a_worker_of_a_cluster_uses_one_thread_unless_told_otherwise(monkeypatch
     monkeypatch.delenv(threads.VARIABLE)
     prepare_worker()
     assert os.environ.pop(threads.VARIABLE) == "1"
+
+
+def test_a_worker_has_one_thread_for_linear_algebra_whatever_its_environment_says():
+    """With two, temperatures differ in their last digits."""
+    program = (
+        "import numpy, scipy.linalg, threadpoolctl; from skyshine.mat.builder.cluster import prepare_worker\n"
+        "threads = lambda: [each['num_threads'] for each in threadpoolctl.threadpool_info()]\n"
+        "before = threads(); prepare_worker(); print(before, threads())"
+    )
+    environment = os.environ | dict.fromkeys(THREAD_LIMITS, "2")
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[2, 2] [1, 1]"

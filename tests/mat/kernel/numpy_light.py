@@ -179,25 +179,27 @@ def source_depth(paths, altitude, cosine):
     where the Earth hides it, 0 where its light meets no air.
     """
     top, result = paths.levels[-1], np.zeros((*np.shape(cosine), paths.log_depth.shape[2]))
-    for k, s in np.ndindex(np.shape(cosine)):
-        height, elevation = float(altitude[k]), np.arcsin(np.clip(cosine[k, s], -1, 1))
+    for k, height in enumerate(np.asarray(altitude, float)):
+        elevation = np.arcsin(np.clip(cosine[k], -1, 1))
         if height > top:  # moved along the ray to where it enters the air
             ratio = (EARTH_RADIUS + height) / (EARTH_RADIUS + top) * np.cos(elevation)
-            if elevation >= 0 or ratio >= 1:
-                continue
-            height, elevation = top, -np.arccos(ratio)
+            meets = (elevation < 0) & (ratio < 1)
+            height, elevation = top, np.where(meets, -np.arccos(np.minimum(ratio, 1)), elevation)
+        else:
+            meets = np.full(elevation.shape, True)
         lower = int(np.clip(np.searchsorted(paths.levels, height, side="right") - 1, 0, paths.levels.size - 2))
         share = np.clip((height - paths.levels[lower]) / (paths.levels[lower + 1] - paths.levels[lower]), 0, 1)
         of_levels = np.array([1 - share, share])
         nodes = of_levels @ paths.elevation[lower : lower + 2]
         place = np.interp(elevation, nodes, np.arange(nodes.size))
-        first = min(int(place), nodes.size - 2)
-        of_nodes = np.array([first + 1 - place, place - first])
-        corners = paths.log_depth[lower : lower + 2, first : first + 2].astype(float)
-        logarithm = np.tensordot(np.outer(of_levels, of_nodes), corners, 2)
+        first = np.minimum(place.astype(int), nodes.size - 2)
+        of_far = (place - first)[:, None]
+        corners = np.tensordot(of_levels, paths.log_depth[lower : lower + 2].astype(float), 1)
+        logarithm = (1 - of_far) * corners[first] + of_far * corners[first + 1]
         across = (EARTH_RADIUS + height) / SHELL * np.sin(elevation)
         root = np.sqrt(across**2 + 2 * (EARTH_RADIUS + height) / SHELL + 1)
-        result[k, s] = np.exp(logarithm) * (root - across) + HIDDEN * (elevation < nodes[0])
+        depth = np.exp(logarithm) * (root - across)[:, None] + HIDDEN * (elevation < nodes[0])[:, None]
+        result[k, meets] = depth[meets]
     return result
 
 
@@ -267,19 +269,23 @@ def peak_change(peak, segments, depths, to_source, deflection, near):
     first, share = peak.spread
     few = np.arange(depth.shape[2])
     change = np.zeros((segments.layer.size, to_source.shape[1], peak.scattering.shape[1]))
-    for k, s in np.argwhere(near):
+    for k in np.flatnonzero(near.any(axis=1)):
+        s = np.flatnonzero(near[k])
         middle = 0.5 * (depth[k, s] + depth[k + 1, s])
         cosine = np.clip(0.5 * (deflection[k, s] + deflection[k + 1, s]), -1, 1)
-        turn = np.interp(np.degrees(np.arccos(cosine)), peak.degrees, np.arange(peak.degrees.size))
-        angle = min(int(turn), peak.degrees.size - 2)
+        turn = np.interp(np.degrees(np.arccos(cosine)), peak.degrees, np.arange(peak.degrees.size))[:, None]
+        angle = np.minimum(turn.astype(int), peak.degrees.size - 2)
         deep = np.interp(np.log(np.maximum(middle, 1e-9)), known, np.arange(known.size))
         lower = np.minimum(deep.astype(int), known.size - 2)
         part = np.clip((middle - NONE) / (WHOLE - NONE), 0, 1) * np.minimum(middle / peak.limits[0], 1)
         for level, air in ((segments.layer[k], segments.lower[k]), (segments.layer[k] + 1, segments.upper[k])):
-            rows = peak.mixed[level, angle : angle + 2].astype(float)
-            near_angle, far_angle = rows[:, lower, few] * (lower + 1 - deep) + rows[:, lower + 1, few] * (deep - lower)
+            mixed = peak.mixed[level]
+            near_angle, far_angle = (
+                mixed[node, lower, few] * (lower + 1 - deep) + mixed[node, lower + 1, few] * (deep - lower)
+                for node in (angle, angle + 1)
+            )
             at_few = (near_angle * (angle + 1 - turn) + far_angle * (turn - angle)) * part
-            every = at_few[first] * (1 - share) + at_few[np.minimum(first + 1, few.size - 1)] * share
+            every = at_few[:, first] * (1 - share) + at_few[:, np.minimum(first + 1, few.size - 1)] * share
             change[k, s] += air * peak.scattering[level] * every
     return change
 

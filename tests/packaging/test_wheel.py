@@ -43,6 +43,9 @@ assert library()._name.startswith(PLACE) and len(library().skyshine_sources()) =
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
+    """The wheel that `SKYSHINE_WHEEL` names, just built of this checkout; or one of now."""
+    if given := os.environ.get("SKYSHINE_WHEEL"):
+        return Path(given)
     folder = tmp_path_factory.mktemp("wheel")
     command = [
         sys.executable,

@@ -126,7 +126,13 @@ def test_a_cavity_at_rest_is_two_conductances_in_line():
         assert 0.9 * SIGMA * surface**4 - 180.0 == pytest.approx(through, abs=2e-3)
 
 
-@pytest.mark.parametrize("back", [CAVITY, replace(CAVITY, capacity=3e5), Back("open", coefficient=8.0)])
+@pytest.mark.parametrize(
+    "back",
+    [  # 3 s each
+        replace(CAVITY, capacity=3e5),
+        *(pytest.param(each, marks=pytest.mark.validation) for each in (CAVITY, Back("open", coefficient=8.0))),
+    ],
+)
 def test_cavities_agree_with_a_march_in_finite_volumes(back):
     chosen = material(back)
     marched = march(chosen, windy(1152), 1152, 30, 10, 1.0)[:, ::6]

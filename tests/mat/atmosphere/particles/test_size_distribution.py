@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from skyshine.mat.atmosphere.particles import size_distribution
 from skyshine.mat.atmosphere.particles.aerosol_layer import AerosolLayer
 from skyshine.mat.atmosphere.particles.aerosol_table import parse_extinction_profile, parse_refractive_index
 from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel
@@ -11,6 +12,14 @@ from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.schemas.errors import InputError
 
 HUMIDITY = np.array([50.0])
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_wavelengths():
+    """Mie theory at those that are looked at, and around them."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(size_distribution, "_WAVELENGTHS", np.array([0.25, 0.3, 0.44, 0.55, 0.87, 1, 2, 4, 10, 40]))
+        yield
 
 
 def constant(n, k):

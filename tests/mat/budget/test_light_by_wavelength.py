@@ -42,6 +42,7 @@ def rms(error):
     return float(np.sqrt(np.mean(np.square(error))))
 
 
+@pytest.mark.validation  # 6 s: a build and lines of sight by wavelength
 def test_a_pixel_by_wavelength_errs_by_a_hundredth_of_its_radiance(job, prepared):
     tables = Tables.open(job.parent / "built", 1, 1, "sun", prepared.loaded.trimmed)
     scenes = Scenes.drawn(

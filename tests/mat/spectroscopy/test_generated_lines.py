@@ -52,6 +52,7 @@ def test_substituted_ozone_has_its_rotational_constants():
         assert ozone.state("000", species).rotation[0] == pytest.approx(expected, rel=3e-4)
 
 
+@pytest.mark.validation  # 6 s: all bands of three isotopologues; the packaged lines change with their program alone
 def test_ozone_bands_have_the_published_strengths():
     bands = [each for each in ozone.bands() if {"001", "011", "010"} & set(each.upper)]
     by_name = {(band.upper, band.lower): band for one in bands for band in ozone.band_lines(one)}

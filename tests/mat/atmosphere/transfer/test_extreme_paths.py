@@ -77,7 +77,7 @@ def made(name):
 def test_extremes_are_finite_and_bounded(band, name):
     state = made(name)
     whole = band.weight.sum()
-    band = some_of(band, 6) if name == "optical depth 1e4" else band  # each takes many directions
+    band = some_of(band, 6) if name in ("fog", "optical depth 1e4") else band  # each takes many directions
     sun = solar_irradiance(band.wavenumber)
     atmosphere = BandAtmosphere.of(state, band)
     if name == "optical depth 1e4":

@@ -20,7 +20,7 @@ from skyshine.mat.tables import film_response as wet
 from skyshine.mat.tables import response
 from skyshine.mat.tables.shade import FORCING_TIME
 from skyshine.mat.tables.stated_error import ErrorMeasure, measure
-from skyshine.schemas.arrays import Booleans, Floats
+from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.hdf5 import Variable
 
 QUANTITY = "shaded_temperature"
@@ -33,7 +33,7 @@ _PLACES = 2  # altitudes and planes, all combined, under each of the surrounding
 
 @dataclass(frozen=True, eq=False)
 class ShadeError:
-    """Errors over all materials, and by material.
+    """Errors over all measured materials, and by material.
 
     Attributes
     ----------
@@ -90,10 +90,11 @@ def shade_error(
     table: ResponseTable,
     fixed: Collection[str],
     generator: np.random.Generator,
+    rows: Integers,
     *,
     at_slopes: bool = False,
 ) -> ShadeError:
-    """Measure the response of all materials.
+    """Measure the response of materials.
 
     Parameters
     ----------
@@ -104,6 +105,8 @@ def shade_error(
     fixed : collection of str
         Names of materials whose temperature is given; they have no error.
     generator : numpy.random.Generator
+    rows : (R,) int array
+        Numbers of the materials that are measured.
     at_slopes : bool
         Whether slopes of the scene are tested, instead of slopes between them.
     """
@@ -127,7 +130,8 @@ def shade_error(
     stored = stored_response(table)
     kilometres = np.repeat(sunlit.altitude, _PLACES) / 1e3
     errors, frozen, by_material = [], [], []
-    for number, material in enumerate(materials):
+    for number in rows:
+        material = materials[number]
         if material.name in fixed:
             by_material.append((0.0, 0.0))
             continue

@@ -41,7 +41,7 @@ from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure
 from skyshine.mat.tables.tracks import track_fields, track_hours
 from skyshine.materials.records import Material
-from skyshine.schemas.arrays import Booleans, Floats
+from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 # Random values of each axis at which the interpolation error is measured; all their combinations are. Of azimuths and
@@ -49,6 +49,8 @@ from skyshine.schemas.hdf5 import Axis, Group, Variable
 PROBES = {"altitude_km": 3, "azimuth_deg": 5, "slope_deg": 5, "time_h": 24}
 _FEWEST_FACES, _COLUMNS = 3, 600
 FACE_AXES = ("azimuth_deg", "slope_deg")
+# Materials, at random, on which nodes are placed, and on which each of many states is measured: others on each date.
+_PLACED_ON, _MEASURED_ON = 24, 16
 LEVEL_DEG, STEEP_DEG = 10.0, 60.0  # slopes of which errors are stated apart
 _SOLVER_METHOD = (
     "{} against {} steps a day at the random places of one altitude, difference times {:.3g} (second order)"
@@ -65,12 +67,14 @@ class TemperatureProduct:
         job, library, materials = context.loaded.trimmed, context.library, context.materials
         limits = job.query_limits
         hours = None if limits is None else limits.hours
-        weather = job.states[context.task.index - 1].weather
+        state = job.states[context.task.index - 1]
+        weather = state.weather
         resolved = {
             "site": job.site.model_dump(mode="json"),
-            "state": job.states[context.task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
+            "state": state.model_dump(mode="json", exclude={"date", "series"}),
             "surface_grid": {**job.surface_grid.model_dump(mode="json"), "altitude_km": job.surface_altitudes_km},
             "accuracy": job.accuracy.model_dump(mode="json", include={"solver_steps", "seed"}),
+            **({"measured_on": _MEASURED_ON} if _is_sampled(state, len(materials)) else {}),
             "materials": list(materials),
             "operated": {
                 name: job.operated[name].model_dump(mode="json") for name in materials if name in job.operated
@@ -97,9 +101,6 @@ class TemperatureProduct:
         axes, tolerance_note = dict(start.axes), {}
         limits = job.query_limits
 
-        def temperature(at: Axes) -> Floats:
-            return solver.table(at, steps).temperature.astype(float)
-
         tolerance = job.surface_grid.tolerance
         if tolerance is not None:
             with report.stage("grid"):
@@ -113,7 +114,14 @@ class TemperatureProduct:
             )
         if job.surface_grid.time is None and tolerance is None:
             with report.stage("grid"):
-                axes["time_h"] = placed_times(temperature, axes, whole_day=whole_day, seed=seed, fixed=fixed)
+                some = solver.some(_placed_on(solver, seed))
+                axes["time_h"] = placed_times(
+                    lambda at: some.table(at, steps).temperature.astype(float),
+                    axes,
+                    whole_day=whole_day,
+                    seed=seed,
+                    fixed=fixed,
+                )
         with report.stage("tables"):
             kelvin = None if tolerance is None else tolerance_parts(tolerance)[0]
             table = rounded(solver.table(axes, steps), kelvin)
@@ -122,10 +130,17 @@ class TemperatureProduct:
         if shaded:
             with report.stage("response"):
                 response = response_table(solver.materials, solver.scene(axes), steps=steps, prescribed=solver.fixed)
+        day = job.on_date_of_state(state).site
+        measured = np.arange(len(materials))
+        if _is_sampled(job.states[state - 1], measured.size):
+            of_date = random_stream(seed, Stream.TEMPERATURE_ERROR, day.date.toordinal())
+            measured = np.sort(of_date.choice(measured, _MEASURED_ON, replace=False))
         with report.stage("accuracy"):
             drawn = random_stream(seed, Stream.TEMPERATURE_ERROR)
-            probes = _places(requested, whole_day, drawn, len(materials), fixed)
-            error, solver_error = _errors(solver, table, _rules(codes, axes, whole_day), probes, steps)
+            probes = _places(requested, whole_day, drawn, measured.size, fixed)
+            rules = _rules(np.array(codes)[measured], axes, whole_day)
+            of_measured = replace(table, temperature=table.temperature[measured])
+            error, solver_error = _errors(solver.some(measured), of_measured, rules, probes, steps)
         notes = {
             "seed": seed,
             "method": (
@@ -134,6 +149,7 @@ class TemperatureProduct:
                 f" twilight: Sun 0 to {-NIGHT_DEG:g} degree down; level: slopes to {LEVEL_DEG:g} degree, steep:"
                 f" {STEEP_DEG:g} to 90, overhanging: beyond"
                 + ("; slopes and azimuths of the faces alone" if fixed else "")
+                + (f"; {measured.size} of {len(codes)} materials, drawn by date" if measured.size < len(codes) else "")
             ),
             "solver_error_kelvin": solver_error.maximum,
             "solver_error_rms_kelvin": solver_error.rms,
@@ -145,12 +161,18 @@ class TemperatureProduct:
             with report.stage("accuracy"):
                 generator = random_stream(seed, Stream.SHADE_ERROR)
                 shade = shade_error(
-                    solver.materials, solver.scene(axes), response, solver.fixed, generator, at_slopes=bool(fixed)
+                    solver.materials,
+                    solver.scene(axes),
+                    response,
+                    solver.fixed,
+                    generator,
+                    measured,
+                    at_slopes=bool(fixed),
                 )
             errors.append(shade.measured)
-            by_material, by_material_axes = shade.variables, {"material": material_axis(codes)}
+            if measured.size == len(codes):
+                by_material, by_material_axes = shade.variables, {"material": material_axis(codes)}
             notes["shade_method"] = SHADE_METHOD
-        day = job.on_date_of_state(state).site
         attributes: dict[str, Any] = {
             **state_attributes(without_air_time(job.states[state - 1])),
             "date": day.date.isoformat(),
@@ -255,9 +277,10 @@ def state_solver(job: Job, materials: Sequence[Material], state: int) -> Solver:
 
 def tolerance_axes(job: Job, solver: Solver, start: StartAxes, most_nodes: int, *, insist: bool) -> RefinedAxes:
     """Axes that meet the tolerance of the job's surface_grid; arguments and errors as `refined_axes`."""
+    some = solver.some(_placed_on(solver, job.accuracy.seed))
 
     def temperature(at: Axes) -> Floats:
-        return solver.table(at, job.accuracy.solver_steps).temperature.astype(float)
+        return some.table(at, job.accuracy.solver_steps).temperature.astype(float)
 
     return refined_axes(
         temperature,
@@ -272,6 +295,18 @@ def tolerance_axes(job: Job, solver: Solver, start: StartAxes, most_nodes: int, 
     )
 
 
+def _is_sampled(state: State, materials: int) -> bool:
+    """Whether errors are measured on some of the materials."""
+    return state.is_one_of_many and materials > _MEASURED_ON
+
+
+def _placed_on(solver: Solver, seed: int) -> Integers:
+    """Numbers of the materials on which nodes are placed."""
+    count = len(solver.materials)
+    drawn = random_stream(seed, Stream.TEMPERATURE_NODES, 1).choice(count, min(count, _PLACED_ON), replace=False)
+    return np.sort(drawn)
+
+
 @dataclass(frozen=True)
 class Solver:
     """The heat balance of the job's materials in one state."""
@@ -279,6 +314,10 @@ class Solver:
     materials: Sequence[SurfaceMaterial]
     inputs: tuple[SunPath, NearSurfaceAir, Sky]
     fixed: Mapping[str, float | tuple[float, ...]]
+
+    def some(self, rows: Integers) -> Solver:
+        """The balance of some of the materials."""
+        return replace(self, materials=[self.materials[row] for row in rows])
 
     def scene(self, axes: Axes) -> Scene:
         """All slopes of the axes, at their altitudes."""
@@ -302,7 +341,7 @@ class Solver:
         )
 
 
-def _rules(codes: Sequence[int], axes: Axes, whole_day: bool) -> list[AxisRule]:
+def _rules(codes: npt.ArrayLike, axes: Axes, whole_day: bool) -> list[AxisRule]:
     """How a reader interpolates in the table."""
     return [
         AxisRule("material", np.array(codes), EXACT),

@@ -336,6 +336,13 @@ def circulant(harmonics: Complexes, steps: int) -> Floats:
     return matrix
 
 
+def real_at_end(harmonics: Complexes) -> Complexes:
+    """Eigenvalues of `circulant` for an even number of steps: the real part of the last harmonic counts there."""
+    values = harmonics.copy()
+    values[-1] = values[-1].real
+    return values
+
+
 @dataclass(frozen=True, eq=False)
 class Conduction:
     """The stack's response to N surface temperatures of a period.

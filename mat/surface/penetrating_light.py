@@ -137,15 +137,16 @@ def absorbed_sunlight(material: SurfaceMaterial, forcing: Forcing) -> Floats:
 def penetrating_light_flux(material: SurfaceMaterial, forcing: Forcing, conduction: Conduction) -> Floats:
     """What the depth of absorbed light changes in the heat that reaches the surface (columns, N) [W m^-2]."""
     absorbed = absorbed_sunlight(material, forcing)
-    return np.fft.irfft(np.fft.rfft(absorbed) * _harmonics(conduction), conduction.steps)
+    return np.fft.irfft(np.fft.rfft(absorbed) * penetrating_light_harmonics(conduction), conduction.steps)
 
 
 def penetrating_light_matrix(conduction: Conduction) -> Floats:
     """The circulant (N, N) matrix of `penetrating_light_flux`."""
-    return circulant(_harmonics(conduction), conduction.steps)
+    return circulant(penetrating_light_harmonics(conduction), conduction.steps)
 
 
-def _harmonics(conduction: Conduction) -> Complexes:
+def penetrating_light_harmonics(conduction: Conduction) -> Complexes:
+    """Flux of `penetrating_light_flux` per unit of absorbed light, at the harmonics 0 ... N/2."""
     return _light_response(conduction.stack, conduction.steps, conduction.period, conduction.scheme)
 
 

@@ -10,7 +10,7 @@ it the response of one face holds for faces of other azimuths, on which the Sun 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,12 +18,12 @@ import numpy as np
 from skyshine.mat.surface.balance import Balance
 from skyshine.mat.surface.canopy_response import CanopyResponse
 from skyshine.mat.surface.column_forcing import Forcing
-from skyshine.mat.surface.conduction import Conduction
+from skyshine.mat.surface.conduction import Conduction, real_at_end
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.film_response import DRY_FILM, FilmResponse, film_response, under_film
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.penetrating_light import penetrating_light_matrix
+from skyshine.mat.surface.penetrating_light import penetrating_light_harmonics
 from skyshine.mat.surface.reading import in_steps
 from skyshine.mat.surface.relaxation import melting_cap
 from skyshine.mat.surface.solution import Method, Solution
@@ -169,29 +169,39 @@ def _fill(
     forcing = under_film(forcing, DRY_FILM) if material.canopy is None else solution.under(forcing, material)
     temperature, melt = (in_steps(values, FINE_STEPS) for values in (solution.temperature, solution.melt))
     at_hours = np.arange(RESPONSE_HOURS.size) * (FINE_STEPS // RESPONSE_HOURS.size)
+    cells = lag_cells(FINE_STEPS)
     if solution.sources is None:
-        inverses, slope = _skin_inverses(material, forcing, temperature, solution, at_hours)
-        balance = Balance(forcing.times(at_hours), material)
-        lost, airless = balance.loss, balance.airless
+        by_lag, slope = _skin_kernel(material, forcing, temperature, solution, at_hours)
+        response.kernel[columns] = np.add.reduceat(by_lag, cells, axis=1)[:, None]
+        balance = Balance(forcing.times(at_hours).columns(np.repeat(np.arange(columns.size), OFFSETS.size)), material)
+        airless = balance.airless
+
+        def lost(moved: Floats) -> Floats:
+            """Heat losses at temperatures (columns, O, 24)."""
+            return np.asarray(balance.loss(moved.reshape(-1, moved.shape[-1])), float).reshape(moved.shape)
+
     else:
         sources = np.concatenate([in_steps(part, FINE_STEPS) for part in np.split(solution.sources, 2, axis=1)], axis=1)
         about = CanopyResponse(material, forcing, sources, _scheme(solution), at_hours)
-        inverses, slope, lost, airless = iter(about.kernel), about.slope, about.loss, False
-    lags = (at_hours[:, None] - np.arange(FINE_STEPS)) % FINE_STEPS
-    cells = lag_cells(FINE_STEPS)
-    for column, inverse in zip(columns, inverses, strict=True):
-        by_lag = np.take_along_axis(inverse, lags, axis=1)
-        response.kernel[column] = np.add.reduceat(by_lag, cells, axis=1)
+        slope, airless = about.slope, False
+
+        def lost(moved: Floats) -> Floats:
+            """Heat losses at temperatures (columns, O, 24)."""
+            return np.stack([about.loss(part) for part in np.moveaxis(moved, 1, 0)], axis=1)
+
+        lags = (at_hours[:, None] - np.arange(FINE_STEPS)) % FINE_STEPS
+        for column, inverse in zip(columns, about.kernel, strict=True):
+            response.kernel[column] = np.add.reduceat(np.take_along_axis(inverse, lags, axis=1), cells, axis=1)
     response.loss_slope[columns] = slope
     response.melt[columns] = melt[:, at_hours]
     origin = temperature[:, at_hours]
     if not airless:
         origin = np.broadcast_to(forcing.times(at_hours).air_temperature, origin.shape)
     response.temperature[columns] = origin
-    loss = lost(origin)
-    for number, offset in enumerate(OFFSETS):
-        moved = np.maximum(origin + offset, _COLDEST)
-        response.loss_excess[columns, :, number] = lost(moved) - loss - slope * (moved - origin)
+    moved = np.maximum(origin[:, None] + OFFSETS[:, None], _COLDEST)
+    loss = lost(moved)
+    excess = loss - loss[:, OFFSETS == 0] - slope[:, None] * (moved - origin[:, None])
+    response.loss_excess[columns] = np.swapaxes(excess, 1, 2)
     if response.film is not None and solution.film is not None and material.canopy is None:
         temperatures = [np.maximum(origin + offset, _COLDEST) for offset in OFFSETS]
         film = film_response(material, forcing.times(at_hours), temperatures, solution.film[:, 0])
@@ -202,26 +212,19 @@ def _scheme(solution: Solution) -> str:
     return "euler" if solution.method[0] in (Method.EULER, Method.EULER_NEWTON) else "bdf2"
 
 
-def _skin_inverses(
+def _skin_kernel(
     material: SurfaceMaterial, forcing: Forcing, temperature: Floats, solution: Solution, at_hours: Integers
-) -> tuple[Iterator[Floats], Floats]:
-    """Rows of J^-1 at some times (times, FINE_STEPS) of each column, and s then (columns, times)."""
+) -> tuple[Floats, Floats]:
+    """J^-1 by lag (columns, FINE_STEPS), equal at all times since s is, and s at some times (columns, times)."""
     conduction = Conduction(material.thermal, FINE_STEPS, DAY, _scheme(solution))
     _, slope = Balance(forcing, material).loss_and_slope(temperature)
     slope = np.maximum(slope, _LEAST_SLOPE)
     # Readers correct for the slope of each time, in few steps: those of leaves, which store no heat, converge at night
     # with the geometric mean, eight times below the day's slopes (reed 0.1 K in place of 0.6).
-    mean = np.exp(np.log(slope).mean(axis=1)) if material.surface.canopy else slope.mean(axis=1)
-    slope = mean[:, None] + np.zeros(slope.shape)
-    rows = np.eye(FINE_STEPS)[:, at_hours]
-    arrives = np.eye(FINE_STEPS) + penetrating_light_matrix(conduction) if material.thermal.light else None
-
-    def inverses() -> Iterator[Floats]:
-        for column_slope in slope:
-            inverse = np.linalg.solve((conduction.matrix + np.diag(column_slope)).T, rows).T.astype(float, copy=False)
-            yield inverse if arrives is None else inverse @ arrives
-
-    return inverses(), slope[:, at_hours]
+    mean = (np.exp(np.log(slope).mean(axis=1)) if material.surface.canopy else slope.mean(axis=1))[:, None]
+    arrives = 1.0 + real_at_end(penetrating_light_harmonics(conduction)) if material.thermal.light else 1.0
+    by_harmonic = arrives / (real_at_end(conduction.admittance) + mean)
+    return np.fft.irfft(by_harmonic, FINE_STEPS), mean + np.zeros((1, at_hours.size))
 
 
 def lag_cells(steps: int) -> Integers:

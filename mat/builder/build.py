@@ -22,6 +22,7 @@ from skyshine.mat.builder.record import merge_parts, record_of, write_part, writ
 from skyshine.mat.builder.tasks import draw_task, run_task
 from skyshine.mat.job.load import JobSites, LoadedJob
 from skyshine.mat.job.own_materials import job_materials
+from skyshine.mat.plan.machine import core_count
 from skyshine.mat.plan.plan import Kind, Task, make_plan, texture_file, used_materials
 from skyshine.mat.plan.size import check_size
 from skyshine.mat.products.product import TaskReport
@@ -31,7 +32,7 @@ from skyshine.schemas.errors import CheckFailed, InputError
 from skyshine.schemas.progress import Progress, silent
 
 LOST_TIMES = 5  # that a task may be lost before the build ends
-WINDOW = 4_000  # tasks that an executor has at a time; later sites are read when it has fewer
+WINDOW = 4_000  # tasks that a cluster has at a time; later sites are read when it has fewer
 _log = logging.getLogger("skyshine.mat.build")
 
 
@@ -130,11 +131,11 @@ def build(
     of_state = sum(work.task.kind.of_state for work in start)
     further = 0 if share is not None else len(sites.names) - len(outcome.sites) - 1
     total = len(start) + of_state * further
-    jobs = min(jobs or os.cpu_count() or 1, total)
+    jobs = min(jobs or core_count(), total)
     atmospheres = sum(work.task.kind == Kind.ATMOSPHERE for work in start)
     spare = {threads.VARIABLE: str(max(1, jobs // max(1, atmospheres)))}
     with sole_build_in(folder, share), open_executor(executor, jobs, folder, spare) as processes:
-        run = _Run(folder, fresh, processes, outcome, drawn)
+        run = _Run(folder, fresh, processes, outcome, drawn, WINDOW if executor else jobs)
         run.all(start, batches, total, progress)
         reports, reasons = list(outcome.reports.values()), messages(outcome.failed)
         reasons |= {f"{site}/": str(error) for site, error in outcome.sites.items()}
@@ -190,10 +191,13 @@ def _batches(sites: JobSites, share: Part | None, outcome: Outcome) -> Iterator[
 
 
 class _Run:
-    """The tasks of a build on their way through an executor."""
+    """The tasks of a build on their way through an executor, `window` at a time."""
 
-    def __init__(self, folder: Path, fresh: bool, executor: Executor, outcome: Outcome, drawn: bool) -> None:
+    def __init__(
+        self, folder: Path, fresh: bool, executor: Executor, outcome: Outcome, drawn: bool, window: int
+    ) -> None:
         self.folder, self.fresh, self.executor, self.outcome, self.drawn = folder, fresh, executor, outcome, drawn
+        self.window = window
         self.ready: deque[Work] = deque()
         self.held: deque[Work] = deque()  # until the textures are there
         self.running: dict[Future[TaskReport], Work] = {}
@@ -228,7 +232,7 @@ class _Run:
             (self.held if self.textures and work.task.kind.reads_materials else self.ready).append(work)
 
     def _submit(self, batches: Iterator[list[Work]]) -> None:
-        while len(self.running) < WINDOW:
+        while len(self.running) < self.window:
             if not self.ready:
                 works = next(batches, None)
                 if works is None:
@@ -273,7 +277,7 @@ class _Run:
         if task.kind is Kind.TEXTURE:
             self.textures -= 1
             if not self.textures:
-                self.ready.extend(self.held)
+                self.ready.extendleft(reversed(self.held))  # temperatures take long: not after all atmospheres
                 self.held.clear()
 
 

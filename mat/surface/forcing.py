@@ -193,15 +193,13 @@ def plane_irradiance(
     of their direct light over that above the atmosphere.
     Ground: isotropic, Liu and Jordan (1963), Solar Energy 7, 53-74.
     """
-    import pvlib
-
     cosine = sun_cosine(slope, azimuth, solar_elevation, solar_azimuth)
     sine = np.maximum(np.sin(np.radians(solar_elevation)), 0.0)
     above = np.maximum(solar_elevation, LOWEST_AUREOLE)
     ratio = sun_cosine(slope, azimuth, above, solar_azimuth) / np.sin(np.radians(above))
     view = 0.5 * (1 + np.cos(np.radians(slope)))
     aureole = np.asarray(aureole, float)
-    reflected = pvlib.irradiance.get_ground_diffuse(slope, direct * sine + diffuse, albedo=ground_albedo)
+    reflected = ground_albedo * (1 - view) * (direct * sine + diffuse)
     return direct * cosine, diffuse * (aureole * ratio + (1 - aureole) * view), reflected
 
 
@@ -209,11 +207,10 @@ def sun_cosine(
     slope: npt.ArrayLike, azimuth: npt.ArrayLike, solar_elevation: npt.ArrayLike, solar_azimuth: npt.ArrayLike
 ) -> Floats:
     """Cosine of the angle between the Sun and the normal of planes, 0 where it is behind; as `plane_irradiance`."""
-    import pvlib
-
-    zenith = 90.0 - np.asarray(solar_elevation)
-    cosine: Floats = np.maximum(pvlib.irradiance.aoi_projection(slope, azimuth, zenith, solar_azimuth), 0.0)
-    return cosine
+    tilt, height = np.radians(slope), np.radians(solar_elevation)
+    turn = np.radians(np.subtract(solar_azimuth, azimuth))
+    cosine = np.cos(tilt) * np.sin(height) + np.sin(tilt) * np.cos(height) * np.cos(turn)
+    return np.clip(cosine, 0.0, 1.0)
 
 
 def _carried(light: Floats, clear_at_station: Floats, clear: Floats) -> Floats:

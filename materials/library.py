@@ -193,8 +193,8 @@ class MaterialLibrary:
 
 
 def load_library(folder: StrPath | None = None) -> MaterialLibrary:
-    """The packaged library with the user's folder on top; what this process has read before, as long as no file has
-    changed.
+    """The packaged library with the user's folder on top; what this process has read before, as long as no file of the
+    folder has changed.
 
     Parameters
     ----------
@@ -213,8 +213,7 @@ def load_library(folder: StrPath | None = None) -> MaterialLibrary:
     if folder is not None and not Path(folder).is_dir():
         raise InputError(f"{ENVIRONMENT} names '{folder}', which is not a folder; give one that contains mat.yaml")
     user_folder = None if folder is None else Path(folder)
-    user_files = None if user_folder is None else _stamps(user_folder)
-    return _library(user_folder, _stamps(materials.path()), user_files)
+    return _library(user_folder, None if user_folder is None else _stamps(user_folder))
 
 
 Stamps = tuple[tuple[str, int, int], ...]
@@ -228,7 +227,7 @@ def _stamps(folder: Path) -> Stamps:
 
 
 @lru_cache(maxsize=4)
-def _library(folder: Path | None, _packaged_files: Stamps, _own_files: Stamps | None) -> MaterialLibrary:
+def _library(folder: Path | None, _own_files: Stamps | None) -> MaterialLibrary:
     packaged, entries = _read_index(materials.path())
     if folder is None:
         return MaterialLibrary(packaged.data_version, packaged.references, entries)

@@ -24,6 +24,7 @@ from skyshine.schemas.regular_files import refuse_special_file
 
 _ZIP = b"PK\x03\x04"
 ROW_LIMIT = 100_000  # rows
+_PLAIN = re.compile(r"[-+0-9.eE,;\t ]*")
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
 # A cell between blanks; a unit in brackets may follow after a blank.
 _WORD = re.compile(r"[^\s\[(]*(?:[^\S\n]*[\[(][^\])]*[\])]?)|\S+")
@@ -44,8 +45,8 @@ class CsvTable:
         Finite.
     header : int
         Line of the column names.
-    places : dict
-        (row, column) to (line, column) in the file, counted from 1; row -1 is the header.
+    lines : list of (int, str)
+        Number and text of the header and of each row.
     """
 
     file: Path
@@ -53,11 +54,16 @@ class CsvTable:
     units: tuple[str, ...]
     values: npt.NDArray[np.float64]
     header: int
-    places: dict[tuple[int, int], tuple[int, int]]
+    lines: list[tuple[int, str]]
+
+    def place(self, row: int, column: int) -> tuple[int, int]:
+        """Line and column of a value in the file, counted from 1; row -1 is the header."""
+        number, line = self.lines[row + 1]
+        return number, cells(line, delimiter_of(self.lines[0][1]))[column][1]
 
     def error(self, row: int, column: int, message: str) -> InputError:
         """An `InputError` at the place of a value; row -1 is the header."""
-        line, position = self.places[row, column]
+        line, position = self.place(row, column)
         return InputError(message, file=self.file, line=line, column=position)
 
 
@@ -118,13 +124,25 @@ def parse_table(text: str, file: StrPath, least_rows: int = 2, header: str | Non
         )
     number, line = lines[0]
     heads, delimiter = column_heads(file, number, line), delimiter_of(line)
-    positions = {(-1, index): (number, head.column) for index, head in enumerate(heads)}
-    rows = [
-        _row(file, heads, row, number, row_cells(file, number, line, len(heads), delimiter), positions)
-        for row, (number, line) in enumerate(lines[1:])
-    ]
+    values = _plain_rows([line for _, line in lines[1:]], len(heads), delimiter)
+    if values is None:
+        values = np.array(
+            [_row(file, heads, n, row_cells(file, n, line, len(heads), delimiter)) for n, line in lines[1:]]
+        )
     names, units = tuple(head.name for head in heads), tuple(head.unit for head in heads)
-    return CsvTable(file, names, units, np.array(rows), number, positions)
+    return CsvTable(file, names, units, values, number, lines)
+
+
+def _plain_rows(lines: list[str], columns: int, delimiter: str) -> npt.NDArray[np.float64] | None:
+    """Finite numbers (N, C) of lines in which nothing else is, read at once; None of others."""
+    text = delimiter.join(lines)
+    if delimiter == " " or not _PLAIN.fullmatch(text) or any(line.count(delimiter) != columns - 1 for line in lines):
+        return None
+    try:
+        values = np.array(text.split(delimiter), float).reshape(-1, columns)
+    except ValueError:
+        return None
+    return values if np.isfinite(values).all() else None
 
 
 @dataclass(frozen=True)
@@ -197,14 +215,11 @@ def cells(line: str, delimiter: str = ",") -> list[tuple[str, int]]:
 def _row(
     file: Path,
     heads: Sequence[Head],
-    row: int,
     number: int,
     row_values: list[tuple[str, int]],
-    positions: dict[tuple[int, int], tuple[int, int]],
 ) -> list[float]:
     values = []
     for index, (cell, column) in enumerate(row_values):
-        positions[row, index] = (number, column)
         try:
             value = plain_number(cell)
         except ValueError:

@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
-from importlib import metadata
 from math import prod
 from pathlib import Path
 from typing import Any, TypeAlias, cast
@@ -213,6 +212,8 @@ def write_file(path: StrPath, root: Group, header: Header, fill: Callable[[h5py.
 
 
 def _root_attributes(header: Header) -> dict[str, str]:
+    from importlib import metadata  # slow to import, and readers need none
+
     return {
         "Conventions": CONVENTIONS,
         "title": header.title,

@@ -9,7 +9,7 @@ from importlib import metadata
 from typing import Any
 
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
-from skyshine.mat.threads import thread_count
+from skyshine.mat.threads import core_count, thread_count
 from skyshine.materials.library import load_library
 from skyshine.schemas.kept_arrays import kept_folder
 
@@ -61,7 +61,7 @@ def installation() -> dict[str, Any]:
         "packages": packages,
         "missing": missing,
         "extras": extras,
-        "cores": os.cpu_count(),
+        "cores": core_count(),
         "threads": thread_count(),
         "cache": {"folder": str(cache.parent) if cache else "none", "files": len(sizes), "bytes": sum(sizes)},
         "environment": {name: value for name, value in sorted(os.environ.items()) if name.startswith("SKYSHINE_")},

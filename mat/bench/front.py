@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -27,6 +26,7 @@ from skyshine.mat.job.own_materials import job_materials
 from skyshine.mat.plan.plan import make_plan
 from skyshine.mat.plan.size import check_size
 from skyshine.mat.scene.check import check_scene
+from skyshine.mat.threads import core_count
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.documents import MAPPING
 from skyshine.schemas.errors import CheckFailed, InputError
@@ -256,7 +256,7 @@ def _method(front: Front) -> str:
         " temperatures solved for each face under its shadows and beside its walls, on the same"
         f" {options.scenes} random views of each state, band and source for every setting (seed {options.seed}), all"
         " bands, sources and materials together; the JSON has each set. Time: processor seconds of the whole build, by"
-        f" one process a core ({os.cpu_count()} here), nothing cached, without pictures; textures are classified once"
+        f" one process a core ({core_count()} here), nothing cached, without pictures; textures are classified once"
         " and counted in each setting. Start and rest: processes that begin, the job that is read."
     )
     if front.modelled:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property, partial
@@ -24,7 +23,7 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.grids import path_grid
-from skyshine.mat.threads import VARIABLE
+from skyshine.mat.threads import VARIABLE, core_count
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import CheckFailed
@@ -224,7 +223,7 @@ def compute_truths(truths: Truths, rung: Rung) -> None:
     numbers = list(product(range(1, len(job.states) + 1), job.needed_bands))
     variables = {CACHE_VARIABLE: str(rung.cache), VARIABLE: "1"}
     settings = truths.loaded, truths.jobs, truths.scenes, truths.seed, truths.folder
-    with open_executor(None, min(len(numbers), os.cpu_count() or 1), truths.folder, variables) as pool:
+    with open_executor(None, min(len(numbers), core_count()), truths.folder, variables) as pool:
         list(pool.map(partial(_compute, settings, rung), numbers))
 
 

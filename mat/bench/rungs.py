@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import shutil
 import time
 from concurrent.futures.process import BrokenProcessPool
@@ -21,6 +20,7 @@ from skyshine.mat.plan.plan import Kind, Plan, make_plan, texture_file
 from skyshine.mat.products.product import Context
 from skyshine.mat.products.table import PRODUCTS
 from skyshine.mat.scene.moisture import job_library
+from skyshine.mat.threads import core_count
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import CheckFailed
 from skyshine.schemas.process_memory import children_seconds
@@ -131,7 +131,7 @@ class Rung:
     @property
     def _digest(self) -> str:
         """Digest of the job, the version of the package and the cores that a build takes."""
-        return job_digest(self.loaded, os.cpu_count())
+        return job_digest(self.loaded, core_count())
 
     def resume(self, library: MaterialLibrary) -> None:
         """Take over what an earlier run measured, where the databases are those of the same job and version."""

@@ -22,7 +22,6 @@ from skyshine.mat.builder.record import merge_parts, record_of, write_part, writ
 from skyshine.mat.builder.tasks import draw_task, run_task
 from skyshine.mat.job.load import JobSites, LoadedJob
 from skyshine.mat.job.own_materials import job_materials
-from skyshine.mat.plan.machine import core_count
 from skyshine.mat.plan.plan import Kind, Task, make_plan, texture_file, used_materials
 from skyshine.mat.plan.size import check_size
 from skyshine.mat.products.product import TaskReport
@@ -131,7 +130,7 @@ def build(
     of_state = sum(work.task.kind.of_state for work in start)
     further = 0 if share is not None else len(sites.names) - len(outcome.sites) - 1
     total = len(start) + of_state * further
-    jobs = min(jobs or core_count(), total)
+    jobs = min(jobs or threads.core_count(), total)
     atmospheres = sum(work.task.kind == Kind.ATMOSPHERE for work in start)
     spare = {threads.VARIABLE: str(max(1, jobs // max(1, atmospheres)))}
     with sole_build_in(folder, share), open_executor(executor, jobs, folder, spare) as processes:

@@ -16,12 +16,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Literal
 
+from skyshine.mat.threads import LINEAR_ALGEBRA
 from skyshine.schemas.errors import CheckFailed, InputError
 from skyshine.schemas.whole_files import PART
 
-# One thread a process for linear algebra, which adds up in another order with more. Tables of lines of sight take what
-# cores are left over.
-THREAD_LIMITS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 DASK = "dask:"
 
 
@@ -57,7 +55,7 @@ def open_executor(
 
 @contextmanager
 def _local(jobs: int, folder: Path, variables: Mapping[str, str]) -> Iterator[Executor]:
-    with _environment(THREAD_LIMITS | dict(variables)), _Pool(jobs, folder) as pool:
+    with _environment(LINEAR_ALGEBRA | dict(variables)), _Pool(jobs, folder) as pool:
         yield pool
 
 

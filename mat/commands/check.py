@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections import Counter
 from itertools import count, groupby
@@ -10,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from skyshine.mat.threads import LINEAR_ALGEBRA
 from skyshine.schemas.commands import allow_outside_option, emit_json, json_option, progress
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
     from skyshine.mat.api.check import JobCheck
@@ -56,6 +57,8 @@ def command(
     hours, bands and source elevations that its frames read: a job with these needs builds nothing else. With --buffers,
     read all that mat render --buffers reads.
     """
+    for name, value in LINEAR_ALGEBRA.items():  # small matrices, for which more threads take longer
+        os.environ.setdefault(name, value)
     if buffers:
         _check_frame(job, as_json)
         return
@@ -113,7 +116,8 @@ def _check_needs(scene: Path, job: Path, out: Path | None, least_share: float, a
 
 
 def _cost(plan: JobCheck) -> dict[str, Any]:
-    from skyshine.mat.plan.machine import core_count
+    from skyshine.mat.threads import core_count
+    from skyshine.schemas.quantity import quantity
 
     return {
         "size_before_compression": quantity(plan.bytes, "byte"),
@@ -201,8 +205,8 @@ def _states(result: JobCheck) -> list[str]:
 
 
 def _print(result: JobCheck, verbose: bool) -> None:
-    from skyshine.mat.plan.machine import core_count
     from skyshine.mat.scene.summary import summary_text
+    from skyshine.mat.threads import core_count
 
     job, cost = result.loaded.trimmed, result.cost
     of_sites = f" ({len(result.sites)} sites, {result.sites[0]} to {result.sites[-1]})" if result.sites else ""

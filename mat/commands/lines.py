@@ -162,7 +162,7 @@ def describe(table: AbsorptionTable) -> dict[str, Any]:
 
     gases = {}
     for name in table.gases:
-        error = table.gas_error[name].astype(float)
+        error = table.gas_error(name)
         rms = float(np.sqrt(np.mean(error[error > 0] ** 2))) if np.any(error > 0) else 0.0
         gases[name] = {
             "rms_error": quantity(rms, "1"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from functools import cache
 
@@ -10,20 +9,15 @@ import numpy as np
 
 # s of a processor of the machine on which the constants of `plan.cost` were measured (2.5 GHz server, two cores).
 _REFERENCE = 2.5e-3
-_TRIALS = 10  # the fastest counts: others were interrupted
+_TRIALS = 6  # the fastest counts: others were interrupted
 
 
 @cache
 def machine_slowness() -> float:
-    """Processor time of a build on this machine over that on the machine of the estimates, from 25 ms of the work that
+    """Processor time of a build on this machine over that on the machine of the estimates, from 15 ms of the work that
     builds do: exponentials of long arrays, calls on short ones, Python.
     """
     return min(_trial() for _ in range(_TRIALS)) / _REFERENCE
-
-
-def core_count() -> int:
-    """Number of processor cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _trial() -> float:

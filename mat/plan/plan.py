@@ -12,7 +12,7 @@ import numpy as np
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.plan.left_out import LeftOut, tables_left_out, temperature_times
-from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, RESPONSE_HOURS, response_slopes
+from skyshine.mat.surface.response_nodes import LAG_STARTS, OFFSETS, RESPONSE_HOURS, response_slopes
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file
 from skyshine.mat.tables.gridded import QUANTITIES
 from skyshine.materials.library import MaterialLibrary

@@ -13,7 +13,8 @@ from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.days import joined_days, solve_days
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, RESPONSE_HOURS, ResponseTable
+from skyshine.mat.surface.response import ResponseTable
+from skyshine.mat.surface.response_nodes import LAG_STARTS, OFFSETS, RESPONSE_HOURS
 from skyshine.mat.surface.solver import FINE_STEPS
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.tables import film_response as wet

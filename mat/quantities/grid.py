@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from skyshine.mat.atmosphere.transfer import line_of_sight
-from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
+
+if TYPE_CHECKING:
+    from skyshine.mat.atmosphere.transfer.air import SpectralAir
+    from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,5 +53,7 @@ def lines_of_sight(
     """`line_of_sight.lines_of_sight` for ranges (n, R) [km] from observers at altitudes (n,) [km] and elevations (n,)
     [degree].
     """
+    from skyshine.mat.atmosphere.transfer import line_of_sight  # slow to import
+
     ranges, altitude, elevation = np.asarray(range_km) * 1e3, np.asarray(altitude_km) * 1e3, np.radians(elevation_deg)
     return line_of_sight.lines_of_sight(air, ranges, altitude, elevation)

@@ -7,9 +7,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.points import BandPoints, band_points
+from skyshine.mat.atmosphere.band.points import BandPoints, band_points, micron_response, point_weights
+from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.bands import absorption_table
+from skyshine.schemas.arrays import Integers
 
 COUNT = 400  # spectral points, evenly among all
 
@@ -28,10 +30,13 @@ def assessed_points(response: SpectralResponse, water_continuum: str | None = No
 def _chosen(wavelength: bytes, values: bytes) -> BandPoints:
     """The points in the table's own continuum."""
     response = SpectralResponse(np.frombuffer(wavelength), np.frombuffer(values))
-    table = absorption_table().with_own_continuum()
-    everything = band_points(table.points(*response.wavenumber_range), response)
-    count = everything.weight.size
-    index = np.unique(np.linspace(0, count - 1, min(count, COUNT)).round().astype(int))
-    weight = everything.weight[index] * (everything.weight.sum() / everything.weight[index].sum())
-    points = everything.points.subset(index)
-    return BandPoints(points, weight, tuple(points.absorbing))
+    table = absorption_table().with_continuum()
+
+    def evenly(points: SpectralPoints) -> Integers:
+        inside = np.flatnonzero(point_weights(points, response) > 0)
+        return inside[np.linspace(0, inside.size - 1, min(inside.size, COUNT)).round().astype(int)]
+
+    band = band_points(table.points(*response.wavenumber_range, evenly), response)
+    low, high = band.points.interval_edges.T
+    total = float(micron_response(response, low, high - low) @ (high - low))
+    return replace(band, weight=band.weight * (total / band.weight.sum()))

@@ -27,7 +27,11 @@ def response_of(band: Band) -> SpectralResponse:
     return SpectralResponse.rectangular(*band.wavelength_um)
 
 
-@lru_cache(maxsize=4)
 def absorption_table(water_continuum: str | None = None) -> AbsorptionTable:
     """The packaged band model with a water vapour continuum, by default that of jobs, opened once a process."""
-    return AbsorptionTable.open(water_continuum=water_continuum or default_water_continuum())
+    return _packaged().with_continuum(water_continuum or default_water_continuum())
+
+
+@lru_cache(maxsize=1)
+def _packaged() -> AbsorptionTable:
+    return AbsorptionTable.open()

@@ -5,7 +5,6 @@ from __future__ import annotations
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.scene.atmosphere import air_key, atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
-from skyshine.mat.scene.surface import check_measured_light
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.job.model import TextureJob
 
@@ -33,7 +32,10 @@ def check_scene(loaded: LoadedJob) -> None:
     checked = set()
     for i, state in enumerate(loaded.trimmed.states):
         try:
-            check_measured_light(loaded.trimmed, i + 1)
+            if state.weather.measured:
+                from skyshine.mat.scene.surface import check_measured_light  # slow to import
+
+                check_measured_light(loaded.trimmed, i + 1)
             if (air := air_key(state)) not in checked:
                 checked.add(air)
                 atmospheric_state(loaded.trimmed.site, state)

@@ -10,12 +10,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.sample import Sample
+from skyshine.mat.atmosphere.band.sample import Sample, SampledLine
 from skyshine.mat.atmosphere.gases.absorption import available_water_continua, packaged_water_continuum
+from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.atmosphere.transfer.optics import spectral_optics
-from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
+from skyshine.mat.atmosphere.transfer.geometry import Shells
+from skyshine.mat.atmosphere.transfer.optics import gas_absorption, spectral_optics
+from skyshine.mat.atmosphere.transfer.segments import Depths
+from skyshine.mat.atmosphere.transfer.thermal_light import ThermalLight
+from skyshine.mat.atmosphere.transfer.thermal_source import ThermalSource
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.warnings import merged
@@ -78,29 +81,28 @@ def spread_kelvin(job: Job, state: AtmosphericState, response: SpectralResponse,
         Names of continua.
     """
     clear = replace(state, aerosols=(), hydrometeors=())
+    band = assessed_points(response, job.water_continuum)
+    wavenumber, weight = band.wavenumber, band.radiance_weight
+    optics = spectral_optics(clear, band.points, band.gases)
+    shells = Shells.of(clear.altitude, clear.number_density, float(np.average(wavenumber, weights=band.weight)))
+    lines = Sample.for_test(shells, path_grid(job), _LINES, np.random.default_rng(_SEED)).lines
+    emitted = ThermalLight(ThermalSource(clear.altitude, optics.emission, None), float)
+    background = planck_wavenumber(wavenumber, _BACKGROUND)
+
+    def radiance(line: SampledLine, extinction: Floats) -> float:
+        """Radiance of a band at the observer of a black body at the end of the first segments of a line."""
+        end, depth = int(line.node[-1]), line.segments.column(extinction)
+        air = emitted.of_segments(line.segments, Depths(depth))[:end].sum(axis=0)
+        return float((np.exp(-depth[:end].sum(axis=0)) * background + air) @ weight)
+
     radiances = []
-    sample = None
     for name in (job.water_continuum, *others):
-        band = assessed_points(response, name)
-        wavenumber, weight = band.wavenumber, band.radiance_weight
-        if sample is None:
-            air = SpectralAir.of(clear, band.points, band.gases, band.weight)
-            sample = Sample.for_test(air.shells, path_grid(job), _LINES, np.random.default_rng(_SEED))
-        else:
-            air = replace(air, optics=spectral_optics(clear, band.points, band.gases))
-        radiances.append(
-            [_radiance(air, line.segments, int(line.node[-1]), wavenumber) @ weight for line in sample.lines]
-        )
+        points = assessed_points(response, name).points
+        continuum = gas_absorption(clear, points, [CONTINUUM])[CONTINUUM]
+        extinction = optics.extinction - optics.absorption[CONTINUUM] + continuum
+        radiances.append([radiance(line, extinction) for line in lines])
     step = (
         planck_wavenumber(wavenumber, _BACKGROUND + 0.5) - planck_wavenumber(wavenumber, _BACKGROUND - 0.5)
     ) @ weight
     change = np.abs(np.array(radiances[1:]) - radiances[0]).max(axis=0) / step
     return float(np.percentile(change, 95))
-
-
-def _radiance(air: SpectralAir, segments: Segments, end: int, wavenumber: Floats) -> Floats:
-    """Radiance (P,) at the observer of a black body at the end of the first segments of a line."""
-    depth = segments.column(air.optics.extinction)
-    emitted = air.thermal_radiance(segments, Depths(depth))[:end].sum(axis=0)
-    radiance: Floats = np.exp(-depth[:end].sum(axis=0)) * planck_wavenumber(wavenumber, _BACKGROUND) + emitted
-    return radiance

@@ -10,9 +10,6 @@ from skyshine.mat.job.default_ground import lies_level
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.warnings import merged
 from skyshine.mat.scene.moisture import job_library
-from skyshine.mat.scene.surface import scene_inputs, surface_materials
-from skyshine.mat.surface.days import solve_days
-from skyshine.mat.surface.forcing import Scene
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.arrays import Floats
 
@@ -66,6 +63,8 @@ def _extremes(library: MaterialLibrary, names: list[str]) -> list[str]:
     """Names of materials between which the changes of all lie; all names where they are few."""
     if len(names) <= _BRIGHT + _DARK + _LIGHT:
         return names
+    from skyshine.mat.scene.surface import surface_materials  # slow to import
+
     surfaces = {surface.name: surface for surface in surface_materials([library[name] for name in names])}
 
     def warms(name: str) -> float:
@@ -82,6 +81,10 @@ def _extremes(library: MaterialLibrary, names: list[str]) -> list[str]:
 
 def _faces(job: Job, number: int, materials: Sequence[str], slope: float) -> Floats:
     """Temperatures (materials x faces, times) [K] of a state, counted from 1."""
+    from skyshine.mat.scene.surface import scene_inputs, surface_materials  # slow to import
+    from skyshine.mat.surface.days import solve_days
+    from skyshine.mat.surface.forcing import Scene
+
     sun, weather, sky = scene_inputs(job, number)
     altitude = np.array([1e3 * job.surface_altitudes_km[0]])
     scene = Scene(sun, weather, sky, altitude, np.full(_AZIMUTHS.shape, slope), _AZIMUTHS)

@@ -6,6 +6,7 @@ import numpy as np
 import scipy
 
 from skyshine.mat.atmosphere.band.points import BandPoints
+from skyshine.mat.atmosphere.gases.lagrange import lagrange_weights
 from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.mat.atmosphere.sources.lunar import lunar_irradiance
 from skyshine.mat.atmosphere.sources.solar import ASTRONOMICAL_UNIT, solar_irradiance
@@ -16,6 +17,7 @@ from skyshine.schemas.arrays import Floats
 
 SUNLIGHT_UM, SUNLIGHT_NODES = (0.25, 25.0), 3000
 TRACK_NODE_H = 0.5  # [h], between computed positions of a source
+_HOURS = np.arange(25.0)  # of a day: cubics between them give elevations near the horizon within 0.005 degree
 USUAL_PHASE = 60.0  # degree; the shape of moonlight changes little from full Moon to beyond the quarters
 MEAN_MOON_DISTANCE = 384_400e3  # m, semi-major axis
 LONGEST_WAVE = 1000.0  # um, the end of the solar table and of the band model
@@ -75,34 +77,21 @@ def solar_spectrum(longest: float = SUNLIGHT_UM[1]) -> tuple[Floats, Floats]:
 
 
 def source_hours(job: Job, step: float = 1 / 12) -> dict[str, list[tuple[str, str]]]:
-    """Local clock times between which each source of the job is above the horizon, to the step in hours.
-
-    Elevations are linear between the half hours that are farther than 2 degrees from the horizon on the same side.
-    """
-    hours, half_hours = np.arange(0.0, 24.0, step), np.arange(0.0, 24.0 + TRACK_NODE_H, TRACK_NODE_H)
+    """Local clock times between which each source of the job is above the horizon, to the step in hours."""
+    site, hours = job.site, np.arange(0.0, 24.0, step)
+    between = lagrange_weights(_HOURS, hours)
     spans: dict[str, list[tuple[str, str]]] = {}
     for source in job.sources:
-        known = _elevation(job.site, source, half_hours)
-        elevation = np.interp(hours, half_hours, known)
-        before = np.minimum((hours / TRACK_NODE_H).astype(int), half_hours.size - 2)
-        close = (np.minimum(known[before], known[before + 1]) < 2.0) & (
-            np.maximum(known[before], known[before + 1]) > -2.0
+        where = position(
+            source, local_times_utc(site, _HOURS), site.latitude_deg, site.longitude_deg, 1e3 * site.altitude_km
         )
-        elevation[close] = _elevation(job.site, source, hours[close])
-        up = elevation > 0
+        up = between @ np.sin(np.radians(where.elevation)) > 0
         edges = np.flatnonzero(np.diff(np.concatenate([[False], up, [False]]).astype(int)))
         spans[source] = [
             (clock_text(hours[a]), clock_text(hours[b - 1] + step))
             for a, b in zip(edges[::2], edges[1::2], strict=True)
         ]
     return spans
-
-
-def _elevation(site: Site, source: str, hours: Floats) -> Floats:
-    """Degrees (T,) above the horizon at local clock hours (T,)."""
-    times = local_times_utc(site, hours)
-    elevation: Floats = position(source, times, site.latitude_deg, site.longitude_deg, 1e3 * site.altitude_km).elevation
-    return elevation
 
 
 def irradiance_of_sources(job: Job, band: BandPoints) -> Floats:

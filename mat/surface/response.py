@@ -26,6 +26,7 @@ from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.penetrating_light import penetrating_light_harmonics
 from skyshine.mat.surface.reading import in_steps
 from skyshine.mat.surface.relaxation import melting_cap
+from skyshine.mat.surface.response_nodes import LAG_STARTS, OFFSETS, RESPONSE_HOURS, response_slopes
 from skyshine.mat.surface.solution import Method, Solution
 from skyshine.mat.surface.solver import DAY, FINE_STEPS, STEPS
 from skyshine.mat.surface.sun_path import SunPath
@@ -33,19 +34,9 @@ from skyshine.mat.surface.table import FINEST
 from skyshine.schemas.arrays import Floats, Integers, Singles
 from skyshine.schemas.digits import rounded_bits, rounded_to
 
-RESPONSE_HOURS = np.arange(24.0)  # local clock [h]
 # m between altitudes at most: leaves draw water by the temperature and dryness of their air, so that what they lose at
 # an offset from it is not linear in altitude. Of grass in calm air 3 km apart, shade errs by 1.8 K rms without it.
 ALTITUDE_STEP = 1000.0
-# h: where the cells of lag begin; the last ends a day after the first begins. The first is the step of the finest
-# solution about the present, others grow with the lag, as the response becomes smooth.
-LAG_STARTS = np.array(
-    [-1 / 24, 1 / 24, 1 / 8, 3 / 8, 5 / 8, 7 / 8, 11 / 8, 15 / 8, 23 / 8, 31 / 8, 47 / 8, 63 / 8, 95 / 8, 127 / 8]
-)
-# K from the temperature of the air, where stable air turns unstable and the heat loss bends; closer near it.
-_AWAY = (0.5, 1.5, 3.0, 5.0, 8.0, 12.0, 17.0, 23.0, 30.0, 40.0, 52.0, 70.0, 95.0, 140.0)
-OFFSETS = np.array([*(-offset for offset in reversed(_AWAY)), 0.0, *_AWAY])
-RESPONSE_SLOPES = np.array([0.0, 90.0, 180.0])  # degree
 # degree from the stored plane, of the planes over which the response of leaves and soil is averaged: how both share
 # heat follows the angle of the sunlight. Grass on random planes errs by 0.34 K rms with four, by 0.50 K with one.
 CANOPY_TURNS = np.array([0.0, 90.0, 180.0, 270.0])
@@ -118,15 +109,6 @@ class SurfaceResponse:
             mean(self.melt),
             film,
         )
-
-
-def response_slopes(slopes: Floats) -> Floats:
-    """Slopes of the planes whose response is stored for faces of some slopes [degree].
-
-    Convection differs between level, upright and hanging surfaces.
-    """
-    between = RESPONSE_SLOPES[np.searchsorted(RESPONSE_SLOPES, slopes.min(), side="right") - 1 :]
-    return between[: int(np.searchsorted(between, slopes.max())) + 1]
 
 
 def response_planes(sun: SunPath, slopes: Floats) -> tuple[Floats, Floats]:

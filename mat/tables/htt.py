@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, RESPONSE_HOURS
+from skyshine.mat.surface.response_nodes import LAG_STARTS, OFFSETS, RESPONSE_HOURS
 from skyshine.mat.surface.surroundings import WALL_EMISSIVITY, Exposure, Surroundings
 from skyshine.mat.tables import film_response as wet
 from skyshine.mat.tables import response

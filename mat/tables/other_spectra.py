@@ -186,7 +186,7 @@ def _of_csv(file: Path, text: str) -> OtherSpectrum:
                 f"found the unit '{table.units[places[name]]}' of {name}; allowed: W m^-2 sr^-1 (cm^-1)^-1,"
                 " W cm^-2 sr^-1 (cm^-1)^-1, W m^-2 sr^-1 um^-1, W cm^-2 sr^-1 um^-1, uW cm^-2 sr^-1 nm^-1",
             )
-    return _checked(file, axis, values, units, 1, lambda row, name: table.places[row, places[name]])
+    return _checked(file, axis, values, units, 1, lambda row, name: table.place(row, places[name]))
 
 
 def _checked(

@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from good_channels import channels
 
 from skyshine.mat.radiometry.blackbody import SpectralResponse
-from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, RESPONSE_HOURS
+from skyshine.mat.surface.response_nodes import LAG_STARTS, OFFSETS, RESPONSE_HOURS
 from skyshine.mat.tables.band import band_group
 from skyshine.mat.tables.files import ATMQ, BAND, HTT, FileType
 from skyshine.mat.tables.gridded import QUANTITIES

@@ -72,7 +72,7 @@ def test_random_filters(builder):
     print(f"\n   um        points  rms of transmittance and radiance in {', '.join(AIRS)} air, and stated")
     for response in filters():
         low, high = response.wavenumber_range
-        band = points_of_band(table.with_own_continuum(), response)
+        band = points_of_band(table.with_continuum(), response)
         total, weight = np.zeros(sum(size)), 0.0
         for first in range(int(np.floor(low)), int(np.ceil(high))):
             spectra = Spectra(builder.sources, builder.continua, float(first), float(first + 1))

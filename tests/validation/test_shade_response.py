@@ -16,7 +16,8 @@ from skyshine.mat.surface.balance import Balance
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.relaxation import melting_cap
-from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, response_table
+from skyshine.mat.surface.response import response_table
+from skyshine.mat.surface.response_nodes import LAG_STARTS, OFFSETS
 from skyshine.mat.surface.solver import DAY, FINE_STEPS, bound_excess, solve_columns
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.tables.axes import AxisRule

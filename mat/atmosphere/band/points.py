@@ -91,6 +91,14 @@ def micron_response(
     return micron
 
 
+def point_weights(points: SpectralPoints, response: SpectralResponse) -> Floats:
+    """Weights (P,) of points in a band [um]; 0 where an interval has no response."""
+    low, high = points.interval_edges.T
+    # Points of an interval represent its distribution of absorption, not their own place: each has the interval's mean.
+    weight: Floats = points.weight * micron_response(response, low, high - low)[points.interval]
+    return weight
+
+
 def band_points(points: SpectralPoints, response: SpectralResponse) -> BandPoints:
     """All points of a band.
 
@@ -110,9 +118,7 @@ def band_points(points: SpectralPoints, response: SpectralResponse) -> BandPoint
     InputError
         If the response is 0 in all of them.
     """
-    low, high = points.interval_edges.T
-    # Points of an interval represent its distribution of absorption, not their own place: each has the interval's mean.
-    weight = points.weight * micron_response(response, low, high - low)[points.interval]
+    weight = point_weights(points, response)
     inside = np.flatnonzero(weight > 0)
     if not inside.size:
         raise InputError(

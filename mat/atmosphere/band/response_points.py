@@ -60,7 +60,7 @@ def points_of_band(table: AbsorptionTable, response: SpectralResponse) -> BandPo
     0.1
     """
     low, high = response.wavenumber_range
-    line_table = table.with_own_continuum()  # that of the spectra
+    line_table = table.with_continuum()  # that of the spectra
     points, fine = line_table.points(low, high), line_table.fine
     covered = np.zeros(len(points.interval_edges), bool) if fine is None else _covers(fine, points.interval_edges)
     if fine is None or not covered.any():

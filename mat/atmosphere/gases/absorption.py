@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
 from functools import lru_cache
@@ -96,13 +97,13 @@ FINE_TABLE = "absorption_fine.h5"  # narrow intervals beside those of the packag
 class AbsorptionTable:
     """The absorption table; `open` reads what describes it, `points` the intervals that are asked for.
 
-    `content` is the hash of what the points hold, the name of the water vapour continuum after it where that is not the
-    table's own. `water_continuum` is that other name, or None. `fine` is a table of narrow intervals with reference
-    spectra over part of the range, or None.
+    `own_continuum` is the name of the table's own water vapour continuum, `water_continuum` of another in its place, or
+    None.
     """
 
+    own_continuum: str = FIRST_CONTINUUM
     water_continuum: str | None = None
-    fine: AbsorptionTable | None = None
+    _has_fine = False
 
     def __init__(
         self,
@@ -113,15 +114,12 @@ class AbsorptionTable:
         edges: Floats,
         count: npt.ArrayLike,
         error: Floats,
-        gases: dict[str, Integers],
-        sources: dict[str, list[str]],
-        terms: dict[str, list[str]],
-        errors: dict[str, Floats],
+        sources: dict[str, Integers],
     ) -> None:
-        self.path, self.version, self.name, self.content = path, version, name, content
+        self.path, self.version, self.name, self._content = path, version, name, content
         self.interval_edges, self.count, self.error = edges, np.asarray(count), error
         self._first = np.concatenate([[0], np.cumsum(count)])
-        self._source_codes, self._source_texts, self._terms, self.gas_error = gases, sources, terms, errors
+        self._source_codes = sources
 
     @classmethod
     def open(cls, path: str | os.PathLike[str] | None = None, water_continuum: str | None = None) -> AbsorptionTable:
@@ -138,32 +136,34 @@ class AbsorptionTable:
         InputError
             No continuum has that name, or the file is missing, damaged, of another type or of another format version.
         """
-        fine = None
-        if path is None:
-            path = atmospheres.path("absorption.h5")
-            narrow = atmospheres.path(FINE_TABLE)
-            fine = cls.open(narrow, water_continuum) if narrow.is_file() else None
+        packaged = path is None
+        path = atmospheres.path("absorption.h5") if path is None else path
         with open_database(path, FILETYPE) as file, sound(path):
             about = file["intervals"]
             edges = np.stack([about["low"][()], about["high"][()]], axis=1).astype(float)
             codes = {name: group["source"][()] for name, group in file["gases"].items()}
-            texts = {name: [str(text) for text in group.attrs["sources"]] for name, group in file["gases"].items()}
-            terms = {
-                name: [str(text) for text in group.attrs.get("terms", [])] for name, group in file["gases"].items()
-            }
-            errors = {name: group["rms_error"][()] for name, group in file["gases"].items()}
             error = about["error"][()].astype(float)
             version, label = str(file.attrs["data_version"]), str(file.attrs.get("data_name", ""))
             content = str(file.attrs["content_sha256"])
-            table_continuum = str(file.attrs.get("water_continuum", FIRST_CONTINUUM))
-            table = cls(path, version, label, content, edges, about["count"][()], error, codes, texts, terms, errors)
-        if water_continuum not in (None, table_continuum):
-            check_water_continuum(water_continuum, table_continuum)
-            table.water_continuum = water_continuum
-            table.content += f" {water_continuum}"
-        if fine is not None:
-            table.fine, table.content = fine, f"{table.content} {fine.content}"
-        return table
+            table = cls(path, version, label, content, edges, about["count"][()], error, codes)
+            table.own_continuum = str(file.attrs.get("water_continuum", FIRST_CONTINUUM))
+        table._has_fine = packaged
+        return table.with_continuum(water_continuum)
+
+    @property
+    def fine(self) -> AbsorptionTable | None:
+        """A table of narrow intervals with reference spectra over part of the range, or None."""
+        table = _fine_table() if self._has_fine else None
+        return None if table is None else table.with_continuum(self.water_continuum)
+
+    @property
+    def content(self) -> str:
+        """The hash of what the points hold, the name of another water vapour continuum than the table's own after it,
+        and the same of the table of narrow intervals.
+        """
+        fine = self.fine
+        parts = self._content, self.water_continuum, None if fine is None else fine.content
+        return " ".join(part for part in parts if part is not None)
 
     @property
     def gases(self) -> list[str]:
@@ -183,7 +183,7 @@ class AbsorptionTable:
     def provenance(self, gas: str) -> list[tuple[float, float, str]]:
         """Where a gas's cross sections come from: (low, high, text) for each range of wavenumber, cm^-1."""
         codes = self._source_codes[gas]
-        texts = ["no data", "negligible", *self._source_texts[gas]]
+        texts = ["no data", "negligible", *self._texts(gas, "sources")]
         return sorted(
             (low, high, texts[code])
             for code in np.unique(codes)
@@ -193,17 +193,38 @@ class AbsorptionTable:
     def terms(self, gas: str) -> list[str]:
         """Licence or terms of the sources that a gas's cross sections come from, each once."""
         terms = [
-            text for code, text in enumerate(self._terms[gas], start=NEGLIGIBLE + 1) if code in self._source_codes[gas]
+            text
+            for code, text in enumerate(self._texts(gas, "terms"), start=NEGLIGIBLE + 1)
+            if code in self._source_codes[gas]
         ]
         return list(dict.fromkeys(terms))
+
+    def gas_error(self, gas: str) -> Floats:
+        """Rms error (I,) of the transmittance of a gas in each interval."""
+        with open_database(self.path, FILETYPE) as file, sound(self.path):
+            error: Floats = file["gases"][gas]["rms_error"][()].astype(float)
+        return error
+
+    def _texts(self, gas: str, name: str) -> list[str]:
+        """Texts by the codes of a gas from `NEGLIGIBLE` + 1 on."""
+        with open_database(self.path, FILETYPE) as file, sound(self.path):
+            return [str(text) for text in file["gases"][gas].attrs.get(name, [])]
 
     def count_between(self, low: float, high: float) -> int:
         """Number of points in the intervals that overlap [low, high] (cm^-1)."""
         overlapping = (self.interval_edges[:, 1] > low) & (self.interval_edges[:, 0] < high)
         return int(self.count[overlapping].sum())
 
-    def points(self, low: float, high: float) -> SpectralPoints:
+    def points(
+        self, low: float, high: float, choose: Callable[[SpectralPoints], Integers] | None = None
+    ) -> SpectralPoints:
         """The points of every interval that overlaps [low, high] (cm^-1).
+
+        Parameters
+        ----------
+        low, high : float
+        choose : callable, optional
+            Which of them are read, by increasing places among all, of which it gets all but the gases; default: all.
 
         Raises
         ------
@@ -222,39 +243,45 @@ class AbsorptionTable:
         overlapping = np.flatnonzero((self.interval_edges[:, 1] > low) & (self.interval_edges[:, 0] < high))
         start, stop = overlapping[0], overlapping[-1] + 1
         with open_database(self.path, FILETYPE) as file, sound(self.path):
-            return self._read(file, start, stop)
+            return self._read(file, start, stop, choose)
 
     def reference_spectra(self, low: float, high: float) -> ReferenceSpectra:
         """Line-by-line spectra between two wavenumbers [cm^-1] of a table that has them."""
         with open_database(self.path, FILETYPE) as file, sound(self.path):
             return ReferenceSpectra.read(file["reference"], low, high)
 
-    def with_own_continuum(self) -> AbsorptionTable:
-        """The same table with its own water vapour continuum, that of its reference spectra."""
-        if self.water_continuum is None:
-            return self
+    def with_continuum(self, name: str | None = None) -> AbsorptionTable:
+        """The same table with the water vapour continuum of a name, by default its own, that of its reference spectra.
+
+        Raises
+        ------
+        InputError
+            No continuum has that name.
+        """
+        if name is not None:
+            check_water_continuum(name, self.own_continuum)
         table = copy(self)
-        table.water_continuum = None
-        table.fine = None if self.fine is None else self.fine.with_own_continuum()
+        table.water_continuum = None if name == self.own_continuum else name
         return table
 
     def in_continuum(self, points: SpectralPoints) -> SpectralPoints:
         """Points of the table with its own continuum, in the one it is opened with."""
         return replace(points, _continuum=self._with_continuum(points.wavenumber, points._continuum))
 
-    def _read(self, file: h5py.File, start: int, stop: int) -> SpectralPoints:
+    def _read(
+        self, file: h5py.File, start: int, stop: int, choose: Callable[[SpectralPoints], Integers] | None
+    ) -> SpectralPoints:
         begin, end = self._first[start], self._first[stop]
         points = file["points"]
         interval = np.repeat(np.arange(stop - start), np.diff(self._first[start : stop + 1]))
         width = np.diff(self.interval_edges[start:stop], axis=1)[:, 0]
         weight = points["weight"][begin:end].astype(float)
         weight *= (width / np.bincount(interval, weight))[interval]  # single precision undone
-        gases = {name: self._read_gas(file["gases"][name], name, start, stop) for name in self.gases}
         water = file["gases/H2O"]
         nodes = CrossSectionNodes(water["pressure"][()], water["temperature"][()])
         fraction = np.concatenate([[0.0], water["h2o_fraction"][()]])
         wavenumber = points["point"][begin:end]
-        return SpectralPoints(
+        every = SpectralPoints(
             wavenumber=wavenumber,
             weight=weight,
             interval=interval,
@@ -262,19 +289,24 @@ class AbsorptionTable:
             _continuum=self._with_continuum(
                 wavenumber, np.array([points[name][begin:end] for name in COEFFICIENTS], dtype=float)
             ),
-            _gases=gases,
+            _gases={},
             _nodes=nodes,
             _humid_nodes=CrossSectionNodes(water["humid_pressure"][()], nodes.temperature, fraction),
         )
+        chosen = np.arange(interval.size) if choose is None else choose(every)
+        gases = {name: self._read_gas(file["gases"][name], name, start, stop, chosen) for name in self.gases}
+        return replace(every if choose is None else every.subset(chosen), _gases=gases)
 
-    def _read_gas(self, group: h5py.Group, name: str, start: int, stop: int) -> GasPoints:
-        """The rows of a gas in intervals from start to stop; a gas has rows only where it absorbs."""
+    def _read_gas(self, group: h5py.Group, name: str, start: int, stop: int, chosen: Integers) -> GasPoints:
+        """A gas at chosen points of intervals from start to stop; it has rows only where it absorbs."""
         present = self._source_codes[name] > NEGLIGIBLE
         row = np.concatenate([[0], np.cumsum(np.where(present, self.count, 0))])
         begin, end = row[start], row[stop]
         inside = np.repeat(present[start:stop], self.count[start:stop])
-        humid = _unpacked(group["log_moist_ratio"], begin, end) if "log_moist_ratio" in group else None
-        return GasPoints(np.flatnonzero(inside), _unpacked(group["log_cross_section"], begin, end), humid)
+        absorbs = inside[chosen]
+        kept = (np.cumsum(inside) - 1)[chosen[absorbs]]
+        humid = _unpacked(group["log_moist_ratio"], begin, end, kept) if "log_moist_ratio" in group else None
+        return GasPoints(np.flatnonzero(absorbs), _unpacked(group["log_cross_section"], begin, end, kept), humid)
 
     def _with_continuum(self, wavenumber: Floats, packaged: Floats) -> Floats:
         """Coefficients (3, P) of the water vapour continuum: the table's own outside the range of another one."""
@@ -291,15 +323,25 @@ class AbsorptionTable:
         return coefficients
 
 
-def _unpacked(dataset: h5py.Dataset, begin: int, end: int) -> Singles:
-    """Rows of an array that is stored as differences along pressure, its last axis but one."""
-    steps = np.ascontiguousarray(np.moveaxis(dataset[begin:end], -2, 0))
+@lru_cache(maxsize=1)
+def _fine_table() -> AbsorptionTable | None:
+    """The packaged table of narrow intervals, opened once a process."""
+    path = atmospheres.path(FINE_TABLE)
+    return AbsorptionTable.open(path) if path.is_file() else None
+
+
+def _unpacked(dataset: h5py.Dataset, begin: int, end: int, kept: Integers) -> Singles:
+    """Some of the rows from begin to end of an array that is stored as differences along pressure, its last axis but
+    one.
+    """
+    rows = dataset[begin:end]
+    steps = np.ascontiguousarray(np.moveaxis(rows if kept.size == len(rows) else rows[kept], -2, 0))
     for before, node in pairwise(steps):  # sums that do not fit 16 bits wrap, as the differences did
         node += before
     values: Singles = np.moveaxis(steps, 0, -2).astype(np.float32, order="C")
     values *= np.float32(dataset.attrs[STEP])
     values += np.float32(dataset.attrs[OFFSET])
-    return values.reshape(end - begin, math.prod(dataset.shape[1:]))
+    return values.reshape(kept.size, math.prod(dataset.shape[1:]))
 
 
 def _merged(edges: Floats) -> list[tuple[float, float]]:

@@ -10,7 +10,8 @@ import pytest
 
 from skyshine.mat import threads
 from skyshine.mat.builder.cluster import prepare_worker
-from skyshine.mat.builder.executors import THREAD_LIMITS, open_executor
+from skyshine.mat.builder.executors import open_executor
+from skyshine.mat.threads import LINEAR_ALGEBRA
 from skyshine.schemas.errors import CheckFailed, InputError
 from skyshine.schemas.whole_files import PART
 
@@ -26,7 +27,7 @@ def test_processes_have_one_thread_for_linear_algebra_and_the_variables_asked_fo
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
     monkeypatch.delenv("SKYSHINE_OF_THE_TEST", raising=False)
     with open_executor(None, 1, tmp_path, {"SKYSHINE_OF_THE_TEST": "here"}) as pool:
-        seen = list(pool.map(os.getenv, [*THREAD_LIMITS, "SKYSHINE_OF_THE_TEST"]))
+        seen = list(pool.map(os.getenv, [*LINEAR_ALGEBRA, "SKYSHINE_OF_THE_TEST"]))
     assert seen == ["1", "1", "1", "here"]
     assert os.environ["OMP_NUM_THREADS"] == "7" and "SKYSHINE_OF_THE_TEST" not in os.environ
 
@@ -78,6 +79,6 @@ def test_a_worker_has_one_thread_for_linear_algebra_whatever_its_environment_say
         "threads = lambda: [each['num_threads'] for each in threadpoolctl.threadpool_info()]\n"
         "before = threads(); prepare_worker(); print(before, threads())"
     )
-    environment = os.environ | dict.fromkeys(THREAD_LIMITS, "2")
+    environment = os.environ | dict.fromkeys(LINEAR_ALGEBRA, "2")
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[2, 2] [1, 1]"

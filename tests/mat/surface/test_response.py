@@ -8,7 +8,8 @@ import pytest
 from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, response_planes, response_table, surface_response
+from skyshine.mat.surface.response import response_planes, response_table, surface_response
+from skyshine.mat.surface.response_nodes import LAG_STARTS, OFFSETS
 from skyshine.mat.surface.solver import solve_columns
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
 

@@ -11,7 +11,8 @@ from skyshine.mat.scene.surface import surface_inputs, surface_materials
 from skyshine.mat.surface.balance import Balance
 from skyshine.mat.surface.film import LATENT_HEAT
 from skyshine.mat.surface.forcing import Scene
-from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, response_table
+from skyshine.mat.surface.response import response_table
+from skyshine.mat.surface.response_nodes import LAG_STARTS, OFFSETS
 from skyshine.mat.surface.solver import FINE_STEPS, solve_columns
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import Wetting

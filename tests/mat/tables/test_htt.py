@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, RESPONSE_HOURS, ResponseTable
+from skyshine.mat.surface.response import ResponseTable
+from skyshine.mat.surface.response_nodes import LAG_STARTS, OFFSETS, RESPONSE_HOURS
 from skyshine.mat.surface.sun_path import sun_hours
 from skyshine.mat.tables.htt import midnight_of, shade_fields
 

@@ -10,7 +10,8 @@ from skyshine.mat import open as open_file
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
 from skyshine.mat.surface.balance import Balance
 from skyshine.mat.surface.forcing import Scene
-from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, response_table, surface_response
+from skyshine.mat.surface.response import response_table, surface_response
+from skyshine.mat.surface.response_nodes import LAG_STARTS, OFFSETS
 from skyshine.mat.surface.solver import solve_columns
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.table import temperature_table

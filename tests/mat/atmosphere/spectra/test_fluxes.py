@@ -123,7 +123,7 @@ def test_a_bright_ground_lights_the_sky(state, fluxes):
 
 def test_points_of_another_table_are_refused():
     table = AbsorptionTable.open()
-    table.content = "0" * 64
+    table._content = "0" * 64
     with pytest.raises(InputError, match="chosen from another absorption table"):
         BroadbandPoints.open(table=table)
 

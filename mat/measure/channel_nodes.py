@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from skyshine.mat.measure.probes import Probes
+from skyshine.mat.measure.probes import OF_PATHS, Probes
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.channels.coordinates import LEVEL
 from skyshine.mat.quantities.channels.nodes import ChannelNodes
@@ -40,7 +40,6 @@ _STEADY = 0.75  # of its neighbours' growth, which an interval grows by at least
 _WORTH = 0.8  # of the nodes, at most, for which those that hold the tolerance are thinned once more
 _GAIN = 0.85  # of the error of the pass before, which more nodes must leave at most
 _WORST_LINES, _OTHER_LINES = 80, 160  # on which parts are blamed
-_OF_PATHS = ("beta_star", "path_radiance_ratio")
 _SOURCE = ("source_elevation", "scattering_angle")  # axes of path radiance alone
 
 
@@ -167,7 +166,7 @@ def largest_errors(table: AtmosphereTable, probes: Sequence[Probes], scale: Scal
     """
     tables, (all_around, *others) = quantities_of(table), probes
     measured = [all_around.errors(tables, scale)]
-    measured += [group.errors({name: tables[name] for name in _OF_PATHS}, scale) for group in others]
+    measured += [group.errors({name: tables[name] for name in OF_PATHS}, scale) for group in others]
     # A single NaN makes these NaN, which meets no tolerance.
     p99 = float(np.max([_percentile(error, 99.0) for group in measured for error in group.values()]))
     pooled = [np.concatenate([group[name] for group in measured if name in group]) for name in tables]
@@ -250,7 +249,7 @@ def _growth(over: Floats) -> Floats:
 def _worst_lines(table: AtmosphereTable, probes: Probes, scale: Scale) -> Integers:
     """Numbers of the lines of sight with the largest errors, and of some others."""
     tables, largest = quantities_of(table), np.zeros(len(probes.truth.transmittance))
-    for name in _OF_PATHS:
+    for name in OF_PATHS:
         error = np.abs(probes.error(name, tables[name], scale))
         visible_error = np.where(probes.above_ground(name, error), error, 0.0)
         largest = np.maximum(largest, visible_error.reshape(largest.size, -1).max(axis=1))
@@ -280,7 +279,7 @@ def _errors(table: AtmosphereTable, groups: Sequence[Probes], scale: Scale) -> l
     return [
         {
             name: np.where(probes.above_ground(name, error), error, np.nan)
-            for name in _OF_PATHS
+            for name in OF_PATHS
             for error in [probes.error(name, tables[name], scale)]
         }
         for probes in groups

@@ -5,7 +5,7 @@ They look as scenes do (`scene_lines`), and their errors are stated by where the
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -27,7 +27,9 @@ class Readable(Protocol):
     def read(self, coordinates: dict[str, Floats]) -> Floats: ...
 
 
+OF_PATHS = ("beta_star", "path_radiance_ratio")
 LINES = 500  # lines of sight on which tables are measured by default
+PIXELS = 120  # lines to the ground alone, of one range each, on which errors are stated beside
 _SOURCES = 2  # of each line
 # Lines on which sky light is computed too, which takes as long as all the other quantities: its errors have no such
 # tail.
@@ -41,8 +43,9 @@ NIGHT_DEG = -6.0
 # What a file says of its probes and their regions.
 DRAWN = (
     "on random lines of sight: a third ends on the ground, a third lies in the cells of the axes, the others pass the"
-    f" limb or go up; ground: ends on it; limb: looks down past it; sky: upward to above {SKY_KM:g} km; air: all other"
-    f" lines; twilight: source 0 to {-NIGHT_DEG:g} degree down"
+    f" limb or go up; and on {PIXELS} pixels of the ground, seen from all heights; ground: ends on it; limb: looks down"
+    f" past it; sky: upward to above {SKY_KM:g} km; air: all other lines; twilight: source 0 to {-NIGHT_DEG:g} degree"
+    " down"
 )
 
 
@@ -119,12 +122,33 @@ class Probes:
                 (_AHEAD, (count, _SOURCES), base.source_azimuth_deg),
             )
         )
-        quantities = ("beta_star", "path_radiance_ratio")
         no_surface = np.zeros(0, int)
         truth = air.along_lines(
-            ranges, altitude, elevation, source, azimuth, no_surface, irradiance, quantities=quantities
+            ranges, altitude, elevation, source, azimuth, no_surface, irradiance, quantities=OF_PATHS
         )
         scene_lines = SceneLines(altitude, elevation, ranges, np.zeros(count, bool))
+        return cls(scene_lines, _coordinates(scene_lines, source, azimuth), no_surface, truth)
+
+    @classmethod
+    def of_pixels(
+        cls, air: BandAtmosphere, base: PathGrid, irradiance: Floats, generator: np.random.Generator
+    ) -> Probes | None:
+        """Draw lines to the ground, which most pixels show: transmittance and path radiance alone; None where the job
+        has none.
+        """
+        scene_lines = SceneLines.of_pixels(air.air.shells, base, air.scope.lines(PIXELS), generator)
+        if scene_lines is None:
+            return None
+        altitude, elevation, ranges = scene_lines.altitude_km, scene_lines.elevation_deg, scene_lines.range_km
+        shape = altitude.size, _SOURCES
+        source, azimuth = (
+            spread(nodes, altitude.size * _SOURCES, generator).reshape(shape)
+            for nodes in (base.source_elevation_deg, base.source_azimuth_deg)
+        )
+        no_surface = np.zeros(0, int)
+        truth = air.along_lines(
+            ranges, altitude, elevation, source, azimuth, no_surface, irradiance, quantities=OF_PATHS
+        )
         return cls(scene_lines, _coordinates(scene_lines, source, azimuth), no_surface, truth)
 
     def errors(self, tables: Mapping[str, Readable], scale: Scale | None) -> dict[str, Floats]:
@@ -180,13 +204,24 @@ class Probes:
         counted = self.above_ground(name, np.empty(shape))
         return {region: np.broadcast_to(inside, shape)[counted] for region, inside in regions.items()}
 
-    def measured(self, tables: Mapping[str, Readable], kelvin: Scale, percent: Scale) -> list[ErrorMeasure]:
-        """Errors of each quantity's interpolation above the ground, with those of its parts."""
-        quantity_errors, as_kelvin, as_percent = (self.errors(tables, scale) for scale in (None, kelvin, percent))
-        return [
-            measure(name, quantity_errors[name], as_kelvin[name], as_percent[name], regions=self.regions(name))
-            for name in tables
-        ]
+
+def measured(
+    groups: Sequence[Probes], tables: Mapping[str, Readable], kelvin: Scale, percent: Scale
+) -> list[ErrorMeasure]:
+    """Errors of each quantity's interpolation above the ground, with those of its parts, on groups of probes: the first
+    with all quantities, the others with those of paths alone.
+    """
+    measures = []
+    for name, table in tables.items():
+        knowing = groups if name in OF_PATHS else groups[:1]
+        errors = (
+            np.concatenate([np.ravel(group.errors({name: table}, scale)[name]) for group in knowing])
+            for scale in (None, kelvin, percent)
+        )
+        parts = [group.regions(name) for group in knowing]
+        regions = {region: np.concatenate([part[region].ravel() for part in parts]) for region in parts[0]}
+        measures.append(measure(name, *errors, regions=regions))
+    return measures
 
 
 def _coordinates(scene_lines: SceneLines, source: Floats, azimuth: Floats) -> dict[str, Floats]:

@@ -11,6 +11,7 @@ class Stream(StrEnum):
     """Purposes of random numbers."""
 
     ATMOSPHERE_ERROR = "lines of sight on which the atmospheric tables are measured"
+    PIXELS = "pixels of the ground on which they are measured too"
     TEMPERATURE_ERROR = "places at which the temperature table is measured"
     VIEWS = "views of the error budget, by source"
     BUDGET = "what the error budget draws for its views"
@@ -39,6 +40,7 @@ NUMBERS: dict[Stream, int] = {
     Stream.BAND_ERROR: 13,
     Stream.UNMODELLED: 14,
     Stream.VERTICES: 15,
+    Stream.PIXELS: 16,
 }
 
 

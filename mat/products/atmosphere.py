@@ -16,12 +16,13 @@ from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.state.ground_albedo import SpectralAlbedo
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.bounds import Scattering
+from skyshine.mat.atmosphere.transfer.scene_lines import REGIONS
 from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.measure.channel_nodes import quantities_of
 from skyshine.mat.measure.faces import FaceProbes
-from skyshine.mat.measure.probes import DRAWN, Probes
+from skyshine.mat.measure.probes import DRAWN, Probes, measured
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.scale import REFLECTANCE, Scale
 from skyshine.mat.products.channel_tables import ChannelTables, SharedNodes
@@ -44,7 +45,13 @@ from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
 from skyshine.mat.scene.summary import state_attributes
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, grid_group, tables_on_axes
 from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ
-from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure, with_independent
+from skyshine.mat.tables.stated_error import (
+    ErrorMeasure,
+    accuracy_group,
+    measure,
+    of_worst_region,
+    with_independent,
+)
 from skyshine.schemas.digest import digest_of
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
@@ -66,7 +73,8 @@ METHOD = (
     " radiance, in bands that end before 2.5 um of the light that such a surface reflects of the source outside the"
     f" atmosphere; {AMBIENT_HARMONICS}: ambient radiance of faces in all directions, half of them beside walls; kelvin"
     " and percent contain what the chosen spectral points err by against all points, on random paths of their own"
-    " (squares add, largest errors add)"
+    " (squares add, largest errors add); 99 %, 95 % and rms are those of the region (ground, air, sky, limb) in which"
+    " each is largest"
 )
 
 
@@ -238,7 +246,9 @@ class _SourceTables:
             with report.stage("accuracy"):
                 probes = self._probes(base, irradiance, LINES, SKY)
         with report.stage("accuracy"):
-            measures = probes.measured(quantities_of(sampled.table), *self._scales(irradiance))
+            pixels = Probes.of_pixels(self.channels.direct, base, irradiance, random_stream(seed, Stream.PIXELS))
+            groups_of_probes = [probes] if pixels is None else [probes, pixels]
+            measures = measured(groups_of_probes, quantities_of(sampled.table), *self._scales(irradiance))
             if job.ambient_harmonics:
                 faces = FaceProbes.drawn(self.air, base, irradiance, random_stream(seed, Stream.TILTED_FACES))
                 own_error, kelvin, percent = (
@@ -252,13 +262,15 @@ class _SourceTables:
         if axes.writes_tables:
             with report.stage("grid"):
                 tables = tables_on_axes(sampled.table, table_grid(job))
-                errors = self._with_spectral(probes.measured(tables, *self._scales(irradiance)))
+                errors = self._with_spectral(measured(groups_of_probes, tables, *self._scales(irradiance)))
                 groups["grid"] = grid_group(tables, accuracy_group(errors, {}, {}, {"seed": seed, "method": METHOD}))
         root = sampled.table.root
         return replace(root, groups=groups, attributes=self._attributes(names) | root.attributes), sampled.nodes
 
     def _with_spectral(self, measures: list[ErrorMeasure]) -> list[ErrorMeasure]:
-        """Errors of interpolation with those of the chosen spectral points, on random paths against all points."""
+        """Errors of interpolation with those of the chosen spectral points, on random paths against all points, in the
+        worst region.
+        """
         absolute, sources = self.compiled.absolute, list[str](self.loaded.trimmed.sources)
         number = sources.index(self.source)
 
@@ -279,11 +291,14 @@ class _SourceTables:
 
         kelvin, percent = self._scales(self.irradiance)
         return [
-            with_independent(
-                error_measure,
-                spectral(error_measure.quantity, kelvin),
-                spectral(error_measure.quantity, percent),
-                EVERYWHERE,
+            of_worst_region(
+                with_independent(
+                    error_measure,
+                    spectral(error_measure.quantity, kelvin),
+                    spectral(error_measure.quantity, percent),
+                    EVERYWHERE,
+                ),
+                REGIONS,
             )
             for error_measure in measures
         ]

@@ -22,7 +22,7 @@ class ErrorMeasure:
     quantity : str
     points : int
     maximum, p99, p95, rms : float
-        Errors in the units of the quantity.
+        Errors in the units of the quantity; of atmospheric tables all but the first of the worst region.
     maximum_kelvin, p99_kelvin, p95_kelvin, rms_kelvin : float
         Errors as equivalent temperature.
     maximum_percent, p99_percent : float
@@ -107,6 +107,17 @@ def with_independent(
         p99_percent=math.hypot(measured.p99_percent, percent_here["p99"]),
         regions=parts,
     )
+
+
+def of_worst_region(measured: ErrorMeasure, regions: Sequence[str]) -> ErrorMeasure:
+    """Errors whose percentiles and root mean square are those of the region, of some, in which each is largest: 99 % of
+    the pixels of any scene err by no more, whichever of these regions they see. Unchanged where no region has points.
+    """
+    parts = [part for name, part in measured.regions.items() if name in regions and part.points]
+    if not parts:
+        return measured
+    names = [f"{name}{unit}" for name in ("p99", "p95", "rms") for unit in ("", "_kelvin")]
+    return replace(measured, **{name: max(getattr(part, name) for part in parts) for name in (*names, "p99_percent")})
 
 
 def _summary(size: Floats) -> tuple[float, float, float, float]:

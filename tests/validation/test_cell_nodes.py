@@ -1,9 +1,9 @@
 """States of a series take the nodes of their cell of similar airs: pixels of a user's camera in each state's own air,
 against what its file states, and against the tolerance of the job.
 
-Of such pixels on two days of `examples/year/every_day.yaml`, 99 % erred by up to 0.07 K in transmittance (stated
-0.11) and 0.09 K in path radiance (stated 0.03 in 8-12 um, 0.09 in 3-5 um). Why path radiance errs by more was not
-examined.
+Path radiance errs most on oblique lines to the ground from 1 to 3 km. Pooled with all ranges of all lines, of which the
+ends on the ground are 4 %, such reads hardly showed in the 99 % that a file stated (0.03 K; 0.05 on these pixels):
+files state the worst region now, with pixels of the ground from all heights among it.
 
 python -m pytest -m validation -s tests/validation/test_cell_nodes.py (some 100 s of a processor)
 """
@@ -54,11 +54,14 @@ date,weather.air_temperature_c,weather.relative_humidity_percent
 """
 
 
+HEIGHTS_KM = (0.003, 0.03, 0.4, 2.0)
+
+
 def pixels(date, latitude, ground_km, generator):
     """Pixels of cameras on a mast, a roof, a hill and an aircraft: where they look, how far the scene is, and where the
     Sun is at an hour of that day.
     """
-    altitude = ground_km + generator.choice([0.003, 0.03, 0.4, 2.0], PIXELS) * generator.uniform(0.7, 1.3, PIXELS)
+    altitude = ground_km + generator.choice(HEIGHTS_KM, PIXELS) * generator.uniform(0.7, 1.3, PIXELS)
     distance = np.exp(generator.uniform(np.log(0.05), np.log(14.0), PIXELS))
     # A third looks up or level, the others at the ground or what stands on it.
     end = np.where(generator.random(PIXELS) < 1 / 3, altitude + generator.uniform(0, 1, PIXELS) * distance, ground_km)
@@ -81,7 +84,7 @@ def pixels(date, latitude, ground_km, generator):
 
 
 def pixel_errors(loaded, folder, number, band, generator):
-    """Errors of a file by quantity [K], and what it states."""
+    """Errors of a file by quantity [K], what it states, and heights of their observers above the ground [km]."""
     job = loaded.on_date_of_state(number).trimmed
     state, response = job.states[number - 1], response_of(job.bands[band - 1])
     own = over_ground(atmospheric_state(job.site, state), state, response, load_library())
@@ -100,7 +103,8 @@ def pixel_errors(loaded, folder, number, band, generator):
     places = {name: place[above] for name, place in places.items()}
     table = open_table(folder / f"s{number:02d}b{band:02d}.atmq.h5")
     found = errors_of(table, places, exact, Scale.kelvin(response))
-    return {name: (error, table.error(name)) for name, error in found.items() if error.size}
+    height = places["altitude"] - 0.2
+    return {name: (error, table.error(name), height) for name, error in found.items() if error.size}
 
 
 def test_pixels_err_by_no_more_than_the_file_of_their_state_says(tmp_path):
@@ -113,9 +117,15 @@ def test_pixels_err_by_no_more_than_the_file_of_their_state_says(tmp_path):
         assert "sun: nodes of similar airs" in notes[f"s0{number}b01.atmq.h5"]["notes"]
         errors = pixel_errors(loaded, loaded.output_folder, number, 1, generator)
         assert {"beta_star", "path_radiance_ratio"} <= set(errors)
-        for name, (error, stated) in errors.items():
+        for name, (error, stated, height) in errors.items():
             p99, rms = np.percentile(np.abs(error), 99), np.sqrt(np.mean(error**2))
-            print(f"state {number}, {name}: 99 % {p99:.3f} K (stated {stated['p99_kelvin']:.3f}), rms {rms:.3f} K")
+            print(
+                f"state {number}, {name}: 99 % {p99:.3f} K (stated {stated['p99_kelvin']:.3f}), rms {rms:.3f} K", end=""
+            )
             assert p99 <= TOLERANCE_K
-            if name != "path_radiance_ratio":
-                assert p99 <= max(stated["p99_kelvin"], FLOOR_K)
+            assert p99 <= max(stated["p99_kelvin"], FLOOR_K)
+            for camera in HEIGHTS_KM:  # one that stays at its height
+                own = np.percentile(np.abs(error[(height > 0.69 * camera) & (height < 1.31 * camera)]), 99)
+                print(f"; from {1e3 * camera:.0f} m {own:.3f}", end="")
+                assert own <= max(stated["maximum_kelvin"], FLOOR_K)
+            print(f" (largest stated {stated['maximum_kelvin']:.3f})")

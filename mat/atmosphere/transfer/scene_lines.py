@@ -56,6 +56,21 @@ class SceneLines:
                 ranges[rows] = _even_in_logarithm(base, rows.size, generator)
         return cls._ended(shells, base, altitude, elevation, ranges, generator)
 
+    @classmethod
+    def of_pixels(cls, shells: Shells, base: PathAxes, count: int, generator: np.random.Generator) -> SceneLines | None:
+        """Draw lines of one range, to the ground, half of them of observers at heights that are even up to `SKY_KM`: a
+        camera in an aircraft has as many pixels as one on a mast. None where the job has no such lines.
+        """
+        ground_km = shells.altitude[0] / 1e3
+        height = _heights(base, ground_km, _CANDIDATES * count, generator)
+        even = generator.uniform(height.min(), np.minimum(height.max(), SKY_KM), height.size)
+        height = np.where((generator.random(height.size) < 0.5) & (height.min() < SKY_KM), even, height)
+        directions = _meeting_the_ground(base, ground_km, height, count, generator)
+        if directions is None:
+            return None
+        lines = cls._ended(shells, base, *directions, np.full((count, 1), base.range_km[-1]), generator)
+        return lines.some(np.flatnonzero(lines.on_ground)) if lines.on_ground.any() else None
+
     def some(self, lines: Integers) -> SceneLines:
         """Lines of some numbers."""
         return SceneLines(
@@ -110,12 +125,18 @@ def _towards_ground(
     """Altitudes and elevations of lines that meet the ground within the ranges of a job: even in solid angle and in the
     logarithm of height, which for one direction is that of range.
     """
-    candidates = max(count, 1) * _CANDIDATES
-    height = _heights(base, ground_km, candidates, generator)
+    height = _heights(base, ground_km, max(count, 1) * _CANDIDATES, generator)
+    return _meeting_the_ground(base, ground_km, height, count, generator)
+
+
+def _meeting_the_ground(
+    base: PathAxes, ground_km: float, height: Floats, count: int, generator: np.random.Generator
+) -> tuple[Floats, Floats] | None:
+    """The same of the first `count` of some heights [km] in whose random directions lines do."""
     steepest, flattest = np.sin(np.radians(np.clip(-base.elevation_deg[[0, -1]], 0.0, 90.0)))
     if not flattest < steepest:
         return None
-    sine = generator.uniform(flattest, steepest, candidates)
+    sine = generator.uniform(flattest, steepest, height.size)
     horizon = np.sqrt(2 * height / _RADIUS_KM)  # of a straight line; a refracted one meets the ground there too
     longest, shortest = base.range_km[-1], base.range_km[0]
     # The range over a flat Earth is a little shorter than the true one, twice as long at the horizon.

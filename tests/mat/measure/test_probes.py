@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from skyshine.mat.atmosphere.transfer.geometry import Shells
-from skyshine.mat.measure.probes import Probes
+from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS
+from skyshine.mat.measure.probes import PIXELS, Probes, measured
+from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import AtmosphericQuantities
 from skyshine.mat.tables.gridded import QUANTITIES, Gridded
@@ -17,6 +19,7 @@ BASE = PathGrid([0.1, 1.0, 10.0, 30.0], [0.0, 1.0, 4.0], [-90.0, -5.0, 0.0, 90.0
 class LinearAir:
     """Quantities that are linear in every coordinate; behind 25 km they are not valid."""
 
+    scope = ALL_PATHS
     air = SimpleNamespace(
         shells=Shells.of(np.array([0.0, 1e4, 1e5]), np.array([2.5e25, 8e24, 1e20]), 1000.0),
     )
@@ -90,3 +93,41 @@ def test_regions_are_where_they_say(probes):
     assert np.all(np.abs(end[regions["ground"]]) < 0.1) and np.all(end[regions["sky"]] > 19.9)
     assert np.all(places("elevation")[regions["limb"]] < 0) and np.all(places("elevation")[regions["sky"]] > 0)
     assert regions["ground"].any() and regions["limb"].any() and regions["air"].any() and regions["sky"].any()
+
+
+@pytest.fixture
+def pixels():
+    return Probes.of_pixels(LinearAir(), BASE, np.zeros(1), np.random.default_rng(4))
+
+
+def test_pixels_show_the_ground_from_all_heights(pixels):
+    """Of an aircraft as many as of a mast, at one range each."""
+    height, sine = pixels.scene_lines.altitude_km, np.sin(np.radians(pixels.scene_lines.elevation_deg))
+    end = height + pixels.scene_lines.range_km[:, 0] * sine
+    # A refracted line over a round Earth; most of 120 that were drawn meet the ground within 30 km.
+    assert PIXELS / 2 < height.size <= PIXELS and np.all(np.abs(end) < 0.1)
+    assert np.mean(height > 1.0) > 0.4 and np.mean(height < 0.2) > 1 / 8
+    everywhere = pixels.regions("path_radiance_ratio")
+    assert everywhere["ground"].all() and not everywhere["air"].any()
+
+
+def test_jobs_that_look_up_have_no_pixels_of_the_ground():
+    upward = PathGrid([0.1, 1.0], [0.0, 1.0], [5.0, 90.0], [0.0, 60.0], [0.0, 180.0])
+    assert Probes.of_pixels(LinearAir(), upward, np.zeros(1), np.random.default_rng(4)) is None
+
+
+def test_errors_of_pixels_count_among_those_of_the_ground_and_of_paths_alone(probes, pixels):
+    tables = table_of(BASE)
+    tables["path_radiance_ratio"].values[...] += 2.0
+    tables["beta_star"].values[...] += 1000.0  # not zero
+    kelvin = Scale(1.0, 1.0, 1.0)
+    lines, both = (
+        {m.quantity: m for m in measured(groups, tables, kelvin, kelvin)} for groups in ([probes], [probes, pixels])
+    )
+    for name in ("beta_star", "path_radiance_ratio"):
+        reads = pixels.errors({name: tables[name]}, None)[name].size
+        assert both[name].points == lines[name].points + reads
+        assert both[name].regions["ground"].points == lines[name].regions["ground"].points + reads
+        assert both[name].regions["air"].points == lines[name].regions["air"].points
+    assert both["direct_radiance"].points == lines["direct_radiance"].points
+    assert both["path_radiance_ratio"].regions["ground"].p99 == pytest.approx(2.0)

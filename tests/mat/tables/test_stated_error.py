@@ -1,8 +1,15 @@
 """Errors that tables state."""
 
 import numpy as np
+import pytest
 
-from skyshine.mat.tables.stated_error import accuracy_group, measure, with_independent, worst_kelvin
+from skyshine.mat.tables.stated_error import (
+    accuracy_group,
+    measure,
+    of_worst_region,
+    with_independent,
+    worst_kelvin,
+)
 from skyshine.schemas.hdf5 import Group
 
 
@@ -60,3 +67,18 @@ def test_errors_of_another_cause_are_added_in_squares_and_the_largest_plainly():
     assert (sky.maximum_kelvin, sky.p99_kelvin, sky.p95_kelvin, sky.rms_kelvin) == (4.25, 3.25, 3.75, 3.0)
     assert (sky.maximum_percent, sky.p99_percent) == (8.0, 6.5)
     assert with_independent(measured, {}, {}, "all") == measured
+
+
+def test_rare_pixels_speak_for_a_table_where_they_err_most():
+    """99 % of all reads hide the ground where it is 1 % of them; the worst region does not."""
+    error = np.concatenate([np.full(990, 0.1), np.full(10, 2.0)])
+    ground, day = np.arange(1000) >= 990, np.ones(1000, bool)
+    pooled = measure("path", error, 10 * error, 30 * error, regions={"ground": ground, "air": ~ground, "day": day})
+    assert pooled.p99 == pytest.approx(0.1, abs=0.1)
+    stated = of_worst_region(pooled, ("ground", "air", "sky"))
+    assert (stated.p99, stated.p95, stated.rms) == pytest.approx((2.0, 2.0, 2.0))
+    assert (stated.p99_kelvin, stated.p95_kelvin, stated.rms_kelvin, stated.p99_percent) == pytest.approx(
+        (20,) * 3 + (60,)
+    )
+    assert (stated.maximum, stated.points, stated.regions) == (pooled.maximum, pooled.points, pooled.regions)
+    assert of_worst_region(pooled, ("sky",)) == pooled

@@ -7,11 +7,14 @@ import needs_results
 import pytest
 import report_results
 import stability_results
+import window_results
 from result_blocks import with_block
 
 
 @pytest.mark.parametrize(
-    "results", [limb_results, report_results, stability_results, needs_results], ids=lambda module: module.__name__
+    "results",
+    [limb_results, report_results, stability_results, needs_results, window_results],
+    ids=lambda module: module.__name__,
 )
 def test_the_page_quotes_the_results(results):
     page = results.PAGE.read_text(encoding="utf-8")

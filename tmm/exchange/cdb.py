@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from itertools import count, takewhile
 from pathlib import Path
 from typing import Any
 
@@ -204,7 +205,11 @@ def write_cdb(root: str | os.PathLike[str], raster: CdbRaster) -> list[Path]:
 
 
 def _remove_layers(root: Path, location: Tile | ModelTexture) -> None:
-    """Remove what an earlier writing left: a layer more than are written now would count as one of them."""
+    """Remove what an earlier writing left: a layer more than are written now would count as one of them.
+
+    Layers are written from the first and removed from the last: those of an interrupted run follow each other too.
+    """
     for component in (INDEX, MIXTURE):
-        for layer in range(1, MAX_LAYERS + 1):
-            location.raster(root, component, layer).unlink(missing_ok=True)
+        found = takewhile(Path.exists, (location.raster(root, component, layer) for layer in count(1)))
+        for path in reversed(list(found)):
+            path.unlink()

@@ -22,7 +22,7 @@ class LineByLineError:
     Attributes
     ----------
     transmittance_rms, transmittance_max : float
-        Root mean square, in the atmosphere with the largest, with two standard errors; and largest error of all.
+        Root mean square that another atmosphere is below with a likelihood of 95 %; largest error of all.
     radiance_rms, radiance_max : float
         The same of thermal path radiance, over that of a black body as warm as the warmest air.
     """

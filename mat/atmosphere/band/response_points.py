@@ -30,6 +30,7 @@ _COARSE, _CUT = 3e-4, 1e-4
 _INTERPOLATION = 3.5e-4
 _SAMPLES = 20  # of a response in a cell
 _EVEN = 1e-3  # of the largest response: a cell whose neighbours differ by less is taken for even
+_LIKELIHOOD = 0.95  # that an air which is not among the atmospheres errs by less than is stated
 _SUM_WEIGHT = 30.0  # of the row of a fit that is the sum of the weights
 
 
@@ -178,25 +179,34 @@ def _fitted(values: Floats, cells: Floats, response: Floats) -> Floats:
 
 
 def _error(band: BandPoints, cells: _Cells, response: SpectralResponse) -> LineByLineError:
-    """Of the band's transmittance and path radiance on the paths of the spectra: in the worst atmosphere, be it of
-    those that weights were fitted to or not.
+    """Of the band's transmittance and path radiance on the paths of the spectra: what another air is below, by the
+    atmospheres that weights were fitted to and the others.
     """
     reference = cells.reference
     values = np.empty((reference.fitted.size, band.weight.size))
     for fitted in (True, False):
         values[reference.fitted == fitted] = reference.at_points(band.points, fitted=fitted)
     truth = reference.value @ cells.micron / cells.micron.sum()
-    square = (values @ band.weight / band.weight.sum() - truth) ** 2 + _within_cells(cells, response)
-    parts = [
-        [
-            square[(reference.emission == thermal) & (reference.atmosphere == number)]
-            for number in set(reference.atmosphere)
-        ]
-        for thermal in (0, 1)
-    ]
-    rms = [float(np.hypot(max(map(_likely_rms, airs)), _INTERPOLATION)) for airs in parts]
-    largest = [float(np.hypot(np.sqrt(np.concatenate(airs).max()), _INTERPOLATION)) for airs in parts]
+    square = (values @ band.weight / band.weight.sum() - truth) ** 2
+    # One draw for all paths of a band: two standard deviations.
+    ends = 4.0 * _within_cells(cells, response)
+    rms, largest = [], []
+    for thermal in (False, True):
+        kind = reference.emission == thermal
+        airs = [kind & (reference.atmosphere == number) for number in np.unique(reference.atmosphere[kind])]
+        likely = np.array([np.hypot(_likely_rms(square[air]), _INTERPOLATION) for air in airs])
+        rms.append(float(np.hypot(_another(likely), np.sqrt(max(ends[air].mean() for air in airs)))))
+        largest.append(max(rms[-1], float(np.hypot(np.sqrt((square + ends)[kind].max()), _INTERPOLATION))))
     return LineByLineError(*rms, *largest)
+
+
+def _another(values: Floats) -> float:
+    """What another value of a log-normal kind is below, with the likelihood `_LIKELIHOOD`, by n values above 0: the
+    prediction limit of their logarithms (Hahn and Meeker 1991, section 4.8).
+    """
+    logarithm, count = np.log(values), values.size
+    margin = scipy.special.stdtrit(count - 1, _LIKELIHOOD) * np.sqrt(1 + 1 / count)
+    return float(np.exp(logarithm.mean() + margin * logarithm.std(ddof=1)))
 
 
 def _within_cells(cells: _Cells, response: SpectralResponse) -> Floats:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.atmosphere.band.points import band_points, micron_response
-from skyshine.mat.atmosphere.band.response_points import _Cells, _within_cells, points_of_band
+from skyshine.mat.atmosphere.band.response_points import _another, _Cells, _within_cells, points_of_band
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 
@@ -38,7 +38,7 @@ def test_a_narrow_band_has_the_transmittance_of_its_own_lines(low, high):
     error = np.append(error, mean / band.weight.sum() - reference.value[fitted] @ cells / cells.sum())
     atmosphere = np.append(reference.atmosphere[rows], reference.atmosphere[fitted])
     worst = max(np.sqrt(np.mean(error[atmosphere == number] ** 2)) for number in set(atmosphere))
-    assert worst - 1e-4 < band.line_by_line.transmittance_rms < 2 * worst + 5e-4
+    assert worst - 1e-4 < band.line_by_line.transmittance_rms < 3 * worst + 5e-4
     assert band.line_by_line.transmittance_max >= band.line_by_line.transmittance_rms
 
 
@@ -56,6 +56,12 @@ def test_what_cells_cannot_resolve_at_an_end_is_in_the_statement():
     whole = SpectralResponse.rectangular(1e4 / (end + 0.0625), 1e4 / 999.0)  # ends between two cells
     cells = _Cells(reference, 0.125, micron_response(whole, reference.cell - 0.0625, 0.125))
     np.testing.assert_allclose(_within_cells(cells, whole), 0, atol=1e-7)
+
+
+def test_another_air_is_below_the_limit_as_often_as_is_said():
+    draws = np.exp(np.random.default_rng(3).normal(-7.0, 0.4, (20000, 9)))
+    below = [row[8] < _another(row[:8]) for row in draws]
+    assert np.mean(below) == pytest.approx(0.95, abs=0.005)
 
 
 def test_a_strong_line_just_outside_does_not_count():

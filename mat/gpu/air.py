@@ -176,7 +176,9 @@ def export_air(
         rows = []
         for angle in range(fields.angles.size):
             lines = reached[:, angle] if reached[:, angle].sum() >= _LEAST_LINES * count else slice(None)
-            rows.append(np.linalg.lstsq(basis_here[lines], values[lines, angle], rcond=None)[0])
+            reaching = basis_here[lines]  # its normal equations: few components, many lines
+            moments = reaching.T @ values[lines, angle]
+            rows.append(np.linalg.lstsq(reaching.T @ reaching, moments, rcond=None)[0])
         return np.array(rows)
 
     readers: dict[str, Callable[[float], Floats]] = {
@@ -329,9 +331,9 @@ def _thinned(axis: Floats, count: int) -> Floats:
 def _needed(columns: Floats) -> int:
     """Principal components that fields (..., F) need, a multiple of four."""
     flat = columns.reshape(-1, columns.shape[-1])
-    left_vectors, size, right = np.linalg.svd(flat, full_matrices=False)
+    projected, right, _ = _projected(flat, _COMPONENTS[-1])
     for count in _COMPONENTS:
-        residual = np.abs(flat - (left_vectors[:, :count] * size[:count]) @ right[:count])
+        residual = np.abs(flat - projected[:, :count] @ right[:, :count].T)
         if np.quantile(residual, 0.999) <= TOLERANCE_K:
             return count
     return _COMPONENTS[-1]
@@ -339,8 +341,18 @@ def _needed(columns: Floats) -> int:
 
 def _principal(columns: Floats, count: int) -> Floats:
     """The first principal components (P, count) of columns (P, F) in units of their largest values."""
-    vectors, size, _ = np.linalg.svd(columns, full_matrices=False)
+    projected, _, rank = _projected(columns, count)
     basis = np.zeros((len(columns), count))
-    rank = min(count, int(np.sum(size > 0)))
-    basis[:, :rank] = vectors[:, :rank] / np.abs(vectors[:, :rank]).max(axis=0)
+    basis[:, :rank] = projected[:, :rank] / np.abs(projected[:, :rank]).max(axis=0)
     return basis
+
+
+def _projected(columns: Floats, count: int) -> tuple[Floats, Floats, int]:
+    """Columns (P, F) along their first directions (P, count); the directions (F, count); how many are not zero.
+
+    From the eigenvectors of the products of columns, which are fewer than the lines.
+    """
+    values, vectors = np.linalg.eigh(columns.T @ columns)
+    directions = vectors[:, ::-1][:, :count]
+    rank = int(np.sum(values[::-1][:count] > values[-1] * columns.shape[1] * np.finfo(float).eps))
+    return columns @ directions, directions, rank

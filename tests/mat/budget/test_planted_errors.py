@@ -1,11 +1,13 @@
 """A table that is made wrong shows under its own name in the error budget, and under no other."""
 
+import functools
 import shutil
 
 import h5py
 import numpy as np
 import pytest
 
+from skyshine.mat.budget import unmodelled
 from skyshine.mat.budget.budget import PIXEL_SOURCES, error_budget
 from skyshine.mat.budget.measurement import Measurement
 from skyshine.mat.budget.pixel import Scenes
@@ -39,14 +41,20 @@ def job(build_inline, tiny_job, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def budget_of(job):
-    """Budget of a folder: all have the same views, whose true light is computed once, and no rows of other air."""
+    """Budget of a folder: all have the same views, the truth of which is computed once, and no rows of other air."""
     prepared, library, known = Prepared.of(load_job(job), 1, 1), load_library(), {}
-    drawn, lines = Scenes.drawn, FacetTruth.lines
+    of_no_table = (
+        (Scenes, "drawn"),
+        (FacetTruth, "lines"),
+        (FacetTruth, "temperatures_among"),
+        (unmodelled, "sunlit_sky"),
+    )
+    computed = [functools.partial(once, known, name, getattr(owner, name)) for owner, name in of_no_table]
 
     def budget(folder):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(Scenes, "drawn", lambda *given, **named: once(known, "scenes", drawn, *given, **named))
-            patch.setattr(FacetTruth, "lines", lambda *given: once(known, "lines", lines, *given))
+            for (owner, name), compute in zip(of_no_table, computed, strict=True):
+                patch.setattr(owner, name, lambda *given, compute=compute, **named: compute(*given, **named))
             for rows_of_air in ("of_weather", "of_continua"):
                 patch.setattr(Measurement, rows_of_air, lambda _: {})
             return error_budget(prepared, folder, library, source="sun", scenes=12, seed=23)

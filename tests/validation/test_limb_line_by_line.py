@@ -114,7 +114,7 @@ def test_rare_isotopologues_are_what_n2o_lacks_at_4_5_um(library):
         without.append(molecules * depth)
         added.append(without[-1] + molecules * n2o * sum(section(lines, n2o) for lines in rare))
         planck.append(C1 * wavenumber**3 / np.expm1(C2 * wavenumber / temperature))
-    reference = next(value for tangent, start, value in limb_results.windows() if (tangent, start) == (20, low))
+    reference = next(value for tangent, start, _, value in limb_results.windows() if (tangent, start) == (20, low))
     gain = (emerging(added, planck).mean() - emerging(without, planck).mean()) / reference
     ratio = next(row["ratio"] for row in limb_results.computed() if (row["tangent_km"], row["low"]) == (20, low))
     print(f"\n{gain:.3f} of the radiance; with it {ratio + gain:.3f} of the reference")

@@ -27,7 +27,8 @@ class _Forms(click.Group):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         form, remaining = _form_of(args)
-        if form is None and ctx.resilient_parsing:  # a shell completes the word after --to
+        if form is None and ctx.resilient_parsing:  # a shell completes a word
+            ctx.meta["after_to"] = args[-1:] == ["--to"]
             return super().parse_args(ctx, [])
         if form is None and any(word in ctx.help_option_names for word in remaining):
             return super().parse_args(ctx, ["--help"])
@@ -44,8 +45,8 @@ class _Forms(click.Group):
         return f"--to {name}", command, remaining
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
-        to = [CompletionItem("--to", help="Format to write.")] if "--to".startswith(incomplete) else []
-        return to + super().shell_complete(ctx, incomplete)
+        words = FORMS if ctx.meta.get("after_to") else {"--to": "Format to write."}
+        return [CompletionItem(word, help=text) for word, text in words.items() if word.startswith(incomplete)]
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(FORMS)

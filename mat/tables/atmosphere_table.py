@@ -19,8 +19,8 @@ from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ
 from skyshine.mat.tables.gridded import ANGLE, AXES
 from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.kernel_tables import kernel_tables, messages
-from skyshine.mat.tables.table import Table
-from skyshine.schemas.errors import InputError, nearest
+from skyshine.mat.tables.table import Table, unknown_quantity
+from skyshine.schemas.errors import InputError
 
 _PATH = AXES[:3]
 DEPTH = "optical_depth"
@@ -76,7 +76,7 @@ class AtmosphereTable(Table):
     def rules(self, quantity: str) -> list[AxisRule]:
         """Axes by which a quantity is read, with the ends of what the file is for as nodes."""
         if quantity not in (*self.quantities, VALID, DEPTH):
-            raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, self.quantities)}", file=self.path)
+            raise unknown_quantity(quantity, self.quantities, self.path)
         return [self.out_of_range.applied(self._rule(name)) for name in _READ_BY[quantity]]
 
     def _rule(self, name: str) -> AxisRule:
@@ -144,7 +144,7 @@ class AtmosphereTable(Table):
         """
         spectral = [DEPTH, *(name for name in self.quantities if name not in _OF_THE_BAND)]
         if quantity not in spectral:
-            raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, spectral)}", file=self.path)
+            raise unknown_quantity(quantity, spectral, self.path)
         return self._read(quantity, where, by_wavelength=True)
 
     def nodes_of(self, axis: str) -> npt.NDArray[np.float64]:

@@ -188,7 +188,9 @@ def _by_region(measures: Sequence[ErrorMeasure], regions: Sequence[str], in_perc
 
 
 def worst_kelvin(table: Group) -> dict[str, Any] | None:
-    """Of a table's quantity that errs most: its name, 99 % and largest error [K]; None where none has kelvin."""
+    """Name of the quantity that errs most, its 99 % and largest error [K], and the tolerance `asked` where it is less
+    and in kelvin; None where no quantity has kelvin.
+    """
     accuracy = table.groups.get("accuracy")
     if accuracy is None or "quantity" not in accuracy.axes:
         return None
@@ -197,4 +199,6 @@ def worst_kelvin(table: Group) -> dict[str, Any] | None:
         return None
     row = int(np.nanargmax(p99))
     name = str(np.asarray(accuracy.axes["quantity"].values)[row])
-    return {"quantity": name, "p99": round(float(p99[row]), 4), "maximum": round(float(largest[row]), 4)}
+    worst = {"quantity": name, "p99": round(float(p99[row]), 4), "maximum": round(float(largest[row]), 4)}
+    tolerance, _, unit = str(accuracy.attributes.get("tolerance", "")).partition(" ")
+    return worst | {"asked": float(tolerance)} if unit == "K" and p99[row] > float(tolerance) else worst

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 import numpy.typing as npt
 
+from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.tables.axes import CLOCK_UNIT, AxisRule
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.named_materials import AXIS, COORDINATES, NAMES
@@ -20,6 +22,12 @@ from skyshine.schemas.hdf5 import Group
 
 if TYPE_CHECKING:
     import xarray
+
+_DERIVED = {
+    "transmittance": f"ask for beta_star [km]: transmittance = exp(-{BETA_FACTOR:g} range / beta_star)",
+    "path_radiance": "ask for path_radiance_ratio and beta_star: path radiance = path_radiance_ratio (1 - transmittance)"
+    f", transmittance = exp(-{BETA_FACTOR:g} range / beta_star)",
+}
 
 
 @dataclass(frozen=True, repr=False)
@@ -85,7 +93,7 @@ class Table(Result):
     def rules(self, quantity: str) -> list[AxisRule]:
         """Axes of a quantity, by their names without that of the quantity."""
         if quantity not in self.root.variables:
-            raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, self.quantities)}", file=self.path)
+            raise unknown_quantity(quantity, self.quantities, self.path)
         dims = self.root.variables[quantity].dims
         if not set(dims) <= set(self.root.axes):
             raise InputError(f"'{quantity}' has an axis that the file lacks; build it again", file=self.path)
@@ -195,3 +203,10 @@ class Table(Result):
             if name not in codes:
                 raise InputError(f"found the material '{name}'; {nearest(name, codes)}", file=self.path)
         return np.array([codes[name] for name in array.ravel()], dtype=int).reshape(array.shape)
+
+
+def unknown_quantity(name: str, quantities: Iterable[str], file: Path) -> InputError:
+    """The error of a quantity that a file lacks; of what follows from two others it says how."""
+    names = list(quantities)
+    words = _DERIVED[name] if name in _DERIVED and "beta_star" in names else nearest(name, names)
+    return InputError(f"found the quantity '{name}'; {words}", file=file)

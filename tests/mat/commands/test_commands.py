@@ -192,6 +192,11 @@ def test_a_wrong_query_is_one_clear_line(mat, small_build, arguments, complaint)
     assert status == 2 and complaint in shown and shown.strip().count("\n") == 0
 
 
+def test_transmittance_follows_from_beta_star(mat, small_build):
+    status, _, shown = mat("query", small_build / "s01b01.atmq.h5", "transmittance", "range=1")
+    assert status == 2 and "ask for beta_star [km]: transmittance = exp(-5.5 range / beta_star)" in shown
+
+
 def test_info_draws_several_files_into_a_folder(mat, small_build, tmp_path):
     status, _, _ = mat("info", small_build / "s01.htt.h5", small_build / "b01.band.h5", "--out", tmp_path / "p")
     assert status == 0 and sorted(p.name for p in (tmp_path / "p").iterdir()) == ["b01.band.png", "s01.htt.png"]

@@ -23,6 +23,13 @@ def test_the_quantity_that_errs_most_speaks_for_a_table():
     assert found == {"quantity": "direct", "p99": 0.498, "maximum": 0.5}
 
 
+@pytest.mark.parametrize(("tolerance", "asked"), [("0.4 K", 0.4), ("0.5 K", None), ("0.1 %", None), ("", None)])
+def test_a_tolerance_that_is_exceeded_is_named(tolerance, asked):
+    group = table(("direct", [0.3, -0.5]))
+    group.groups["accuracy"].attributes["tolerance"] = tolerance
+    assert worst_kelvin(group).get("asked") == asked
+
+
 def test_a_table_without_kelvin_states_none():
     assert worst_kelvin(table(("tau", [np.nan]))) is None
     assert worst_kelvin(table(("tau", []))) is None

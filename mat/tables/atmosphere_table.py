@@ -20,7 +20,7 @@ from skyshine.mat.tables.gridded import ANGLE, AXES
 from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.mat.tables.kernel_tables import kernel_tables, messages
 from skyshine.mat.tables.table import Table, unknown_quantity
-from skyshine.schemas.errors import InputError
+from skyshine.schemas.errors import InputError, nearest
 
 _PATH = AXES[:3]
 DEPTH = "optical_depth"

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 _DERIVED = {
     "transmittance": f"ask for beta_star [km]: transmittance = exp(-{BETA_FACTOR:g} range / beta_star)",
-    "path_radiance": "ask for path_radiance_ratio and beta_star: path radiance = path_radiance_ratio (1 - transmittance)"
-    f", transmittance = exp(-{BETA_FACTOR:g} range / beta_star)",
+    "path_radiance": "ask for path_radiance_ratio and beta_star: path radiance = path_radiance_ratio"
+    f" (1 - exp(-{BETA_FACTOR:g} range / beta_star))",
 }
 
 

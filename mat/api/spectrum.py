@@ -22,7 +22,7 @@ from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, SpectralPoi
 from skyshine.mat.atmosphere.spectra.spectrum import LineSpectrum, line_spectrum
 from skyshine.mat.tables.dataset import Column, dataset
 from skyshine.mat.tables.other_spectra import read_other_spectrum
-from skyshine.mat.tables.result import Panel, Result
+from skyshine.mat.tables.result import Chart, Panel, Result
 from skyshine.mat.tables.spectrum_file import IRRADIANCE, RADIANCE, write_spectrum, write_spectrum_csv
 from skyshine.schemas.errors import InputError
 
@@ -89,6 +89,20 @@ class Spectrum(Result, LineSpectrum):
             },
             self.attributes,
         )
+
+    def plot(self) -> Chart:
+        """The spectra as a picture; of a single line of sight, that which `mat spectrum --out NAME.png` writes.
+
+        Raises
+        ------
+        InputError
+            There are more lines of sight than can be told apart.
+        """
+        if self.coords:
+            return super().plot()
+        from skyshine.mat.tables.pictures import spectrum_figure
+
+        return Chart(spectrum_figure(self))
 
     def _panels(self) -> list[Panel]:
         def lines(values: npt.NDArray[np.float64], name: str) -> dict[str, npt.NDArray[np.float64]]:

@@ -211,9 +211,9 @@ def command(
     if compare is not None:
         _give_comparison(result.compare(compare), title, out, as_json)
     elif out is not None and out.lower().endswith(".png"):
-        from skyshine.mat.tables.pictures import draw_spectrum
-
-        click.echo(draw_spectrum(result, title, out))
+        chart = result.plot()
+        chart.figure.suptitle(title, fontsize=10)
+        click.echo(chart.save(out))
     elif out is not None:
         result.save(out)
         click.echo(out)

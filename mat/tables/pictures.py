@@ -66,17 +66,11 @@ def figure_of(table: Table) -> Figure:
     return figure
 
 
-def draw_spectrum(spectrum: Any, title: str, picture: StrPath) -> Path:
-    """Draw a spectrum of `line_spectrum` into a PNG: transmittance, whole and by what absorbs most, and path radiance.
-
-    Raises
-    ------
-    InputError
-        The picture cannot be written.
-    """
+def spectrum_figure(spectrum: Any) -> Figure:
+    """The picture of one line of sight: transmittance, of all and of what absorbs most, and path radiance."""
     with chart_style():
         figure = new_figure(12, 7)
-        figure.suptitle(title, fontsize=10)
+        figure.suptitle(repr(spectrum).strip("<>"), fontsize=10)
         upper, lower = figure.subplots(2, 1, sharex=True)
         parts = {
             **spectrum.transmittance_by_gas,
@@ -91,7 +85,8 @@ def draw_spectrum(spectrum: Any, title: str, picture: StrPath) -> Path:
             if np.any(values > 0):
                 lower.semilogy(spectrum.wavenumber, np.where(values > 0, values, np.nan), lw=0.8, label=label)
         lower.set(xlabel="wavenumber, cm$^{-1}$", ylabel=PER_WAVENUMBER)
-        lower.set_xlim(float(np.min(spectrum.wavenumber)), float(np.max(spectrum.wavenumber)))
+        if spectrum.wavenumber.size > 1:
+            lower.set_xlim(float(np.min(spectrum.wavenumber)), float(np.max(spectrum.wavenumber)))
         brightest = float(np.max(spectrum.path_thermal + spectrum.path_scattered))
         if brightest > 0:
             lower.set_ylim(1e-6 * brightest, 2 * brightest)
@@ -99,7 +94,7 @@ def draw_spectrum(spectrum: Any, title: str, picture: StrPath) -> Path:
         micrometres.set_xlabel("wavelength, µm")
         for axis in (upper, lower):
             name_lines(axis)
-        return save_figure(figure, picture)
+    return figure
 
 
 def draw_comparison(comparison: Any, title: str, picture: StrPath) -> Path:

@@ -72,6 +72,9 @@ def test_results_of_functions_are_drawn():
     lines = skyshine.mat.spectrum(wavenumber=(2500, 2505), elevation=[0, 30], range=2)
     transmittance, radiance = lines.plot().figure.axes
     assert len(transmittance.get_lines()) == 2 and len(radiance.get_lines()) == 4
+    upper, lower = skyshine.mat.spectrum(wavenumber=(2500, 2505), range=2).plot().figure.axes
+    assert upper.get_lines()[0].get_label() == "all" and {"N2O", "aerosol"} < {x.get_label() for x in upper.get_lines()}
+    assert lower.get_yscale() == "log"
     levels = skyshine.mat.fluxes(wavenumber=(2500, 2505), source="none")
     (thermal,) = levels.plot().figure.axes
     np.testing.assert_allclose(thermal.get_lines()[0].get_xdata(), levels.in_band["thermal_up"])

@@ -25,6 +25,7 @@ from skyshine.schemas.array_digest import array_digest
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.format_versions import FORMAT_VERSION, check_version
 from skyshine.schemas.hdf5_digest import (
+    DIFFERENCES,
     DIGEST,
     as_text,
     attributes_of,
@@ -271,7 +272,7 @@ def _write_array(
     chunks: tuple[int, ...] | None,
     digests: dict[str, bytes],
 ) -> h5py.Dataset:
-    kind: np.dtype[Any] = np.dtype(data.dtype)
+    kind, attributes = np.dtype[Any](data.dtype), dict(described.attributes)
     creation = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     creation.set_attr_phase_change(_MOST_ATTRIBUTES, 0)
     if isinstance(data, np.ndarray) and kind.kind in "UO":
@@ -285,6 +286,8 @@ def _write_array(
         content: dict[str, Any] = {"shape": data.shape}
         if not isinstance(data, Streamed):
             content = {"data": data.astype(kind, copy=False)}
+            if isinstance(described, Variable) and DIFFERENCES in attributes:
+                content["data"] = _differences(content["data"], described.dims, attributes)
             digests[f"{target.name.rstrip('/')}/{name}"] = array_digest(content["data"])
         filters: dict[str, Any] = {}
         if prod(data.shape) * kind.itemsize > _SMALL:
@@ -300,8 +303,25 @@ def _write_array(
             creation.set_layout(h5py.h5d.COMPACT)
         dataset = target.create_dataset(name, dtype=kind, dcpl=creation, **content, **filters)
     described_as = {"units": described.units, "long_name": described.long_name}
-    _describe(dataset, described_as | CF_NAMES.get(name, {}) | described.attributes)
+    _describe(dataset, described_as | CF_NAMES.get(name, {}) | attributes)
     return dataset
+
+
+def _differences(values: npt.NDArray[Any], dims: tuple[str, ...], attributes: dict[str, Any]) -> npt.NDArray[Any]:
+    """Differences of an array along the axes that its attribute names; the array itself, without the attribute, where
+    their sums do not give it exactly.
+    """
+    axes = [dims.index(name) for name in attributes[DIFFERENCES].split()]
+    parts = values
+    for axis in axes:
+        parts = np.diff(parts, axis=axis, prepend=parts.dtype.type(0))
+    sums = parts
+    for axis in axes:
+        sums = np.cumsum(sums, axis=axis, dtype=values.dtype)
+    if np.array_equal(sums, values):
+        return parts
+    del attributes[DIFFERENCES]
+    return values
 
 
 def _chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
@@ -460,7 +480,7 @@ def _read_group(source: h5py.Group, array: Callable[..., Variable]) -> Group:
         if isinstance(item, h5py.Group):
             groups[name] = _read_group(item, array)
             continue
-        attributes = attributes_of(item, without=("_FillValue",))
+        attributes = attributes_of(item, without=("_FillValue", DIFFERENCES))
         units, long_name = (attributes.pop(key, "") for key in ("units", "long_name"))
         if item.is_scale:
             axes[name] = Axis(values_of(item), units, long_name, attributes)

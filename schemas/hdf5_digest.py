@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from hashlib import _Hash
 
 DIGEST = "content_sha256"
+# Attribute of an array of which the file has the differences along these axes, each from the value before it, and the
+# first value: sums of them are exact, and small numbers pack well.
+DIFFERENCES = "differences"
 PART_BYTES = 1 << 24  # read at a time where an array may be larger than memory
 TEXT_LIMIT = 1024  # characters of one text of an array
 
@@ -130,6 +133,10 @@ def values_of(dataset: h5py.Dataset) -> npt.NDArray[Any]:
         return texts_of(dataset)
     refuse_large(dataset.file.filename, dataset.name, dataset.dtype.itemsize * prod(dataset.shape))
     values: npt.NDArray[Any] = np.asarray(dataset[()])
+    if DIFFERENCES in dataset.attrs:
+        names = dims_of(dataset)
+        for axis in str(as_text(dataset.attrs[DIFFERENCES])).split():
+            np.cumsum(values, axis=names.index(axis), dtype=values.dtype, out=values)
     return values
 
 

@@ -42,7 +42,7 @@ ROOT_TEXTS = {
     "job",
     "content_sha256",
 }
-TEXTS = {"units", "long_name", "interpolation", "out_of_range", "comment", "coordinates"}
+TEXTS = {"units", "long_name", "interpolation", "out_of_range", "comment", "coordinates", "differences"}
 NUMBERS = {"period", "add_offset", "scale_factor", "total"}
 SCALE_ATTRIBUTES = {"CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST", "_Netcdf4Dimid", "_Netcdf4Coordinates"}
 _LINKED = {"DIMENSION_LIST": h5py.h5t.VLEN, "REFERENCE_LIST": h5py.h5t.COMPOUND}

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.transfer.bounds import Scattering
 from skyshine.mat.budget.circumstances import Circumstances
 from skyshine.mat.budget.columns import temperatures_at
@@ -25,7 +24,7 @@ from skyshine.mat.quantities.results import SpectralLines
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.radiometry.spherical_harmonics import face_normal
 from skyshine.mat.scene.atmosphere import atmospheric_state
-from skyshine.mat.scene.bands import absorption_table, response_of
+from skyshine.mat.scene.bands import all_points, response_of
 from skyshine.mat.scene.compiled import compiled_band
 from skyshine.mat.scene.continuum_spread import other_continua
 from skyshine.mat.scene.ground import over_ground
@@ -80,7 +79,7 @@ class Prepared:
         job, response = loaded.trimmed, response_of(loaded.trimmed.bands[band - 1])
         state_model = job.states[state - 1]
         air = over_ground(atmospheric_state(job.site, state_model), state_model, response, job_library(job))
-        everything = points_of_band(absorption_table(job.water_continuum), response)
+        everything = all_points(response, job.water_continuum)
         compiled, _ = compiled_band(loaded, state_model, response, air, everything)
         exact, reduced = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))
         light = irradiance_of_sources(job, compiled.band)
@@ -89,7 +88,7 @@ class Prepared:
         others = tuple(
             BandAtmosphere.of(air, replace(reduced.band, points=part))
             for name in other_continua(job)
-            for part in [points_of_band(absorption_table(name), response).points.subset(compiled.index)]
+            for part in [all_points(response, name).points.subset(compiled.index)]
         )
         inputs = scene_inputs(job, state)
         return cls(loaded, state, band, response, exact, reduced, inputs, others, frozenset(omission.scattered))

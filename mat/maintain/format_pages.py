@@ -37,7 +37,9 @@ An HDF5 file that netCDF-4 and xarray open without conversion. Arrays are little
 compressed with the filters shuffle and deflate and protected by Fletcher-32; small ones lie in their headers, under the headers' checksums. Every axis is a dimension scale of its group, with the
 attributes `units`, `long_name` and, where a runtime interpolates on it, `interpolation` (`linear`, `linear_periodic`,
 `linear_folded`, `exact`), `period` and `out_of_range` (`error` or `clamp`); `examples/runtimes/README.md` defines the rules. In a
-group that has the array `material_name`, the arrays on a material axis name it in their attribute `coordinates`. A reader of
+group that has the array `material_name`, the arrays on a material axis name it in their attribute `coordinates`. An array whose attribute `differences`
+names axes has, along each of these, its first value and then the difference of each value from the one before it: cumulative sums in single precision, along
+one axis after the other, are its values. A reader of
 format {major} reads every version {major}.x and refuses other major versions.
 """  # noqa: E501
 ATTRIBUTES = {

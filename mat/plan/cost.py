@@ -16,7 +16,7 @@ from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
-from skyshine.mat.plan.plan import Plan, response_planes
+from skyshine.mat.plan.plan import PLACED_ON, Plan, measured_on, response_planes
 from skyshine.mat.radiometry.band_wavelengths import band_wavelengths
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.air_cells import shared_cells
@@ -125,18 +125,21 @@ def _of_surfaces(job: Job, plan: Plan, changes: Changes) -> dict[str, float]:
     opened = OPEN if max(wet) == 1 else OPEN_WET
     balances = sum(1.0 if library[name].opened is None else opened for name in plan.materials)
     days = sum(factor * (1 + len(state.weather.days_before)) for factor, state in zip(wet, job.states, strict=True))
-    shaded = response_planes(job)
+    shaded, materials = response_planes(job), len(plan.materials)
+    measured = sum(
+        factor * (1 + len(state.weather.days_before)) * measured_on(state, materials)
+        for factor, state in zip(wet, job.states, strict=True)
+    )
     if surface.tolerance is None:
-        material = MATERIAL + (TIMES if surface.time is None else 0.0)
-        solved = material * len(plan.materials) * sum(wet)
+        times = TIMES * min(materials, PLACED_ON) if surface.time is None else 0.0
+        solved = (MATERIAL * materials + times) * sum(wet)
         solved += COLUMN * balances * len(job.surface_altitudes_km) * planes * days
     else:
         finer = _times_as_many(surface.tolerance, changes, 2.0)
         solved = (PLACED + PLACED_MATERIAL * balances) * sum(wet) + PLACED_TABLE * balances * finer * days
     return {
         "temperature": SKY * len(job.states) + solved + _surroundings(job),
-        "shade": balances * RESPONSE_PLANE * shaded * sum(wet)
-        + len(plan.materials) * (SHADE_ERROR if shaded else 0.0) * days,
+        "shade": balances * RESPONSE_PLANE * shaded * sum(wet) + (SHADE_ERROR if shaded else 0.0) * measured,
     }
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.plan.left_out import LeftOut, tables_left_out, temperature_times
@@ -181,6 +182,16 @@ def _atmosphere_values(job: Job) -> int:
 def _surface_values(job: Job) -> int:
     grid = job.surface_grid
     return len(job.surface_altitudes_km) * len(grid.azimuth_deg) * len(grid.slope_deg) * len(temperature_times(job))
+
+
+# Materials, at random, on which nodes of temperatures are placed, and on which each of many states is measured, others
+# on each date.
+PLACED_ON, MEASURED_ON = 24, 16
+
+
+def measured_on(state: State, materials: int) -> int:
+    """Number of the materials on which errors of a state's temperatures are measured."""
+    return min(materials, MEASURED_ON) if state.is_one_of_many else materials
 
 
 def response_planes(job: Job) -> int:

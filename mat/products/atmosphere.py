@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from skyshine.mat.atmosphere.band.compile import EVERYWHERE, CompiledBand
 from skyshine.mat.atmosphere.band.points import BandPoints
-from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.state.ground_albedo import SpectralAlbedo
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.bounds import Scattering
@@ -36,7 +35,7 @@ from skyshine.mat.radiometry.band_wavelengths import band_wavelengths
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.mat.scene.air_cells import shared_cell
 from skyshine.mat.scene.atmosphere import atmospheric_state
-from skyshine.mat.scene.bands import absorption_table, response_of
+from skyshine.mat.scene.bands import absorption_table, all_points, response_of
 from skyshine.mat.scene.compiled import compiled_band
 from skyshine.mat.scene.grids import path_grid, path_scope, table_grid
 from skyshine.mat.scene.ground import band_albedo, ground_albedo, over_ground
@@ -124,11 +123,11 @@ class AtmosphereProduct:
         state_of_job, response = job.states[task.index - 1], response_of(job.bands[task.band - 1])
         state = over_ground(atmospheric_state(job.site, state_of_job), state_of_job, response, context.library)
         with report.stage("compile"):
-            all_points = points_of_band(absorption_table(job.water_continuum), response)
-            compiled, origin = compiled_band(loaded, state_of_job, response, state, all_points)
+            everything = all_points(response, job.water_continuum)
+            compiled, origin = compiled_band(loaded, state_of_job, response, state, everything)
         judged = "not measured: no reference spectra over the whole band"
-        if all_points.line_by_line is not None:
-            judged = all_points.line_by_line.text
+        if everything.line_by_line is not None:
+            judged = everything.line_by_line.text
         report.notes.append(f"{compiled.index.size} of {compiled.total_points} spectral points")
         report.notes.append(f"all points against line by line: {judged}")
         report.notes.append(origin.value)
@@ -157,7 +156,7 @@ class AtmosphereProduct:
             if text:
                 report.notes.append(f"{source}: omitted {text}")
             names = {"band": job.band_name(task.band), "date": job.site.date.isoformat()}
-            tables = _SourceTables(loaded, state_of_job, source, source_air, compiled, response, all_points, reference)
+            tables = _SourceTables(loaded, state_of_job, source, source_air, compiled, response, everything, reference)
             group, nodes = tables.group(names, notes, report)
             reference = reference or (tables.channels, nodes)
             yield group

@@ -19,6 +19,7 @@ from skyshine.mat.measure.probes import NIGHT_DEG
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.sampling import random_coordinates
 from skyshine.mat.measure.surface_nodes import PERIODS, RefinedAxes, placed_times, refined_axes, within_period
+from skyshine.mat.plan.plan import PLACED_ON, measured_on
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.products.shade_error import SHADE_METHOD, shade_error
 from skyshine.mat.products.turbulence import HOURS, turbulence_fields
@@ -49,8 +50,6 @@ from skyshine.schemas.hdf5 import Axis, Group, Variable
 PROBES = {"altitude_km": 3, "azimuth_deg": 5, "slope_deg": 5, "time_h": 24}
 _FEWEST_FACES, _COLUMNS = 3, 600
 FACE_AXES = ("azimuth_deg", "slope_deg")
-# Materials, at random, on which nodes are placed, and on which each of many states is measured: others on each date.
-_PLACED_ON, _MEASURED_ON = 24, 16
 LEVEL_DEG, STEEP_DEG = 10.0, 60.0  # slopes of which errors are stated apart
 _SOLVER_METHOD = (
     "{} against {} steps a day at the random places of one altitude, difference times {:.3g} (second order)"
@@ -74,7 +73,7 @@ class TemperatureProduct:
             "state": state.model_dump(mode="json", exclude={"date", "series"}),
             "surface_grid": {**job.surface_grid.model_dump(mode="json"), "altitude_km": job.surface_altitudes_km},
             "accuracy": job.accuracy.model_dump(mode="json", include={"solver_steps", "seed"}),
-            **({"measured_on": _MEASURED_ON} if _is_sampled(state, len(materials)) else {}),
+            **({"measured_on": few} if (few := measured_on(state, len(materials))) < len(materials) else {}),
             "materials": list(materials),
             "operated": {
                 name: job.operated[name].model_dump(mode="json") for name in materials if name in job.operated
@@ -132,9 +131,9 @@ class TemperatureProduct:
                 response = response_table(solver.materials, solver.scene(axes), steps=steps, prescribed=solver.fixed)
         day = job.on_date_of_state(state).site
         measured = np.arange(len(materials))
-        if _is_sampled(job.states[state - 1], measured.size):
+        if (few := measured_on(job.states[state - 1], measured.size)) < measured.size:
             of_date = random_stream(seed, Stream.TEMPERATURE_ERROR, day.date.toordinal())
-            measured = np.sort(of_date.choice(measured, _MEASURED_ON, replace=False))
+            measured = np.sort(of_date.choice(measured, few, replace=False))
         with report.stage("accuracy"):
             drawn = random_stream(seed, Stream.TEMPERATURE_ERROR)
             probes = _places(requested, whole_day, drawn, measured.size, fixed)
@@ -295,15 +294,10 @@ def tolerance_axes(job: Job, solver: Solver, start: StartAxes, most_nodes: int, 
     )
 
 
-def _is_sampled(state: State, materials: int) -> bool:
-    """Whether errors are measured on some of the materials."""
-    return state.is_one_of_many and materials > _MEASURED_ON
-
-
 def _placed_on(solver: Solver, seed: int) -> Integers:
     """Numbers of the materials on which nodes are placed."""
     count = len(solver.materials)
-    drawn = random_stream(seed, Stream.TEMPERATURE_NODES, 1).choice(count, min(count, _PLACED_ON), replace=False)
+    drawn = random_stream(seed, Stream.TEMPERATURE_NODES, 1).choice(count, min(count, PLACED_ON), replace=False)
     return np.sort(drawn)
 
 

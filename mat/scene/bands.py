@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from functools import lru_cache
 
+import numpy as np
+
+from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, default_water_continuum
 from skyshine.mat.job.atmosphere import Band
 from skyshine.mat.radiometry.blackbody import SpectralResponse
@@ -35,3 +38,16 @@ def absorption_table(water_continuum: str | None = None) -> AbsorptionTable:
 @lru_cache(maxsize=1)
 def _packaged() -> AbsorptionTable:
     return AbsorptionTable.open()
+
+
+def all_points(response: SpectralResponse, water_continuum: str) -> BandPoints:
+    """All points of a band, which states share."""
+    return _all_points(response.wavelength.tobytes(), response.response.tobytes(), water_continuum)
+
+
+@lru_cache(maxsize=4)  # of 7 MB in 8-12 um, 23 MB in 3-5 um
+def _all_points(wavelength: bytes, values: bytes, water_continuum: str) -> BandPoints:
+    from skyshine.mat.atmosphere.band.response_points import points_of_band  # which a check does without
+
+    response = SpectralResponse(np.frombuffer(wavelength), np.frombuffer(values))
+    return points_of_band(absorption_table(water_continuum), response)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from skyshine.mat.tables.band import RADIANCE, WAVELENGTH
 from skyshine.schemas.hdf5 import Variable
+from skyshine.schemas.hdf5_digest import DIFFERENCES
 
 NODES = ("share", "height_root", "direction")
 SOURCE_ELEVATION, SKY_ELEVATION, ABOVE_RISE = "source_elevation", "sky_source_elevation", "elevation_above_rise"
@@ -28,14 +29,14 @@ class Field:
     units: str
     words: str
     comment: str = ""
+    differences: tuple[str, ...] = ()  # axes along which the file has differences
 
     def variable(self, data: npt.NDArray[Any]) -> Variable:
         """The array with its values."""
-        return Variable(self.dims, np.asarray(data), self.units, self.words, _comment(self.comment))
-
-
-def _comment(text: str) -> dict[str, Any]:
-    return {"comment": text} if text else {}
+        texts = {"comment": self.comment, DIFFERENCES: " ".join(self.differences)}
+        return Variable(
+            self.dims, np.asarray(data), self.units, self.words, {name: text for name, text in texts.items() if text}
+        )
 
 
 _SHARES = ("channel", WAVELENGTH), "1"
@@ -45,18 +46,22 @@ ALWAYS = {
         ("height_root",), "km", "radius of an Earth without refraction that has the same horizon at that height"
     ),
     "log_mean_extinction": Field(
-        ("absorber", *NODES), "1", "logarithm of the mean extinction of an absorber along the path, in km^-1"
+        ("absorber", *NODES),
+        "1",
+        "logarithm of the mean extinction of an absorber along the path, in km^-1",
+        differences=NODES[:2],
     ),
     "absorber_factor": Field(("channel", "absorber"), "1", "optical depth of a channel per absorber's"),
     NOT_READ: Field(("channel",), "cm^-1", "wavenumber of the channel"),
     "channel_weight": Field(("channel",), "1", "weight in the band's transmittance"),
     "thermal_reference": Field(("channel",), RADIANCE, "black body at 288 K in the channel, with its weight"),
-    "thermal_ratio": Field(NODES, "1", "thermal path radiance over that of air at 288 K"),
+    "thermal_ratio": Field(NODES, "1", "thermal path radiance over that of air at 288 K", differences=NODES[:2]),
     "source_reference": Field(("channel",), "1", "the source's light in the channel, with its weight"),
     "scattered_ratio": Field(
         ("source_part", *NODES),
         RADIANCE,
         "field of scattered path radiance over sum of source_reference (1 - exp(-optical depth))",
+        differences=NODES[:2],
     ),
     "source_factor": Field(
         ("source_part", SOURCE_ELEVATION, "scattering_angle"), "1", "share of each field by direction of the source"

@@ -25,6 +25,7 @@ from skyshine.mat.tables.tracks import SourceTrack, source_track
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group, Variable
+from skyshine.schemas.hdf5_digest import DIFFERENCES
 
 if TYPE_CHECKING:
     from skyshine.mat.surface.enclosure import Enclosure
@@ -211,6 +212,7 @@ def shade_fields(table: ResponseTable, scene: Scene) -> Fields:
             table.loss_excess,
             "W m^-2",
             "heat loss above that at response_temperature, less the slope times the offset",
+            {DIFFERENCES: f"{response.SLOPE} {response.HOUR}"},
         ),
         light.ABSORPTANCE: Variable(("material",), table.solar_absorptance, "1", "solar absorptance"),
         light.EMISSIVITY: Variable(("material",), table.thermal_emissivity, "1", "thermal emissivity"),

@@ -41,6 +41,34 @@ def test_what_is_written_is_read_back(tmp_path, group):
     assert root.variables["beta"].attributes["comment"] == "gamma ünïcode"
 
 
+def differenced(values):
+    axes = {name: Axis(np.arange(float(n)), "1", name) for name, n in zip("xyz", values.shape, strict=True)}
+    return Group(axes, {"smooth": Variable(tuple("xyz"), values, "1", "smooth", {"differences": "x z"})})
+
+
+@pytest.mark.parametrize("lazy", [False, True])
+def test_differences_of_whole_steps_are_stored_and_summed_to_the_very_values(tmp_path, lazy):
+    generator = np.random.default_rng(3)
+    values = (generator.integers(-9, 9, (7, 5, 40)).cumsum(0).cumsum(2) / 64 - 3e3).astype(np.float32)
+    write_file(tmp_path / "a.h5", differenced(values), HEADER)
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert file["smooth"].attrs["differences"] == b"x z"
+        stored = file["smooth"][()]
+    expected = np.diff(np.diff(values, axis=0, prepend=0), axis=2, prepend=0)
+    np.testing.assert_array_equal(stored, expected)
+    smooth = read_file(tmp_path / "a.h5", lazy=lazy, verify=True)[0].variables["smooth"]
+    np.testing.assert_array_equal(smooth.data, values)
+    assert smooth.attributes == {}
+
+
+def test_values_that_sums_would_not_give_exactly_are_stored_as_they_are(tmp_path):
+    values = np.random.default_rng(4).normal(size=(3, 4, 5)).astype(np.float32)
+    write_file(tmp_path / "a.h5", differenced(values), HEADER)
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert "differences" not in file["smooth"].attrs
+    np.testing.assert_array_equal(read_file(tmp_path / "a.h5")[0].variables["smooth"].data, values)
+
+
 def test_the_same_content_gives_the_same_bytes(tmp_path, group):
     for name in ("a.h5", "b.h5"):
         write_file(tmp_path / name, group, HEADER)

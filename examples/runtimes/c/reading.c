@@ -148,6 +148,22 @@ static int has_scales(hid_t array, const hobj_ref_t *axes, size_t rank)
     return fits;
 }
 
+/* Whether one of the words of a text is a name. */
+static int has_word(const char *text, const char *name)
+{
+    const size_t length = strlen(name);
+    for (const char *at = text; (at = strstr(at, name)); ++at)
+        if ((at == text || at[-1] == ' ') && (!at[length] || at[length] == ' ')) return 1;
+    return 0;
+}
+
+/* The values of an array of which the file has differences along an axis, `stride` values apart. */
+static void add_up(float *values, size_t count, size_t length, size_t stride)
+{
+    for (size_t start = 0; start < count; start += length * stride)
+        for (size_t i = start + stride; i < start + length * stride; ++i) values[i] += values[i - stride];
+}
+
 void sky_read_array(const struct source *from, SkyDatabase *database, int32_t kind, int32_t array, const char *const *clamped)
 {
     hobj_ref_t references[SKY_AXES];
@@ -157,7 +173,13 @@ void sky_read_array(const struct source *from, SkyDatabase *database, int32_t ki
     while (skyshine_axis_name(kind, array, rank)) ++rank;
     hid_t stored = sky_open_array(from, name);
     const size_t count = sky_read_shape(from, stored, name, (size_t)rank, H5T_FLOAT, sizeof(float), lengths);
-    skyshine_set_array(database, array, sky_read_values(from, stored, name, H5T_NATIVE_FLOAT, count, sizeof(float)));
+    float *values = sky_read_values(from, stored, name, H5T_NATIVE_FLOAT, count, sizeof(float));
+    char differences[NAME];
+    sky_read_text(stored, "differences", differences);
+    size_t stride = 1;
+    for (int32_t k = rank - 1; k >= 0; stride *= (size_t)lengths[k--])
+        if (has_word(differences, skyshine_axis_name(kind, array, k))) add_up(values, count, (size_t)lengths[k], stride);
+    skyshine_set_array(database, array, values);
     for (int32_t k = 0; k < rank; ++k) {
         const char *axis = skyshine_axis_name(kind, array, k);
         const size_t nodes = read_axis(from, database, array, k, axis, clamped, &references[k]);

@@ -52,7 +52,19 @@ export class Database {
       if (count !== dataset.shape[k])
         throw new SkyshineError(`'${name}' has ${dataset.shape[k]} values along '${axis}', which has ${count} nodes`);
     });
-    kernel.calls.skyshine_set_array(this.memory, array, kernel.put(Float32Array, dataset.value));
+    kernel.calls.skyshine_set_array(this.memory, array, kernel.put(Float32Array, this.sums(source, dataset, axes)));
+  }
+
+  // The values of an array, of which the file may have the differences along some axes.
+  sums(source, dataset, axes) {
+    if (!("differences" in dataset.attrs)) return dataset.value;
+    const values = Float32Array.from(dataset.value);
+    for (const axis of source.text(dataset, "differences").split(" ").map((name) => axes.indexOf(name))) {
+      const stride = dataset.shape.slice(axis + 1).reduce((product, length) => product * length, 1);
+      const block = stride * dataset.shape[axis];
+      for (let i = 0; i < values.length; i++) if (i % block >= stride) values[i] += values[i - stride];
+    }
+    return values;
   }
 
   // Returns the number of nodes.

@@ -143,7 +143,21 @@ impl Database {
                 return Err(Error::file(format!("'{name}' has {} values along '{axis}', which has {count} nodes", shape[k])));
             }
         }
-        self._arrays.push(dataset.read_raw::<f32>()?);
+        let mut values = dataset.read_raw::<f32>()?;
+        if dataset.attr("differences").is_ok() {
+            // The file has the differences along some axes.
+            for name in text(&dataset, "differences")?.split(' ') {
+                if let Some(k) = axes.iter().position(|axis| *axis == name) {
+                    let stride: usize = shape[k + 1..].iter().product();
+                    for i in 0..values.len() {
+                        if i % (stride * shape[k]) >= stride {
+                            values[i] += values[i - stride];
+                        }
+                    }
+                }
+            }
+        }
+        self._arrays.push(values);
         let values = self._arrays[self._arrays.len() - 1].as_ptr();
         unsafe { skyshine_set_array(self.memory.write(), array, values) };
         Ok(())

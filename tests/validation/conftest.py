@@ -1,11 +1,29 @@
 """Peers of the validation suite: packages whose programs or spectra are compared with, and never part of this one."""
 
+import json
 import os
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+RESULTS = Path(__file__).with_name("air_results.json")
+
+
+@pytest.fixture
+def quoted(request):
+    """Keeps a figure that pages quote: name, value, unit; in `air_results.json` where SKYSHINE_WRITE is set."""
+
+    def keep(name, value, unit):
+        print(f"{name}: {value} {unit}")
+        if os.environ.get("SKYSHINE_WRITE"):
+            results = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else {}
+            source = f"tests/validation/{request.path.name}"
+            results[name] = {"value": value, "unit": unit, "source": source}
+            RESULTS.write_text(json.dumps(dict(sorted(results.items())), indent=1) + "\n", encoding="utf-8")
+
+    return keep
 
 
 @pytest.fixture(scope="session")

@@ -93,7 +93,7 @@ def by_class(water, values, title, unit):
     return np.array(means)
 
 
-def test_longwave(shared_data, atmospheres):
+def test_longwave(shared_data, atmospheres, quoted):
     files, carbon_dioxide, water = atmospheres
     theirs = read(shared_data, "lw_fluxes")
     down, up = np.empty((2, len(files), len(CONTINUA)))
@@ -105,11 +105,15 @@ def test_longwave(shared_data, atmospheres):
     print(f"\n{CONTINUA}")
     at_ground = by_class(water, down, "longwave down at the ground, ours less LBLRTM", "W m-2")
     at_top = by_class(water, up, "longwave up at the top, ours less LBLRTM", "W m-2")
+    for column, continuum in enumerate(CONTINUA):
+        for level, means in (("ground", at_ground), ("top", at_top)):
+            for (low, _), mean in zip(CLASSES, means[:, column], strict=True):
+                quoted(f"air.ckdmip.{continuum.replace('.', '_')}.{level}.from_{low:.0f}_mm", f"{mean:.1f}", "W m-2")
     assert np.abs(at_ground[:, 0]).max() <= LONGWAVE_DOWN
     assert np.abs(at_top[:, 0]).max() <= LONGWAVE_UP
 
 
-def test_shortwave(shared_data, atmospheres):
+def test_shortwave(shared_data, atmospheres, quoted):
     files, carbon_dioxide, water = atmospheres
     theirs = read(shared_data, "sw_fluxes")
     used = theirs["mu0"] >= LOWEST_MU
@@ -125,5 +129,7 @@ def test_shortwave(shared_data, atmospheres):
     print(f"\ncosines of the Sun's zenith angle: {theirs['mu0'][used]}")
     at_ground = by_class(water, 100 * down, "sunlight down at the ground, ours over LBLRTM's less 1", "%")
     at_top = by_class(water, 100 * up, "sunlight up at the top, ours less LBLRTM's over that arriving", "%")
+    for level, means in (("ground", at_ground), ("top", at_top)):
+        quoted(f"air.ckdmip.sunlight.{level}", f"{np.abs(means).max():.2f}", "%")
     assert np.abs(at_ground).max() <= 100 * SUNLIGHT
     assert np.abs(at_top).max() <= 100 * SUNLIGHT_UP

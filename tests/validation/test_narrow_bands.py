@@ -1,6 +1,8 @@
 """Random filters of 0.02 to 0.5 um from 3 to 14 um: transmittance and path radiance of the band against own sums of its
 lines, in air and on paths that neither the table nor its reference spectra have seen: another perturbation of the
 standard atmosphere, air more humid and warmer, and drier and colder than any of theirs.
+
+The seed is newer than the measure of the stated error, which was found on the filters of seed 45.
 """
 
 import os
@@ -16,9 +18,9 @@ from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.gases.reference_spectra import ReferenceSpectra
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 
-pytestmark = [pytest.mark.validation, pytest.mark.shared_data]  # 10 minutes
+pytestmark = [pytest.mark.validation, pytest.mark.shared_data]  # 20 minutes
 
-FILTERS, SEED = 30, 45
+FILTERS, SEED = 30, 20261128
 # Profile, factor of water vapour, warming in K, factor of other gases.
 AIRS = {
     "unseen": ("us_standard", 0.6, 8.0, 1.2),
@@ -51,7 +53,7 @@ def builder(shared_data, tmp_path_factory):
     return Builder(*folders, lowtran, generated=generated)
 
 
-def test_random_filters(builder):
+def test_random_filters(builder, quoted):
     from skyshine.mat.spectroscopy.intervals import Spectra
     from skyshine.mat.spectroscopy.training import path_state
 
@@ -89,10 +91,15 @@ def test_random_filters(builder):
         stated.append(said)
         cells = "   ".join(f"{one:.5f} {other:.5f}" for one, other in (*rms, said))
         print(f"{response.lower:7.3f} {response.upper:7.3f} {band.weight.size:5d}   {cells}", flush=True)
-    measured, said = np.sqrt(np.mean(np.square(measured), axis=0)), np.sqrt(np.mean(np.square(stated), axis=0))
-    print(f"rms over all filters: {dict(zip(AIRS, measured.tolist(), strict=True))}; stated: {said}")
-    assert np.all(measured <= LIMIT)
-    assert np.all(said >= measured)
+    measured, stated = np.array(measured), np.array(stated)  # (filters, airs, 2), (filters, 2)
+    share = measured.max(axis=1) / stated
+    rms, said = (np.sqrt(np.mean(np.square(values), axis=0)) for values in (measured, stated))
+    for column, quantity in enumerate(("transmittance", "radiance")):
+        quoted(f"air.filters.{quantity}.measured", f"{rms[:, column].max():.4f}", "1")
+        quoted(f"air.filters.{quantity}.stated", f"{said[column]:.4f}", "1")
+        quoted(f"air.filters.{quantity}.largest_share", f"{share[:, column].max():.2f}", "1")
+    assert np.all(rms <= LIMIT)
+    assert share.max() <= 1.0
 
 
 def _with(state, names):

@@ -129,7 +129,7 @@ def test_sondes_leave_an_hour_before_their_time(record):
     assert rms[60] < 0.4 < rms[0]
 
 
-def test_longwave_of_clear_nights(record):
+def test_longwave_of_clear_nights(record, quoted):
     """Pyrgeometers of the network are good to 2 to 4 W m-2 on a scale that may be low by some in humid air."""
     errors = {name: [] for name in CONTINUA}
     print(f"\nnight before June   measured   computed less measured, W m-2: {', '.join(CONTINUA)}")
@@ -145,6 +145,8 @@ def test_longwave_of_clear_nights(record):
             f"{day:17d} {np.nanmean(measured):10.1f} {'   '.join(f'{values[-1]:+.1f}' for values in errors.values())}"
         )
     for name, (mean, largest) in CONTINUA.items():
+        for word, value in zip(("mean", "low", "high"), (np.mean, np.min, np.max), strict=True):
+            quoted(f"air.payerne.{name.replace('.', '_')}.{word}", f"{value(errors[name]):.1f}", "W m-2")
         assert np.mean(errors[name]) == pytest.approx(mean, abs=0.7) and np.abs(errors[name]).max() < largest, name
     assert np.mean(errors[default_water_continuum()]) > -2.0
 

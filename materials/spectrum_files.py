@@ -56,7 +56,7 @@ class Said:
     quantity : str or None
         Quantity among `QUANTITIES`.
     wavelengths : Path or None
-        File of wavelengths of a USGS spectrum, which holds none.
+        File of wavelengths of a USGS spectrum, which contains none.
     record : str or None
         Name of the spectrum in a library or of its column in a table.
     """

@@ -27,7 +27,7 @@ def aliases() -> dict[str, tuple[str, ...]]:
 
 
 def matches(word: str, names: Iterable[str]) -> list[str]:
-    """Materials that a word means, the most usual first: what it is used for, and names that hold it.
+    """Materials that a word means, the most usual first: what it is used for, and names that contain it.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Types of numpy arrays in signatures; shapes and units stand in the docstrings."""
+"""Types of numpy arrays in signatures; shapes and units are in the docstrings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One style of charts: colours that colour-blind readers tell apart, names at the lines, hours in threes, compass.
+"""One style of charts: colours that colour-blind readers can distinguish, names at the lines, hours in threes, compass.
 
 References
 ----------

@@ -61,7 +61,7 @@ class CommandGroup(click.Group):
 
     Notes
     -----
-    Exit status: 0 done, 1 a check did not hold, 2 the input is wrong (one line on standard error), 130 interrupted.
+    Exit status: 0 done, 1 a check failed, 2 the input is wrong (one line on standard error), 130 interrupted.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""YAML documents that know where each value stands, validated into typed models.
+"""YAML documents that know the line of each value, validated into typed models.
 
 Scalars follow the YAML 1.2 core schema, so that ``1e-3`` is a number and ``08:30``, ``on`` and ``2026-06-21`` stay
 the text that the model's own field type then reads. Loading never constructs anything but plain Python values.
@@ -127,7 +127,7 @@ class Document:
     places: Mapping[Location, tuple[int | None, int | None]] = field(repr=False)
 
     def where(self, location: Location) -> tuple[int | None, int | None]:
-        """Line and column of the value at `location`, or of its nearest parent that the file holds."""
+        """Line and column of the value at `location`, or of its nearest parent that the file contains."""
         return self.places[self.written(location)]
 
     def written(self, location: Location) -> Location:
@@ -297,7 +297,7 @@ def mapping_document(data: Mapping[str, Any], folder: StrPath) -> Document:
     Raises
     ------
     InputError
-        The data hold what YAML does not, or too much of it.
+        The data contain what YAML cannot, or too much of it.
 
     Examples
     --------

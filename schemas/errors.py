@@ -42,7 +42,7 @@ def _rebuild(message: str, file: StrPath | None, line: int | None, column: int |
 
 
 class CheckFailed(Exception):
-    """A check that was asked for did not hold; commands end with status 1."""
+    """A check that was asked for failed; commands end with status 1."""
 
 
 def nearest(name: object, allowed: Iterable[str]) -> str:

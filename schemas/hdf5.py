@@ -66,7 +66,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Streamed:
-    """Stands for the data of a variable that are too large for memory: they are written part by part."""
+    """In place of the data of a variable that are too large for memory: they are written part by part."""
 
     shape: tuple[int, ...]
     dtype: Any
@@ -128,7 +128,7 @@ class StoredVariable:
 
 @dataclass(frozen=True)
 class Group:
-    """Axes, arrays and further groups; a variable's axes stand in its own group."""
+    """Axes, arrays and further groups; a variable's axes are in its own group."""
 
     axes: dict[str, Axis] = field(default_factory=dict)
     variables: dict[str, Variable] = field(default_factory=dict)
@@ -372,7 +372,7 @@ def is_current(path: StrPath, header: Header, also: Callable[[h5py.File], bool] 
     Parameters
     ----------
     also : callable, optional
-        A further condition, which may raise InputError, OSError or KeyError where it does not hold.
+        A further condition, which may raise InputError, OSError or KeyError where it is not met.
     """
     expected = _root_attributes(header)
     try:

@@ -1,7 +1,7 @@
 """Checks of every HDF5 file before a value of it is read: bounded in objects and bytes, without parts in other files.
 
 The gate reads headers alone. It refuses links that lead elsewhere or in circles, storage outside the file, arrays whose
-size their bytes cannot hold, axes that do not fit, and attributes of another type or shape than the formats have.
+size their bytes cannot contain, axes that do not fit, and attributes of another type or shape than the formats have.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the choice of the water vapour continuum is worth along a line of sight."""
+"""What the choice of the water vapour continuum changes along a line of sight."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class FittedParameter:
         Standard error in units of the value; for a parameter searched by its logarithm, multiplied by the slope of the
         value there.
     low, high : float
-        Interval: all intervals of a fit hold at once with a probability of 99 %.
+        Interval: all intervals of a fit contain the truth at once with a probability of 99 %.
     bounds : tuple of float
         Bounds of the search.
     """
@@ -70,7 +70,7 @@ class MaterialFit(Result):
     correlation : (p, p) ndarray
         Correlation of the parameters' errors.
     effective_readings : float
-        Independent readings that are worth as much as those of the fit.
+        Number of independent readings with as much information as those of the fit.
     notes : tuple of str
         Defaults used for missing columns, and what the record cannot determine.
     errors : tuple of SkinError

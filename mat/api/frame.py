@@ -74,7 +74,7 @@ class Frame:
         Raises
         ------
         InputError
-            A buffer is wrong, or a database is missing or does not hold what the frame asks for.
+            A buffer is wrong, or a database is missing or does not contain what the frame asks for.
         """
         renderer = FrameRenderer(self._frame, progress)
         for mark, picture in renderer.pictures():

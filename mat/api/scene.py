@@ -59,7 +59,7 @@ class Scene:
         Raises
         ------
         InputError
-            A database is missing or does not hold what the scene asks for.
+            A database is missing or does not contain what the scene asks for.
         """
         with Renderer(self._scene, progress) as renderer:
             yield from renderer.frames()

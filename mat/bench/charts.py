@@ -1,6 +1,6 @@
 """Charts of a front as SVG text: error against seconds, seconds by stage, seconds beside peers.
 
-Colours are those of the project, which colour-blind readers tell apart; shapes of marks differ too.
+Colours are those of the project, which colour-blind readers can distinguish; shapes of marks differ too.
 """
 
 from __future__ import annotations

@@ -96,7 +96,7 @@ def _above(value: float, limit: float) -> float:
 
 
 def some_points(band: BandPoints, generator: np.random.Generator, most: int) -> BandPoints:
-    """A band of so many of the points of another, drawn at random: what bounds all holds for any of them."""
+    """A band of so many of the points of another, drawn at random: what bounds all bounds any of them."""
     if band.weight.size <= most:
         return band
     index = np.sort(generator.choice(band.weight.size, most, replace=False))

@@ -92,7 +92,7 @@ class Rung:
     loaded : LoadedJob
         The job at this setting, with the states that are built.
     folder : Path
-        Holds the record of the rung and the folder of its databases.
+        Contains the record of the rung and the folder of its databases.
     cost : BuildTime or None
         None before it is built.
     size : int

@@ -54,7 +54,7 @@ class Tables:
         Raises
         ------
         InputError
-            One is missing or damaged, or two hold different materials.
+            One is missing or damaged, or two contain different materials.
         """
         names = [
             state_file(state, len(job.states)),
@@ -68,7 +68,7 @@ class Tables:
         properties = open_as(BandTable, folder / names[1], _BUILD_AGAIN)
         air = open_as(AtmosphereTable, folder / names[2], _BUILD_AGAIN)
         if list(surface.materials.values()) != list(properties.materials.values()):
-            raise InputError(f"{names[0]} and {names[1]} hold different materials; build the job again", file=folder)
+            raise InputError(f"{names[0]} and {names[1]} contain different materials; build the job again", file=folder)
         textures = [folder / f"{texture.name}.tmm.h5" for texture in job.texture_jobs]
         textures += job.finished_textures
         textures = [file for file in textures if file.is_file()]
@@ -166,7 +166,7 @@ class Tables:
 
     @property
     def has_harmonics(self) -> bool:
-        """Whether the air holds ambient light of tilted faces."""
+        """Whether the air contains ambient light of tilted faces."""
         return AMBIENT_HARMONICS in self.air.quantities
 
     def _transmittance(self, lines: LinesOfSight) -> Floats:

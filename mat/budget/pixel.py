@@ -73,7 +73,7 @@ def pixel_radiance(
 
 
 def integrated_readings(truth: FacetTruth, facets: FacetRadiance) -> AtmosphereReadings:
-    """Quantities of the air as exact tables would hold them."""
+    """Quantities of the air as in exact tables."""
     band = truth.air.band
     through = emitted_transmittance(band, truth.reflectance, facets.lines, facets.kelvin)
     return replace(AtmosphereReadings.integrated(facets.lines, band), emitted=through)
@@ -124,7 +124,7 @@ class Scenes:
         grid, surface_axes : PathGrid, dict of str to array
             Axes of the tables, as for `random_views`.
         shades : bool
-            Whether faces stand in shadows and beside walls.
+            Whether faces are in shadows and beside walls.
         source : {'sun', 'moon'}
         scenes, seed : int
             Number of views, and what they are drawn with.

@@ -93,7 +93,7 @@ def _of_material(weight: Floats | None, dims: int, number: int) -> Floats | None
 
 
 def regions(budget: Budget) -> dict[str, Booleans]:
-    """Views by where their faces stand, and by the observer's height."""
+    """Views by the surroundings of their faces, and by the observer's height."""
     circumstances, views = budget.circumstances, budget.views
     day = views.source_elevation > 0
     dark = circumstances.in_shade | ~day if budget.source == "sun" else np.zeros(len(views), bool)

@@ -1,4 +1,4 @@
-"""What no table of a job holds, each as the change of radiance that it makes: the sky behind an obstacle, shaded ground
+"""What no table of a job has, each as the change of radiance that it makes: the sky behind an obstacle, shaded ground
 before a wall, reflection at grazing angles, and a runtime's own depth buffer and pixels.
 """
 

@@ -1,4 +1,4 @@
-"""Errors of a pixel by what no table of a job holds, on the views of the error budget."""
+"""Errors of a pixel by what no table of a job contains, on the views of the error budget."""
 
 from __future__ import annotations
 

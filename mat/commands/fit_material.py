@@ -80,8 +80,8 @@ def fit(
     Empty cells there do not count. Days are counted from the first reading.
 
     Parameters: albedo, emissivity, conductivity, heat_capacity, thickness (of the first layer), roughness_length,
-    wetness, surface_resistance, back_temperature. Each has bounds. The intervals hold all at once with 99 %
-    probability; what the record cannot tell is said.
+    wetness, surface_resistance, back_temperature. Each has bounds. All intervals contain the truth with 99 %
+    probability; parameters that the record does not determine are named.
     """
     from skyshine.mat.api.fit_material import fit_material
     from skyshine.mat.surface.fit import SEARCHES

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @click.group("lines", epilog="Example: mat lines info --json")
 def command() -> None:
-    """Band model from line lists: build the absorption table, or show what a table holds."""
+    """Band model from line lists: build the absorption table, or show what a table contains."""
 
 
 def _ranges(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> list[tuple[float, float]]:

@@ -20,7 +20,7 @@ def command(scene: str, out: str | None, buffers: bool, as_json: bool) -> None:
 
     The folder then contains, for each hour and band, the apparent temperature as a 16-bit PNG with 100 values a kelvin,
     the radiance as EXR in W m^-2 sr^-1 and, for a band with a sensor, its counts; and the day in one picture and as
-    animations. With --buffers, it holds the same for each frame of the other renderer, and a picture of 16 of them.
+    animations. With --buffers, it contains the same for each frame of the other renderer, and a picture of 16 of them.
     """
     from skyshine.mat.api.frame import Frame
     from skyshine.mat.api.scene import Scene

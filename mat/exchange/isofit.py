@@ -137,7 +137,7 @@ def write_lut(lut: Lut, path: Path, advance: Callable[[int], object] = lambda _:
     Raises
     ------
     InputError
-        A name is unknown, a wavelength is not covered, the air cannot hold the water, or the file cannot be written.
+        A name is unknown, a wavelength is not covered, the air cannot contain the water, or the file cannot be written.
 
     Examples
     --------

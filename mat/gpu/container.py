@@ -44,7 +44,7 @@ class Texture:
         One of `FORMATS`.
     texels : (depth, height, width, channels) array
     what : str
-        What a texel holds, with its unit.
+        Content of a texel, with its unit.
     """
 
     format: str
@@ -96,7 +96,7 @@ def texture(kind: str, values: npt.ArrayLike, what: str) -> Texture:
     array = array.reshape((1,) * (4 - array.ndim) + array.shape)
     limit = float(np.finfo(dtype).max if "f" in dtype else np.iinfo(dtype).max)
     if array.size and (not np.all(np.isfinite(array)) or np.abs(array).max() > limit):
-        raise InputError(f"{what}: found a value that is not finite or beyond {limit:g}; allowed: what {kind} holds")
+        raise InputError(f"{what}: found a value that is not finite or beyond {limit:g}; allowed: a number of {kind}")
     return Texture(kind, np.ascontiguousarray(array, dtype), what)
 
 

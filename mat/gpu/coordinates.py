@@ -1,4 +1,4 @@
-"""Axes of the textures of the air, and the lines of sight that their texels stand for.
+"""Axes of the textures of the air, and the lines of sight that their texels represent.
 
 They are the coordinates of the channels, share, direction and height root of `quantities.channels.coordinates`: the
 horizon lies between two neighbouring texels.
@@ -53,7 +53,7 @@ class AirCoordinates:
         return cls(ranges, altitudes, RayCoordinates(ground, heights, radius, scale), directions)
 
     def candidates(self, altitude: float | None) -> tuple[Floats, Floats, Floats]:
-        """Places at which nodes of the three axes may stand; one altitude [km] stands alone."""
+        """Candidates of nodes of the three axes; a given altitude [km] is the only one of its axis."""
         directions = np.union1d(_divided(self.directions, 4), _STEEP)
         directions = directions[(directions <= 1) | (directions >= 2)]
         altitudes = self.altitude_km if altitude is None else np.array([altitude])
@@ -62,7 +62,7 @@ class AirCoordinates:
         return _SHARES, directions, heights
 
     def first_nodes(self, candidates: Sequence[Floats]) -> tuple[Floats, Floats, Floats]:
-        """Nodes that must stand: the ends, and both sides of the horizon."""
+        """Nodes that are always taken: the ends, and both sides of the horizon."""
         shares, directions, heights = (np.unique(axis[[0, -1]]) for axis in candidates)
         borders = [border for border in (1.0, 2.0, 3.0) if border in candidates[1]]
         return shares, np.unique(np.concatenate([directions, borders])), heights

@@ -19,7 +19,7 @@ def insertion_order(candidates: Floats, values: Floats, initial: Integers, max_c
     values : (n, q) array
         Values of the functions at the candidates.
     initial : array of int
-        Indices of nodes that stand from the beginning, with both ends.
+        Indices of nodes that are taken from the beginning, with both ends.
     max_count : int
         Nodes to stop at.
 

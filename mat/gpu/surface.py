@@ -1,6 +1,6 @@
 """A ``.htt`` database as textures: temperatures of faces through the day, and their response to shade.
 
-At 300 K half floats are 0.25 K apart. The textures therefore hold the difference from the level face of the same
+At 300 K half floats are 0.25 K apart. The textures therefore contain the difference from the level face of the same
 material, altitude and time, which has a table in single precision.
 """
 
@@ -51,7 +51,7 @@ def export_surface(
     altitudes_km : sequence of float, optional
         Altitudes of the surface, ascending; by default those of the table.
     shaded_sky : float, optional
-        Open share of the sky above faces in the shade all day: with it the textures hold their temperatures too.
+        Open share of the sky above faces in the shade all day: with it the textures contain their temperatures too.
 
     Raises
     ------

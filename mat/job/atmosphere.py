@@ -318,7 +318,7 @@ class State(StrictModel):
 
     @property
     def has_water_amount(self) -> bool:
-        """Whether the job states how much water vapour the air holds, in place of the weather's humidity."""
+        """Whether the job states how much water vapour is in the air, in place of the weather's humidity."""
         return self.humidity_scale != 1.0 or "H2O" in self.gases
 
     @property
@@ -481,5 +481,5 @@ class AtmosphereGrid(StrictModel):
 
     @property
     def writes_tables(self) -> bool:
-        """Whether the job writes all five axes, so that its files hold tables on them."""
+        """Whether the job writes all five axes, so that its files contain tables on them."""
         return all(name in self.model_fields_set and getattr(self, name) is not None for name in AXES)

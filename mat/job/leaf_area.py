@@ -29,7 +29,7 @@ LeafAreaIndex = Annotated[
 
 
 def refuse_no_soil(material: Material, library: MaterialLibrary) -> None:
-    """ValueError where what a material's leaves stand on is not in the library, or is no soil that can lie below."""
+    """ValueError where the soil below a material's leaves is not in the library, or is no soil that can lie below."""
     stand = material.stand
     if stand is None or stand.soil not in library:
         ground = None if stand is None else stand.soil
@@ -49,7 +49,7 @@ def open_stands(leaf_area_index: Any, stands: Iterable[str]) -> tuple[str, ...]:
     ----------
     leaf_area_index : as the job has it
     stands : iterable of str
-        Names of all materials with a stand that it may speak of.
+        Names of all materials with a stand that it may name.
 
     Raises
     ------

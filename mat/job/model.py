@@ -1,6 +1,6 @@
 """The YAML job: what a scene needs, as typed models with defaults, limits and units.
 
-Units stand in the key names here, at the edge; everything behind this module is in SI.
+Units are in the key names here, at the edge; everything behind this module is in SI.
 """
 
 from __future__ import annotations
@@ -262,7 +262,7 @@ class Job(StrictModel):
     def sampled_axes(self) -> dict[str, list[float]]:
         """Axes of the cells in which random lines of sight are drawn: ends of the job's axes, default nodes between.
 
-        So what a file states does not depend on how many nodes a job writes; observers in space stand at the top of the
+        So what a file states does not depend on how many nodes a job writes; observers in space are at the top of the
         air.
         """
         defaults = AtmosphereGrid().model_dump()

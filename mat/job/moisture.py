@@ -61,7 +61,7 @@ def check_moisture(soil_moisture: Any, soils: Mapping[str, Soil]) -> tuple[str, 
     Raises
     ------
     ValueError
-        A material does not answer, or its pores do not hold as much.
+        A material does not answer, or its pores contain less.
     """
     if isinstance(soil_moisture, Mapping):
         for name in soil_moisture:

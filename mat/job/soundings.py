@@ -25,7 +25,7 @@ FARTHEST_DAYS = 7.0  # from the state's day to a sounding that is taken without 
 
 
 class SoundingChoice(StrictModel):
-    """A sounding out of a file that holds several."""
+    """A sounding out of a file that contains several."""
 
     file: str = Field(
         min_length=1,

@@ -119,7 +119,7 @@ def page(layout: Layout, name: str) -> str:
         lines += ["", f"## {f'Group `{path}`' if path else 'Root group'}"]
         lines += _axes(content["axes"]) + _arrays(content["variables"])
         if len(lines[-1].split("\n")) == 1 and lines[-1].startswith("## "):
-            lines += ["", "Holds groups or attributes only."]
+            lines += ["", "Contains groups or attributes only."]
     formulas = ["", layout["description"].rstrip("\n")] if "description" in layout else []
     return "\n".join(lines + formulas) + "\n"
 

@@ -97,14 +97,14 @@ def placed_channels(
     fewest: bool = False,
     insist: bool = True,
 ) -> PlacedChannels:
-    """Few nodes that hold a tolerance.
+    """Few nodes that meet a tolerance.
 
     Parameters
     ----------
     table_of : callable
         The table on some nodes.
     probes : sequence of Probes
-        Random lines of sight with the quantities on them, in groups that hold the tolerance each; the first with all
+        Random lines of sight with the quantities on them, in groups that meet the tolerance each; the first with all
         quantities, the others with those of paths alone.
     nodes : ChannelNodes
         Nodes at the start of the refinement.
@@ -116,7 +116,7 @@ def placed_channels(
     max_nodes : int
         Maximum number of nodes of one field.
     fewest : bool
-        Whether nodes are thinned further where those that hold the tolerance are more than the errors ask for.
+        Whether nodes are thinned further where those that meet the tolerance are more than the errors ask for.
     insist : bool
         Whether a tolerance that is not held is an error; otherwise the table is the closest of those that were tried.
 

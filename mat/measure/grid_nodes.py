@@ -54,7 +54,7 @@ class PlacedGrid:
 
 
 def placed_grid(air: AtmosphereTable, scale: Scale, tolerance: float, *, most_nodes: int, seed: int) -> PlacedGrid:
-    """Tables on five axes that hold a tolerance, or come as close to it as their size allows.
+    """Tables on five axes that meet a tolerance, or come as close to it as their size allows.
 
     Parameters
     ----------

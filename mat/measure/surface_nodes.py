@@ -37,7 +37,7 @@ TemperatureOn = Callable[[dict[str, Floats]], Floats]
 
 @dataclass(frozen=True, eq=False)
 class RefinedAxes:
-    """Axes that hold a tolerance, with 99 and 99.98 % of the errors at random points, K."""
+    """Axes that meet a tolerance, with 99 and 99.98 % of the errors at random points, K."""
 
     axes: dict[str, Floats]
     p99: float
@@ -56,7 +56,7 @@ def refined_axes(
     fixed: Collection[str] = (),
     insist: bool = True,
 ) -> RefinedAxes:
-    """The fewest nodes, between the ends of a job's axes, that hold a tolerance.
+    """The fewest nodes, between the ends of a job's axes, that meet a tolerance.
 
     Parameters
     ----------

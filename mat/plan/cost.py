@@ -170,7 +170,7 @@ def distinct_airs(job: Job) -> int:
 
 
 def choices(loaded: LoadedJob) -> int:
-    """How often the points of the bands are chosen, where those that states share hold the tolerance."""
+    """How often the points of the bands are chosen, where those that states share meet the tolerance."""
     job = loaded.requested
     return len(
         {_air(state) if cell is None else cell for state, cell in zip(job.states, shared_cells(job), strict=True)}

@@ -365,7 +365,7 @@ class ChannelTables:
         return AtmosphereTable(Path("in memory"), "atmq", group, group.attributes)
 
     def on_shared(self, common: SharedNodes, probes: Probes) -> PlacedChannels | None:
-        """The table on nodes that states share, if they hold the tolerance on probes, and along the horizon."""
+        """The table on nodes that states share, if they meet the tolerance on probes, and along the horizon."""
         if self.is_lit != bool(common.sources.chosen_angle.size):
             return None
         table = self.table(common.nodes, common.sources)

@@ -1,4 +1,4 @@
-"""Whether a build can hold the tolerances of a job, as `mat check` says.
+"""Whether a build can meet the tolerances of a job, as `mat check` says.
 
 Nodes of temperatures are placed by the same computation as in the build where it takes seconds, or those of a sample
 where materials are many. Limits of channels come from measured builds.
@@ -44,7 +44,7 @@ _FIELDS = 3  # of channels at least: one absorber, thermal emission, a direction
 
 
 def tolerance_notes(loaded: LoadedJob, materials: Sequence[str]) -> list[str]:
-    """A line for each tolerance that a build will likely not hold.
+    """A line for each tolerance that a build will likely miss.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ def shared_nodes(
     Returns
     -------
     SharedNodes or None
-        None where the state shares none, or where no nodes hold the tolerance in the air of the cell.
+        None where the state shares none, or where no nodes meet the tolerance in the air of the cell.
     """
     job = loaded.trimmed
     airs = similar_airs(loaded.requested, state_of_job, response)

@@ -38,7 +38,7 @@ class PathGrid:
             name = field.name
             values = np.array(getattr(self, name), dtype=float)
             if values.ndim != 1 or not values.size or not np.all(np.isfinite(values)) or np.any(np.diff(values) <= 0):
-                raise InputError(f"grid axis {name} must hold finite, strictly increasing numbers")
+                raise InputError(f"grid axis {name} must contain finite, strictly increasing numbers")
             object.__setattr__(self, name, values)
 
     @property

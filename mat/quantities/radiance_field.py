@@ -202,7 +202,7 @@ def cell_phases(air: SpectralAir, directions: Directions, source_elevation: Floa
     """Phase function of particles at the levels, mean over the cells of each zenith angle, D of (N, S * A, C).
 
     Particles scatter most within a few degrees of the source, which single directions would miss. The mean is scaled to
-    the cell's true solid angle, so that what the cells hold together is the whole.
+    the cell's true solid angle, so that the sum of the cells is the whole.
     """
     source = np.stack([np.cos(source_elevation), np.zeros_like(source_elevation), np.sin(source_elevation)], axis=-1)
     return [_cell_phase(air.optics.phase, directions, row, source) for row in range(directions.cosine.size)]

@@ -39,7 +39,7 @@ def band_wavelengths(response: SpectralResponse) -> Floats:
 
 
 def parted(wavelength: Floats, nodes: Floats) -> Floats:
-    """The functions h_b of nodes (B,) at wavelengths (n,), both in um, (n, B); the end values hold beyond the ends."""
+    """The functions h_b of nodes (B,) at wavelengths (n,), both in um, (n, B); the end values beyond the ends."""
     position = np.clip((wavelength - nodes[0]) / (nodes[1] - nodes[0]), 0.0, nodes.size - 1.0)
     lower = np.minimum(position.astype(int), nodes.size - 2)
     shares, row = np.zeros((wavelength.size, nodes.size)), np.arange(wavelength.size)

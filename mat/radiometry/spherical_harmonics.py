@@ -1,7 +1,7 @@
 """Ambient radiance of a face of any direction from few spherical harmonics of the radiance around it.
 
 Irradiance is radiance convolved with the clamped cosine, whose harmonics fall so steeply that those of radiance up to
-l = 2 or l = 4 hold it. Radiance is symmetric about the plane of the vertical and the source, so that only the terms in
+l = 2 or l = 4 suffice. Radiance is symmetric about the plane of the vertical and the source, so that only terms in
 cos(m phi) remain. In the frame of a face z points up and x is horizontal, towards the source.
 
 References

@@ -31,7 +31,7 @@ def read_layer(path: Path, layer: str | None) -> npt.NDArray[Any]:
     Raises
     ------
     InputError
-        The file cannot be read, lacks the layer or holds several, or is too large.
+        The file cannot be read, lacks the layer or contains several, or is too large.
     """
     if path.suffix.lower() == ".npy":
         return _numpy_array(path, layer)

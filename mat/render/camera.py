@@ -76,7 +76,7 @@ def is_still(scene: LoadedScene) -> bool:
 
 
 def check_above_ground(scene: LoadedScene, surface: SurfaceMesh, caster: RayCaster) -> None:
-    """Refuse cameras that stand below the surface.
+    """Refuse cameras below the surface.
 
     Raises
     ------

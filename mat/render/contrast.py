@@ -77,7 +77,7 @@ class Contrast(Result):
     Attributes
     ----------
     hours : (T,) array
-        Local clock; those that the tables hold, without a twilight that they lack.
+        Local clock; those that the tables contain, without a twilight that they lack.
     material, background : (T,) array
         Apparent temperature [K].
     crossovers : tuple of float

@@ -150,7 +150,7 @@ def held_hours(surface: TemperatureTable, hours: Floats) -> Booleans:
 
 
 def in_twilight(air: AtmosphereTable, elevation: Floats) -> Booleans:
-    """Which elevations (T,) of the source [degree] are in a twilight that the atmosphere of a band does not hold."""
+    """Which elevations (T,) of the source [degree] are in a twilight that the atmosphere of a band does not contain."""
     lacking: Booleans = Night(AxisRule.of(SOURCE_ELEVATION, air.root.axes[SOURCE_ELEVATION])).lacks(elevation)
     return lacking
 

@@ -38,7 +38,7 @@ def picture_folder(beside: Path, out: str | os.PathLike[str] | None) -> Path:
 
 
 def frame_files(folder: Path, scene: str, frame: Picture, sensor: Sensor | None) -> list[Path]:
-    """Write the files of a frame; the names hold scene, band and time.
+    """Write the files of a frame; the names contain scene, band and time.
 
     Returns
     -------

@@ -250,7 +250,7 @@ class LoadedFrame:
 
     @cached_property
     def marks(self) -> tuple[str, ...]:
-        """What stands in place of the * for each frame, in ascending order; one empty text without a *.
+        """Text in place of the * for each frame, in ascending order; one empty text without a *.
 
         Raises
         ------

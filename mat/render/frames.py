@@ -381,7 +381,7 @@ def check_hours(scene: LoadedScene | LoadedFrame, surface: TemperatureTable) -> 
 
 
 def check_reach(refuse: Refuse, air: AtmosphereTable, scene: SeenScene) -> None:
-    """Refuse lines of sight that a table does not hold.
+    """Refuse lines of sight that a table does not contain.
 
     Raises
     ------
@@ -405,7 +405,7 @@ def check_reach(refuse: Refuse, air: AtmosphereTable, scene: SeenScene) -> None:
 
 
 def check_source(refuse: Refuse, source: str, air: AtmosphereTable, hour: float, elevation: float) -> None:
-    """Refuse an hour at which the source stands higher than a table holds; below, the rule of the night is for it.
+    """Refuse an hour at which the source is higher than any node of a table; below, the rule of the night is for it.
 
     Raises
     ------

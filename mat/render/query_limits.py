@@ -56,7 +56,7 @@ class SceneNeeds:
     ----------
     limits : tuple of Limit
     replaced : dict of str to str
-        Materials that are left out, with those that stand for them.
+        Materials that are omitted, with those that replace them.
     replaced_share : float
         Share of the pixels that all these materials cover together.
     notes : tuple of str

@@ -46,7 +46,7 @@ class SceneReads:
         Share in the pixels that meet the surface, of each slope and azimuth [degree], the largest first; 0 of faces
         that no pixel shows, but which hide the sky of some.
     materials : dict of str to float
-        Likewise of each material that a pixel holds.
+        Likewise of each material that a pixel contains.
     level : bool
         All faces of the surface are level, whether they are seen or not, and no material has trees before its sky.
     named : tuple of str
@@ -67,7 +67,7 @@ class SceneReads:
 
     @property
     def clock(self) -> Span:
-        """First and last hour of the shortest part of the day that holds all frames; the first may be the later."""
+        """First and last hour of the shortest part of the day that contains all frames; the first may be the later."""
         gaps = np.diff(np.append(self.hours, self.hours[0] + _DAY))
         widest = int(np.argmax(gaps))
         return float(self.hours[(widest + 1) % self.hours.size]), float(self.hours[widest])
@@ -79,7 +79,7 @@ def scene_reads(scene: LoadedScene, progress: Progress = silent) -> SceneReads:
     Raises
     ------
     InputError
-        A file is missing or does not fit the others, the camera stands below the surface, or a texel that is seen has
+        A file is missing or does not fit the others, the camera is below the surface, or a texel that is seen has
         no material.
     """
     surface = surface_of_scene(scene)

@@ -56,7 +56,7 @@ class SurfaceMaterials:
     Attributes
     ----------
     names : tuple of str
-        All materials that they name or hold, each once.
+        All materials that they name or contain, each once.
     places : dict of str to tuple
         Key of the scene file that each comes from.
     shaded_sky : (2 K,) array

@@ -41,7 +41,7 @@ def air_warnings(job: Job) -> list[str]:
 
 
 def twilight_warnings(job: Job) -> list[str]:
-    """A line where the atmospheric tables hold no twilight that the day of a state has."""
+    """A line where the atmospheric tables contain no twilight that the day of a state has."""
     if not job.bands or job.query_limits is not None:
         return []
     lowest = min(job.atmosphere_grid.source_elevation_deg)

@@ -58,7 +58,7 @@ class AirCell:
 
 
 def air_cell(site: Site, state: State) -> AirCell | None:
-    """The cell of a state; None where its air does not follow its weather, or no cell holds that."""
+    """The cell of a state; None where its air does not follow its weather, or no cell contains that."""
     if state.air != "weather" or state.has_water_amount:
         return None
     kelvin, vapour, _ = daily_means(state.weather)

@@ -61,7 +61,7 @@ def _hashable(value: float | str | Mapping[str, Any]) -> Given:
 def open_library(
     library: MaterialLibrary, leaf_area_index: Given, closed: frozenset[str] = frozenset()
 ) -> MaterialLibrary:
-    """A library whose stands have the gaps that a job's `leaf_area_index` gives them; what they stand on stays.
+    """A library whose stands have the gaps that a job's `leaf_area_index` gives them; the soil below them stays.
 
     Parameters
     ----------

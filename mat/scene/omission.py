@@ -55,5 +55,5 @@ class Omission:
         return self.scattered.get(source, 0.0)
 
     def text(self, source: str) -> str:
-        """One line for the tables of a source, empty where they hold everything."""
+        """One line for the tables of a source, empty where they contain everything."""
         return f"scattered light of the {source} ({self.scattered[source]:.1e} K)" if source in self.scattered else ""

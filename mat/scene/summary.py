@@ -1,4 +1,4 @@
-"""What a job's atmospheric states hold, in figures."""
+"""A summary of a job's atmospheric states, in figures."""
 
 from __future__ import annotations
 

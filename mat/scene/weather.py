@@ -35,7 +35,7 @@ def sun_path(site: Site) -> SunPath:
 
 
 def earlier_suns(site: Site, weather: Weather) -> list[SunPath]:
-    """The Sun through each of the days before that the weather holds, oldest first."""
+    """The Sun through each of the days of the weather before this one, oldest first."""
     days = len(weather.days_before)
     dates = [site.date - timedelta(days=before) for before in range(days, 0, -1)]
     return [sun_path(site.model_copy(update={"date": date})) for date in dates]

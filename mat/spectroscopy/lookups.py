@@ -46,7 +46,7 @@ class LookupSource:
     Raises
     ------
     InputError
-        A file is missing or does not hold what it should.
+        A file is missing or lacks what it should contain.
     """
 
     provenance = TEXT

@@ -1,6 +1,6 @@
 """Line-by-line transmittance of a homogeneous path, interval by interval: the reference of the band model.
 
-`mat.maintain.atmospheres.line_by_line` writes it as CSV; the tests hold one such file.
+`mat.maintain.atmospheres.line_by_line` writes it as CSV; the tests contain one such file.
 """
 
 from __future__ import annotations

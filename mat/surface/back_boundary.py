@@ -34,7 +34,7 @@ def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: Floats, air: 
     ----------
     material : SurfaceMaterial
     forcing : Forcing
-        The season of its ground, or else its mean air temperature, stands for a temperature that the material does not
+        The season of its ground, or else its mean air temperature, represents a temperature that the material does not
         give: the mean over all of a day or of some weeks, over the `SEASON` around each time of a longer record, whose
         ground follows the year.
     hours : (N,) ndarray

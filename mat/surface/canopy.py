@@ -99,7 +99,7 @@ def seen_temperature(canopy: Canopy, sources: Reals) -> Floats:
 class CanopyBalance:
     """Net heat that leaves leaves and soil of some columns, as a function of their temperatures.
 
-    It stands in the place of a `Balance` of twice as many times: those of the leaves, by the area that they cover, then
+    It replaces a `Balance` of twice as many times: those of the leaves, by the area that they cover, then
     those of the soil, by area of ground. What they give each other is conduction (`CanopyConduction`).
 
     Parameters

@@ -60,12 +60,12 @@ def solve_canopy(
     Returns
     -------
     list of (index, Solution)
-        As `days.solve_days`; `sources` of each holds the temperatures of leaves and soil.
+        As `days.solve_days`; `sources` of each contains the temperatures of leaves and soil.
 
     Raises
     ------
     InputError
-        The forcing holds values that no balance can have, or there is no air.
+        The forcing contains values that no balance can have, or there is no air.
     ConvergenceError
         Newton's method does not solve a column.
 

@@ -62,7 +62,7 @@ class ColumnResult:
     notes : tuple of str
         Defaults used for columns that the record lacks.
     film : ndarray or None
-        Water on the surface, of an open stand on its leaves [kg m^-2]; None without rain.
+        Water on the surface, of an open canopy on its leaves [kg m^-2]; None without rain.
     leaf_temperature, soil_temperature : ndarray or None
         Temperatures of leaves and of the soil in their gaps [K], which `temperature` combines; None for a single skin.
     """

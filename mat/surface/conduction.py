@@ -226,7 +226,7 @@ def depth_response(stack: ThermalStack, s: npt.ArrayLike, depth: float) -> tuple
 
 
 def cut(layers: Sequence[Layer], depth: float) -> tuple[list[Layer], list[Layer]]:
-    """Layers above and below a depth, the one that holds it cut in two."""
+    """Layers above and below a depth, the one that contains it cut in two."""
     above: list[Layer] = []
     below: list[Layer] = []
     for layer in layers:

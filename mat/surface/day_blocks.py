@@ -20,7 +20,7 @@ def day_block(response: Floats, steps: int, days: int) -> Floats:
 def left_by_days_before(before: Sequence[Floats], blocks: Sequence[Floats], periodic: Floats) -> Floats:
     """What all days before, oldest first, leave: `blocks` by days since, of which the periodic matrix is the sum.
 
-    The first day stands for all before it: the whole of the periodic matrix less what has its own day.
+    The first day represents all before it: the whole of the periodic matrix less what has its own day.
     """
     oldest = periodic - np.sum(blocks[: len(before)], axis=0)
     matrices = [*blocks[1 : len(before)], oldest]

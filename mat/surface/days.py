@@ -79,7 +79,7 @@ def solve_days(
     Raises
     ------
     InputError
-        The forcing holds values that no balance can have.
+        The forcing contains values that no balance can have.
     ConvergenceError
         No method solves a column of one of the days.
     """

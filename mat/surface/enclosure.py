@@ -1,6 +1,6 @@
 """Ground and walls around the surfaces of a scene: what they radiate and reflect, by the hour.
 
-All surfaces of a place stand under one horizon, ground and walls too: a point in the middle of a street or at the edge
+All surfaces of a place have one horizon, ground and walls too: a point in the middle of a street or at the edge
 of a forest, not a model of its houses.
 """
 

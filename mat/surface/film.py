@@ -199,7 +199,7 @@ def solve_with_film(
     Returns
     -------
     Solution
-        Its `residual` holds what the last film would still change.
+        Its `residual` contains what the last film would still change.
     """
     columns = forcing.shape[0]
     active = np.arange(columns)

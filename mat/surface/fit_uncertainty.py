@@ -32,7 +32,7 @@ class Uncertainty:
         Standard errors.
     correlation : (p, p) ndarray
     effective : float
-        Number of independent residuals that are worth as much as those of the fit.
+        Number of independent residuals with as much information as those of the fit.
     factor : float
         Half width of an interval over its standard error.
     """
@@ -141,17 +141,17 @@ def not_identified(parameters: Sequence[FreeParameter], shares: Floats, certaint
         low, high = certainty.interval(index, float(share))
         if min(share, 1.0 - share) < _AT_BOUND:
             bound = f"{parameter.value(round(float(share))):.4g} {parameter.units}".removesuffix(" 1")
-            notes.append(f"{parameter.name} ended at its bound {bound}; hold it, or ask what else is wrong")
+            notes.append(f"{parameter.name} ended at its bound {bound}; fix it, or ask what else is wrong")
         if high - low > SPAN:
             notes.append(
                 f"{parameter.name} is not identified by this record: its interval spans {100 * (high - low):.0f} % of"
-                " its bounds; hold it"
+                " its bounds; fix it"
             )
         for earlier in range(index):
             correlation = float(certainty.correlation[index, earlier])
             if abs(correlation) > ALIKE:
                 notes.append(
                     f"{parameters[earlier].name} and {parameter.name} cannot be distinguished by this record:"
-                    f" correlation {correlation:+.3f}; hold one of them"
+                    f" correlation {correlation:+.3f}; fix one of them"
                 )
     return tuple(notes)

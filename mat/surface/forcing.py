@@ -376,7 +376,7 @@ class Scene:
 
     @property
     def days(self) -> list[Callable[[int], Forcing]]:
-        """`forcing` of the days that the weather holds, oldest first and this one last, each kept once computed.
+        """`forcing` of the days of the weather, oldest first and this one last, each kept once computed.
 
         All have the sky of this day, its ground and walls among it.
         """

@@ -156,7 +156,7 @@ def _without_effect(material: SurfaceMaterial, name: str, names: Sequence[str]) 
 
 
 def changed_numbers(material: SurfaceMaterial, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Numbers of stack and surface that values of parameters stand for, by dotted field name; layers count from 1.
+    """Numbers of stack and surface that values of parameters represent, by dotted field name; layers count from 1.
 
     Notes
     -----

@@ -3,7 +3,7 @@
 References
 ----------
 Kusuda and Achenbach (1965), Earth temperature and thermal diffusivity at selected stations in the United States,
-ASHRAE Trans. 71 (1), 61-74. An annual harmonic of the air stands for that of the ground's surface, as in weather files.
+ASHRAE Trans. 71 (1), 61-74. An annual harmonic of the air represents that of the ground's surface, as in weather files.
 """
 
 from __future__ import annotations

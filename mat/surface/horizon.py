@@ -45,7 +45,7 @@ class Horizon:
 
     @property
     def level(self) -> bool:
-        """Whether nothing stands above the level horizon."""
+        """Whether nothing is above the level horizon."""
         return not any(self.elevation)
 
     def at(self, azimuth: Floats) -> Floats:

@@ -4,7 +4,7 @@ About a solution T of f(T) + C T = source, a small change q of the absorbed heat
 with the day's mean s of f' (of leaves the geometric one). One s a day lets readers take rows between hours though f'
 changes tenfold at sunrise. The rows of J^-1 at `RESPONSE_HOURS` are summed over cells of lag: heat that was absorbed
 long ago matters by its mean over hours. The excess of f over s T is added, which is tabulated against temperature; with
-it the response of one face holds for faces of other azimuths, on which the Sun shines at other hours.
+it the response of one face is valid for faces of other azimuths, on which the Sun shines at other hours.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ def surface_response(
     Notes
     -----
     J is taken in fine steps, by BDF2, about the solution in coarser ones, read between its times: a shadow comes and
-    goes within minutes. Melting is left out of J: the response is that of a surface of this temperature that does not
+    goes within minutes. Melting is not in J: the response is that of a surface of this temperature that does not
     melt. Readers end the melting before such a surface cools. Where layers let sunlight in, the kernel is that of a
     change of sunlight, which shade is for the most part.
     """

@@ -1,4 +1,4 @@
-"""Nodes of the response of surfaces to a change of absorbed heat, as tables hold them (`response.py`)."""
+"""Nodes of the response of surfaces to a change of absorbed heat, as tables contain them (`response.py`)."""
 
 from __future__ import annotations
 

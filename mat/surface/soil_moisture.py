@@ -217,7 +217,7 @@ def drying_moisture(texture: str) -> float:
 
 
 def dry_layer(texture: str, moisture: float) -> float:
-    """Depth of dry soil [m] above what is as moist as when the surface fell dry, which together hold the water.
+    """Depth of dry soil [m] above what is as moist as when the surface fell dry, which together contain the water.
 
     Examples
     --------
@@ -247,8 +247,8 @@ def moist_stack(stack: ThermalStack, soil: Soil, moisture: float, frost: float =
     Returns
     -------
     ThermalStack
-        Skin and first layer hold the water. Of soil in both layers they are dry where the surface has fallen dry, and
-        the second begins below the dry soil. It holds the water of what is moist above, less where little of that is,
+        Skin and first layer have the water. Of soil in both layers they are dry where the surface has fallen dry, and
+        the second begins below the dry soil. It has the water of what is moist above, less where little of that is,
         where it held less; where it held more, it keeps that.
     """
 

@@ -1,4 +1,4 @@
-"""What a solver found of columns: temperatures, how well they hold, and how they were found."""
+"""What a solver found of columns: temperatures, how good they are, and how they were found."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ def solve_columns(
     Raises
     ------
     InputError
-        The forcing holds values that no balance can have.
+        The forcing contains values that no balance can have.
     ConvergenceError
         No method solves a column.
     """

@@ -1,4 +1,4 @@
-"""Where the Sun stands through the day, at the times to which all of the forcing is given."""
+"""Directions of the Sun through the day, at the times to which all of the forcing is given."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def sun_hours() -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class SunPath:
-    """Where the Sun stands through the day, seen from a place.
+    """Directions of the Sun through the day, seen from a place.
 
     Attributes
     ----------

@@ -51,7 +51,7 @@ def cell_shares(material: SymbolicMaterial, cells: int, period: float, infinity:
     period : float
         Period of the waves that the cells resolve [s].
     infinity : float
-        Longest period [s]: 12 of its damping depths stand for a layer without end.
+        Longest period [s]: 12 of its damping depths represent a layer without end.
     """
     shares = []
     for layer in material.thermal.layers:

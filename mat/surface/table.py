@@ -107,7 +107,7 @@ def temperature_table(
     Raises
     ------
     InputError
-        An axis is empty or out of range, or the forcing holds values that no balance can have.
+        An axis is empty or out of range, or the forcing contains values that no balance can have.
     skyshine.mat.surface.solver.ConvergenceError
         No method solves a column.
     """

@@ -36,7 +36,7 @@ class FilmSkin:
     ----------
     solar_absorptance, thermal_emissivity : float
     capacity : float
-        Water that it holds [kg m^-2, mm].
+        Amount of water [kg m^-2, mm].
     """
 
     solar_absorptance: float

@@ -27,7 +27,7 @@ class AxisRule:
     nodes : (n,) ndarray
         Strictly ascending.
     interpolation : str
-        ``linear`` (with a `period`: the nodes hold a part of it, and values come back after it); ``linear_periodic``
+        ``linear`` (with a `period`: the nodes contain a part of it, and values come back after it); ``linear_periodic``
         (the axis closes after `period`); ``linear_folded`` (an angle and its mirror image are the same: the nodes span
         half the `period`); ``exact`` (codes).
     period : float

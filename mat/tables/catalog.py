@@ -84,7 +84,7 @@ class Entry(pydantic.BaseModel):
 
 @dataclass(frozen=True, eq=False)
 class Catalog(Result):
-    """The databases of a folder, found by what they hold.
+    """The databases of a folder, found by their contents.
 
     Attributes
     ----------

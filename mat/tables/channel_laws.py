@@ -46,11 +46,11 @@ def broken_channel_laws(root: Group) -> Iterator[str]:
     dimensions = _required_dimensions(root)
     for name, dims in dimensions.items():
         if name not in root.variables:
-            yield f"the array '{name}' is missing; a file in channels must hold it"
+            yield f"the array '{name}' is missing; a file in channels must contain it"
         elif tuple(root.variables[name].dims) != dims:
             yield f"'{name}' is on the axes {', '.join(root.variables[name].dims)}; allowed: {', '.join(dims)}"
     for name in sorted({dim for dims in dimensions.values() for dim in dims} - set(root.axes)):
-        yield f"the axis '{name}' is missing; a file in channels must hold it"
+        yield f"the axis '{name}' is missing; a file in channels must contain it"
     yield from _axes(root, dimensions)
     axis = root.axes.get(SOURCE_ELEVATION)
     if axis is not None and np.isnan(AxisRule.of(SOURCE_ELEVATION, axis).dark_below):

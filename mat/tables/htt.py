@@ -449,7 +449,7 @@ class TemperatureTable(Table):
         return self.temperature(material=material, **where, absorbed_change=change)
 
     def source_track(self, source: str, *, time: npt.ArrayLike) -> SourceTrack:
-        """Where the Sun or the Moon stands on the file's date and in the night after it.
+        """Directions of the Sun or the Moon on the file's date and in the night after it.
 
         Parameters
         ----------

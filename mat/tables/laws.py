@@ -200,12 +200,12 @@ def broken_spectrum_laws(root: Group) -> Iterator[str]:
         return  # refused by the layout, or when they are read
     for name, dims in _SPECTRA.items():
         if name not in root.variables:
-            yield f"the array '{name}' is missing; a band must hold it"
+            yield f"the array '{name}' is missing; a band must contain it"
         elif tuple(root.variables[name].dims) != dims:
             yield f"'{name}' is on the axes {', '.join(root.variables[name].dims)}; allowed: {', '.join(dims)}"
     for name in sorted({dim for dims in _SPECTRA.values() for dim in dims}):
         if name not in root.axes:
-            yield f"the axis '{name}' is missing; a band must hold it"
+            yield f"the axis '{name}' is missing; a band must contain it"
         elif np.any(np.asarray(root.axes[name].attributes.get("period", 0.0)) != 0.0):
             yield f"{name}: found a period; allowed: none"
     shares = _values(root, "emission_share")

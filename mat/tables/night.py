@@ -55,7 +55,7 @@ class Night:
         return self.rule.dark_below
 
     def lacks(self, elevation: npt.ArrayLike) -> Booleans:
-        """Which elevations [degree] are in a twilight that the file does not hold, for its lowest node is too high."""
+        """Which elevations [degree] are in a twilight that the file does not have, for its lowest node is too high."""
         height = np.asarray(elevation, float)
         lacking: Booleans = (self.lowest > CIVIL_TWILIGHT) & (height < self.lowest) & (height > self.dark_below)
         return lacking

@@ -35,7 +35,7 @@ def forcing_hours() -> Floats:
 
 
 def need_parts(root: Group, names: Sequence[str]) -> None:
-    """Refuse a database that holds some arrays for shade and lacks others, or one of their axes.
+    """Refuse a database that contains some arrays for shade and lacks others, or one of their axes.
 
     Raises
     ------

@@ -28,6 +28,11 @@ PLAIN = [  # all folders of the package
     *(f"mat/{folder.name}" for folder in sorted((ROOT / "mat").iterdir()) if any(folder.glob("*.py"))),
 ]
 ZERO = re.compile(r"(?:^|(?<=[\s(|/~<>=±`]))-?\.\d(?!sc)", re.M)  # ".9 K" without its zero
+DIALECT = re.compile(  # a stand of leaves and days that are held out are the field's words
+    r"\b(holds?(?! out|`| :| the last day out)|stood|told by|is worth|left out of|"
+    r"stands? (?:above|alone|at|before|between|for|here|higher|in|lower|on|still|there|through|up))\b",
+    re.I,
+)
 TEXTS = [".md", ".c", ".h", ".rs", ".js", ".ts", ".ipynb", ".yaml"]  # beside comments and strings of Python
 DOCUMENTED = ast.Module, ast.ClassDef, ast.FunctionDef
 
@@ -139,3 +144,31 @@ def test_counts_notice_vague_words() -> None:
     assert list(entries(tree)) == ["Of x."] and PREPOSITION.match("Of x.")
     assert list(constants("A = 1\n\nB = 2  # [K]\n\n# Of both.\nC, D = 3, 4\n")) == [(1, False), (3, True), (6, True)]
     assert [bool(ZERO.search(text)) for text in ("errs by .9 K", "(-.5)", "0.9 K", "v1.2 and .md")] == [1, 1, 0, 0]
+
+
+def said(file: Path) -> Iterator[str]:
+    """Sentences that users read: those of a page; strings and public docstrings of a module."""
+    text = file.read_text(encoding="utf-8")
+    if file.suffix == ".md":
+        yield text
+    elif DIALECT.search(text):
+        tree = ast.parse(text)
+        documented = [node for node in ast.walk(tree) if isinstance(node, DOCUMENTED) and ast.get_docstring(node)]
+        private = {id(node.body[0].value) for node in documented if getattr(node, "name", "").startswith("_")}
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in private:
+                yield node.value
+
+
+def test_sentences_are_plain() -> None:
+    """Help, errors, public docstrings, pages."""
+    folders = ("mat", "tmm", "schemas", "materials", "atmospheres", "examples")
+    files = [*ROOT.glob("*.md"), *(file for folder in folders for file in (ROOT / folder).rglob("*.*"))]
+    dialect = [
+        f"{file.relative_to(ROOT)}: {text[max(0, found.start() - 40) : found.end() + 20]!r}"
+        for file in files
+        if file.suffix in (".py", ".md") and not {"maintain", "node_modules", "target"} & {*file.parts}
+        for text in said(file)
+        for found in DIALECT.finditer(text)
+    ]
+    assert not dialect, "\n".join(dialect)

@@ -1,6 +1,6 @@
 """What the classes of a library model say of the materials of seeds: by their names, and by what it says of the seeds.
 
-A library is sure of what its own photographs hold, and wrong where a scene differs from all of them: a lake is a field
+A library is sure of what its own photographs have, and wrong where a scene differs from all of them: a lake is a field
 to one that saw none. Its word at the seeds shows that. What share of each material it takes for each of its classes is
 estimated from its names, as so many clicks, and from the clicks (the posterior mean of a multinomial distribution with
 a Dirichlet prior; Gelman et al. 2013, "Bayesian Data Analysis", 3rd ed., section 3.4), and read backwards by Bayes'

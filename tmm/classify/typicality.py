@@ -3,7 +3,7 @@
 A material that has no seeds may have the mean colour of one that has; grass and a green roof differ by how much their
 colours scatter. The box of a texel is described by the mean of L*a*b* and by its standard deviation; each material's
 boxes are taken as normally distributed. A box on the border of two materials is like neither, so a texel takes the most
-typical of the boxes that hold it, and of those one cell beyond (as Kuwahara et al. 1976 choose windows, in: Digital
+typical of the boxes that contain it, and of those one cell beyond (as Kuwahara et al. 1976 choose windows, in: Digital
 Processing of Biomedical Images, Plenum).
 """
 

@@ -1,4 +1,4 @@
-"""What must hold in a texture database; a file in which it does not is refused with one line."""
+"""Conditions on a texture database; a file that fails one is refused with one line."""
 
 from __future__ import annotations
 

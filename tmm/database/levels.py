@@ -153,7 +153,7 @@ class _Counter:
     def add(self, plane: npt.NDArray[Any]) -> list[npt.NDArray[Any]]:
         """Counts of the completed rows of each level from 1, (n, w), in a unit that depends on the sizes alone.
 
-        `plane` (n, W) holds uint8 that are 0 or 1, or uint32 shares.
+        `plane` (n, W) contains uint8 that are 0 or 1, or uint32 shares.
         """
         counts, running, levels = plane, None, []
         for step in self._steps:

@@ -166,7 +166,7 @@ class TmmFile:
         return self._at("shade", x, y, level, outside) / SHADE_TOTAL
 
     def to_xarray(self, level: int = 0) -> xarray.Dataset:
-        """Codes, shares and what else a level holds, as an `xarray.Dataset` over rows and columns from the top left.
+        """Codes, shares and what else a level contains, as an `xarray.Dataset` over rows and columns from the top left.
 
         Raises InputError: there is no such level, or xarray is not installed.
 

@@ -1,7 +1,7 @@
 """A texture with a place on the ground, cut into the tiles of a CDB at all levels of detail.
 
 At the level whose texels are about as small as the texture's, each texel has the material in its middle; a coarser tile
-has the means of the four below it, so that whatever a finer tile holds is in all that are coarser, down to the one
+has the means of the four below it, so that whatever a finer tile contains is in all that are coarser, down to the one
 texel of level -10.
 """
 

@@ -65,7 +65,7 @@ def write_gltf(folder: str | os.PathLike[str], image: MaterialImage) -> list[Pat
 
 
 def feature_ids(image: MaterialImage) -> tuple[bytes, list[int]]:
-    """The feature IDs as PNG, and the channels that hold them, the lowest byte first."""
+    """The feature IDs as PNG, and the channels that contain them, the lowest byte first."""
     index = image.index(start=0)
     index[index < 0] = len(image.materials)
     rgb = np.zeros((*index.shape, 3), np.uint8)

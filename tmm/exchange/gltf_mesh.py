@@ -2,7 +2,7 @@
 
 Every primitive whose base colour is the photograph gets a feature ID texture in the same texture coordinates (with
 their transform, KHR_texture_transform) and repeated as the photograph is; all else in the file stays as it is. The
-result is one ``.glb`` that holds buffers and images which were files of their own.
+result is one ``.glb`` that contains buffers and images which were files of their own.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Cast shade of a photograph by where the Sun stood: dark texels that end, away from the Sun, in their own ground.
+"""Cast shade of a photograph by the Sun's direction: dark texels that end, away from the Sun, in their own ground.
 
 A shadow begins at what casts it and ends, along the line from the Sun, where the same ground lies in sunlight. All
 these far ends of one photograph step up by the same light, that of the Sun and the sky over that of the sky alone.

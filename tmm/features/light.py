@@ -1,4 +1,4 @@
-"""Light of a texture: linear from what its file holds and back, in windows, and masks with the edges of light."""
+"""Light of a texture: linear from what its file contains and back, in windows, and masks with the edges of light."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ class RelitTexture(TextureFile):
         return self._shaded(rows, columns)[1]
 
     def window(self, rows: slice, columns: slice) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-        """Colours without shade, as the file would hold them, and validity; see `Windowed`."""
+        """Colours without shade, as in the file, and validity; see `Windowed`."""
         light, fraction, valid = self._shaded(rows, columns)
         return stored_light(self.found.relit(light, fraction), self.encoding, self.dtype), valid
 

@@ -1,6 +1,6 @@
 """Colour and texture at several scales, for classifiers that see more than a texel's own colour.
 
-Chromaticities and energies of logarithms hold up in shadow, where light is weaker and bluer but its ratios between
+Chromaticities and energies of logarithms last in shadow, where light is weaker and bluer but its ratios between
 neighbours are kept; see Finlayson et al. 2006, "On the removal of shadows from images", IEEE TPAMI 28:59-68.
 """
 

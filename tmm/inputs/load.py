@@ -61,7 +61,7 @@ def reading(job: TextureJob) -> tuple[str, str, str | None, float | str | None, 
 def narrowed(
     job: TextureJob, model: TrainedModel, library: MaterialLibrary, names: tuple[str, ...]
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    """The classes (C,) of a model that represent what the scene holds, and which (C,) of `names` each represents.
+    """The classes (C,) of a model that represent what the scene contains, and which (C,) of `names` each represents.
 
     Raises InputError: none does.
     """

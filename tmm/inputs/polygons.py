@@ -225,7 +225,7 @@ def check_vertices(name: str, rings: tuple[Ring, ...], texture: Windowed, path: 
 def polygon_mask(
     rings: tuple[Ring, ...], texture: Windowed, top: int, left: int, shape: tuple[int, int], step: int = 1
 ) -> npt.NDArray[Any]:
-    """Where a window of the texture has texels whose centre a polygon holds, or that its outer vertices stand in.
+    """Where a window of the texture has texels whose centre a polygon contains, or in which its outer vertices are.
 
     top, left : int; first row and column of the window.
     shape : (h, w)

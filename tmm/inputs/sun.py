@@ -1,4 +1,4 @@
-"""How shadows fall in an image: where the Sun stood, by a job's angles or time and by the image's place on a map."""
+"""How shadows fall in an image: the Sun's direction, by a job's angles or time and by the image's place on a map."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def _sun(shade: Shade, georeference: GeoReference, image: Path) -> tuple[float, 
     elevation, azimuth = float(sun.elevation[0]), float(sun.azimuth[0])
     if elevation <= 0:
         raise InputError(
-            f"lies at latitude {latitude:.2f}, longitude {longitude:.2f}, where the Sun stood {-elevation:.1f} degrees "
+            f"lies at latitude {latitude:.2f}, longitude {longitude:.2f}, where the Sun was {-elevation:.1f} degrees "
             f"below the horizon at {shade.time.isoformat()}; allowed: a time of day; correct 'shade.time' or its zone",
             file=image,
         )

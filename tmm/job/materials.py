@@ -1,6 +1,6 @@
 """Materials as jobs name them, and mixtures of them: a mapping such as ``{asphalt_road: 60, grass_dry: 40}``.
 
-In a job that is read a mixture is a text, ``60 asphalt_road + 40 grass_dry``, that stands wherever a material's name
+In a job that is read a mixture is a text, ``60 asphalt_road + 40 grass_dry``, written wherever a material's name
 may: names of materials have no spaces. It is written back as the mapping that it came from.
 """
 

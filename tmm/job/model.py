@@ -290,7 +290,7 @@ class TextureJob(StrictModel):
     )
     shade: Shade | None = Field(
         None,
-        description="Find the cast shade of a photograph by where the Sun stood, take it away before materials are "
+        description="Find the cast shade of a photograph by the Sun's direction, take it away before materials are "
         "found, and store it as a layer; polygons correct it.",
     )
     classifier: Classifier = Field(

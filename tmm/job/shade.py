@@ -59,7 +59,7 @@ class Shade(StrictModel):
             raise ValueError("found time and the Sun's angles; allowed: one of them; leave the other out")
         if self.time is None and self.sun_azimuth_deg is None and self.sun_elevation_deg is None:
             raise ValueError(
-                "found shade without where the Sun stood; add sun_azimuth_deg, as a pole's shadow shows it, or time"
+                "found shade without the Sun's direction; add sun_azimuth_deg, as a pole's shadow shows it, or time"
             )
         if self.sun_elevation_deg is not None and self.sun_azimuth_deg is None:
             raise ValueError("found sun_elevation_deg without sun_azimuth_deg; add it")

@@ -78,7 +78,7 @@ class Renamed:
 
 
 class RuleMapper:
-    """Rules on colours and further layers; the first that holds gives the material."""
+    """Rules on colours and further layers; the first that is true gives the material."""
 
     def __init__(self, texture: Windowed, rules: Rules, names: tuple[str, ...], base_folder: Path, path: Path) -> None:
         """Open the layers; raises InputError where one cannot be read, has another size, or near infrared is

@@ -2,7 +2,7 @@
 
 Within a process fits are cached too, for states of the same air: the ground and the source of another day change the
 errors, which are measured for each state, but not the points. States of similar air share points that are chosen for
-all of them, where these hold the tolerance in the state. What a state gets does not depend on what a process has built
+all of them, where these meet the tolerance in the state. What a state gets does not depend on what a process has built
 before, nor on what is cached.
 
 The key is a hash over all that a compilation depends on: state, points and response, axes, sources, tolerance, the
@@ -95,7 +95,7 @@ def cached_compile_band(
 ) -> tuple[CompiledBand, Origin]:
     """A compiled band, its points chosen under usual sources, its errors measured in the state.
 
-    The points are those chosen for similar airs, if there are any and each quantity holds the tolerance (rms) in the
+    The points are those chosen for similar airs, if there are any and each quantity meets the tolerance (rms) in the
     state, or 1.5 times it where `max_points` ended the choice, else points fitted to the state's air.
 
     Parameters

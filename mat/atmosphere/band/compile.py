@@ -276,7 +276,7 @@ def choose_points(
     seed: int,
     scope: PathScope = ALL_PATHS,
 ) -> ChosenPoints:
-    """Points of a band that are to hold in several airs, and between them.
+    """Points of a band that are to suffice in several airs, and between them.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ def select_points(
     """Greedy forward selection with non-negative least squares.
 
     At each step the candidates are ranked by how much an unconstrained fit would gain with them (orthogonal least
-    squares); the best few are tried with the non-negative fit and the best is kept. A heavily weighted row holds the
+    squares); the best few are tried with the non-negative fit and the best is kept. A heavily weighted row contains the
     sum of the weights. The sets are nested: the first n of the result are the choice of n points.
 
     Parameters
@@ -45,7 +45,7 @@ def select_points(
     row_scale : (M,) array, optional
         Importance of each target; the rms is over ``row_scale * error``.
     sum_weight : float
-        Weight of the row that holds the sum, in units of all other rows together.
+        Weight of the row that contains the sum, in units of all other rows together.
     exchanges : int
         Passes over the chosen points afterwards in which each is exchanged for a better one, if there is one. The sets
         are then no longer nested; the last entry of the ladder is the error after the exchanges.

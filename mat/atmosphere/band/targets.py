@@ -1,6 +1,6 @@
 """In-band quantities on a sample of a job's paths: the targets a band is fitted to, and the responses that test it.
 
-The test holds for all states of one air: radiation is linear in the emission of the ground and in the light of the
+The test is valid for all states of one air: radiation is linear in the emission of the ground and in the light of the
 sources, so that both parts are stored by interval, in which both are constant.
 """
 

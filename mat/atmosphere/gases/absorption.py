@@ -1,7 +1,7 @@
 """The band model of gas absorption: spectral points, weights and cross sections, read from the absorption table.
 
-In each interval of a few cm^-1 a handful of monochromatic points with weights stands for the interval's mean; at a
-point Beer's law holds exactly, for mixtures of gases and inhomogeneous paths alike. The table is made by
+In each interval of a few cm^-1 a handful of monochromatic points with weights represents the interval's mean; at a
+point Beer's law is exact, for mixtures of gases and inhomogeneous paths alike. The table is made by
 `skyshine.mat.spectroscopy`. This is the one module of the folder that reads files.
 """
 
@@ -58,7 +58,7 @@ def available_water_continua(table_continuum: str) -> tuple[str, ...]:
 
 
 def check_water_continuum(name: str, table_continuum: str) -> None:
-    """Refuse a water vapour continuum that this package does not hold.
+    """Refuse a water vapour continuum that this package does not contain.
 
     Raises
     ------
@@ -158,7 +158,7 @@ class AbsorptionTable:
 
     @property
     def content(self) -> str:
-        """The hash of what the points hold, the name of another water vapour continuum than the table's own after it,
+        """The hash of what the points have, the name of another water vapour continuum than the table's own after it,
         and the same of the table of narrow intervals.
         """
         fine = self.fine

@@ -4,7 +4,7 @@ Models of Shettle and Fenn 1979 (AFGL-TR-79-0214) as tabulated in LOWTRAN7 (Knei
 Extinction is relative to that at 0.55 um; the vertical profile (`aerosol_column`) carries the amount. Where sizes and
 refractive indices are known, phase functions are those of Mie theory (`aerosol/phase.h5`, and `cloud/phase.h5` of the
 two fogs); those of the stratosphere and of meteoric dust are LOWTRAN7's own tables (34 angles, 27 wavelengths from 0.2
-to 40 um). Those of the first and last wavelength stand for all beyond.
+to 40 um). Those of the first and last wavelength represent all beyond.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class AerosolModel:
         Raises
         ------
         InputError
-            For an unknown name; the message holds the nearest one.
+            For an unknown name; the message contains the nearest one.
         """
         if name not in MODELS:
             nearest = get_close_matches(str(name), MODELS, n=1, cutoff=0.0)[0]
@@ -243,7 +243,7 @@ def log_humidity_weights(nodes: Floats, humidity: Floats) -> Floats:
 
 
 def interpolate_humidity(weights: Floats, table: Floats) -> Floats:
-    """Interpolate the logarithm of a (H, W) table with (H, L) weights; a model of one humidity may hold zeros."""
+    """Interpolate the logarithm of a (H, W) table with (H, L) weights; a model of one humidity may contain zeros."""
     if len(table) == 1:
         return np.broadcast_to(table, (weights.shape[1], table.shape[1]))
     interpolated: Floats = np.exp(weights.T @ np.log(table))

@@ -175,7 +175,7 @@ def aerosol_extinction_550(
     season : str
         One of `SEASONS`.
     ground_altitude : float
-        Above sea level, m, below 6 km: the profile below 6 km is squeezed to stand on the ground, as in LOWTRAN7.
+        Above sea level, m, below 6 km: the profile below 6 km is squeezed to begin at the ground, as in LOWTRAN7.
     loading : str
         Loading of the stratosphere: background, moderate, high or extreme.
 

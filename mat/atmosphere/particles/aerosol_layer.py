@@ -94,7 +94,7 @@ class AerosolLayer:
 
     @property
     def edges(self) -> tuple[float, ...]:
-        """Heights above the ground at which levels must stand, m."""
+        """Heights above the ground at which levels must be, m."""
         return tuple(map(float, self.height))
 
     def extinction_550(self, height: npt.ArrayLike) -> Floats:

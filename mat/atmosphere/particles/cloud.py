@@ -89,7 +89,7 @@ class CloudLayer:
 
     @property
     def edges(self) -> tuple[float, ...]:
-        """Heights above the ground at which levels must stand, m."""
+        """Heights above the ground at which levels must be, m."""
         inner = self.base + self._fade if self.base > 0 else self.base
         return (self.base, inner, self.top - self._fade, self.top)
 

@@ -1,6 +1,6 @@
 """Ice crystals: rough aggregates, whose phase functions have no halo.
 
-The parametrisation of Raisanen et al. 2015 stands for a mixture of severely rough droxtals, aggregates of severely
+The parametrisation of Raisanen et al. 2015 represents a mixture of severely rough droxtals, aggregates of severely
 rough plates and strongly distorted Koch fractals that reproduces the phase function measured in blowing snow. Its size
 is three quarters of the ratio of volume to projected area, the effective radius of clouds. It was fitted from 0.199 to
 2.7 um to radii from 10 um on.

@@ -169,7 +169,7 @@ def between_wavelengths(
 
     Both tables follow power laws of the wavelength between its nodes, as extinction by small particles does (Angstrom
     1929). Next to a node without absorption the absorbed share of the extinction is linear in the logarithm of the
-    wavelength, so that the albedo stays between those of the nodes. Below the first node the values of that node hold.
+    wavelength, so that the albedo stays between those of the nodes. Below the first node its values are taken.
     Beyond the last extinction falls as 1 / wavelength (absorption by small particles: Bohren and Huffman 1983, section
     5.1), and the albedo stays.
 

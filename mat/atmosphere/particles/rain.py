@@ -50,7 +50,7 @@ class RainLayer:
 
     @property
     def edges(self) -> tuple[float, ...]:
-        """Heights above the ground at which levels must stand, m."""
+        """Heights above the ground at which levels must be, m."""
         return (self.top - _EDGE, self.top)
 
     @property

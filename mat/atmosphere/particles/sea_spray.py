@@ -10,7 +10,7 @@ References
 Smith, Park and Consterdine 1993, Q. J. R. Meteorol. Soc. 119, 809: flux of drops of 1 to 25 um in winds from 0 to more
 than 30 m/s, from numbers at about 10 m for which as many drops fall as are made; the second of its two modes, 9.2 um.
 Andreas 1998, J. Phys. Oceanogr. 28, 2175, appendix: the same coefficients, by the radius at 80 % humidity and the wind
-at 14 m. Hoppel, Frick and Fitzgerald 2002, J. Geophys. Res. 107, 4382: that balance holds for radii above 5 to 10 um.
+at 14 m. Hoppel, Frick and Fitzgerald 2002, J. Geophys. Res. 107, 4382: that balance is one of radii above 5 to 10 um.
 Gathman 1983, Opt. Eng. 22, 57: growth by humidity, as LOWTRAN7 has it in its Navy maritime model.
 """
 

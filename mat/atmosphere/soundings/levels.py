@@ -51,7 +51,7 @@ class Levels:
         Mole fractions of water vapour, at most saturated, and the gases of the file; NaN above the highest level with a
         value.
     notes : tuple of str
-        What stands in the place of what the file lacks.
+        Values in the place of those that the file lacks.
     """
 
     file: Path

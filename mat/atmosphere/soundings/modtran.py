@@ -4,7 +4,7 @@
 References
 ----------
 Berk et al. 2003, MODTRAN4 Version 3 Revision 1 User's Manual; Berk et al. 2011, MODTRAN 5.2.2 User's Manual (cards 1,
-1A, 2, 2C, 2C1, 2C2, 2C2X); Kneizys et al. 1988, AFGL-TR-88-0177 (letters of units, models that stand in for values).
+1A, 2, 2C, 2C1, 2C2, 2C2X); Kneizys et al. 1988, AFGL-TR-88-0177 (letters of units, models that replace values).
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Cell:
     ----------
     value : float
     unit : str
-        Letter of the unit, number 1 to 6 of the model whose value stands here, or empty.
+        Letter of the unit, number 1 to 6 of the model whose value is meant, or empty.
     line, column : int
         Place in the file, counted from 1.
     """

@@ -79,7 +79,7 @@ def read_column(file: Path, choice: Choice) -> Readings:
     Raises
     ------
     InputError
-        It cannot be read, lacks temperature, humidity, geopotential or an axis, names an unknown unit, holds several
+        It cannot be read, lacks temperature, humidity, geopotential or an axis, names an unknown unit, contains several
         places or times and none is chosen, or the place lies outside its grid.
     """
     with opened(file) as data:

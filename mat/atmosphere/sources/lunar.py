@@ -108,8 +108,8 @@ def lunar_irradiance(
 def disk_reflectance(wavelength: npt.ArrayLike, phase_angle: float, waxing: bool | None = None) -> Floats:
     """Disk-equivalent reflectance A of the Moon at mean libration.
 
-    The irradiance at the observer is A * (solid angle of the Moon / pi) * (solar irradiance at the Moon). The fit holds
-    from 1.55 to 97 degrees. Below, its opposition surge goes on: from 4 degrees to 0 it brightens by 1.38 at 0.555 um,
+    The irradiance at the observer is A * (solid angle of the Moon / pi) * (solar irradiance at the Moon). The fit is of
+    1.55 to 97 degrees. Below, its opposition surge goes on: from 4 degrees to 0 it brightens by 1.38 at 0.555 um,
     and Clementine saw more than 1.4 (Buratti, Hillier and Wang 1996, doi:10.1006/icar.1996.0225). Beyond, the Moon has
     its colours of 97 degrees and the brightness of Krisciunas and Schaefer 1991 (doi:10.1086/132921).
 

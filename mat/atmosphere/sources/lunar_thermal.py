@@ -4,7 +4,7 @@ Every point of the sphere is rough on a scale that is resolved by no observer an
 temperatures. Their slopes are Gaussian (Shkuratov et al. 2000, ASP Conf. Ser. 196, 221, from the maps of Saari and
 Shorthill; Bandfield et al. 2015, doi:10.1016/j.icarus.2014.11.009, from Diviner). Facets hide one another from the Sun
 and from the observer as Smith 1967 (doi:10.1109/TAP.1967.1138991) has it, and both hide the same facets where Sun and
-observer stand in one direction (van Ginneken, Stavridi and Koenderink 1998, doi:10.1364/AO.37.000130): the full Moon
+observer are in one direction (van Ginneken, Stavridi and Koenderink 1998, doi:10.1364/AO.37.000130): the full Moon
 shows few shadows and is brighter than a smooth sphere, the half Moon is darker. A facet receives what it sees of its
 surroundings as they would emit when level.
 """

@@ -28,7 +28,7 @@ def solar_irradiance(wavenumber: npt.ArrayLike, width: npt.ArrayLike | None = No
     wavenumber : (P,) array
         cm^-1, 10 to 83,500.
     width : (P,) array or float, optional
-        cm^-1; the mean over this width around each wavenumber instead of the bin that holds it. Fraunhofer lines are
+        cm^-1; the mean over this width around each wavenumber instead of the bin that contains it. Fraunhofer lines are
         narrower than the wider intervals of the band model.
 
     Returns

@@ -2,7 +2,7 @@
 
 The report gives its profiles for 15 degrees (tropical, the whole year), 45 degrees and 60 degrees (July and January).
 Between these latitudes, and between mid-January and mid-July, weights are linear in latitude and in the cosine of the
-season; the southern hemisphere has them half a year later. Nearer to the equator and to the poles the nearest holds.
+season; the southern hemisphere has them half a year later. Nearer to the equator and to the poles the nearest is taken.
 """
 
 from __future__ import annotations

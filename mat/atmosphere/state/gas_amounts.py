@@ -24,7 +24,7 @@ _LARGEST_FACTOR = 1e6  # beyond it every level is saturated
 
 @dataclass(frozen=True)
 class GasAmounts:
-    """How much of its gases the air holds, where that differs from its profile.
+    """Amounts of gases in the air, where that differs from its profile.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ def gas_factors(gases: Mapping[str, Floats], scale: Mapping[str, float], ppm: Ma
     Raises
     ------
     InputError
-        For a gas that the profile does not hold, is named twice or is 0 at the ground, and for a negative or infinite
+        For a gas that the profile does not have, is named twice or is 0 at the ground, and for a negative or infinite
         amount.
     """
     for gas, amount in [*scale.items(), *ppm.items()]:
@@ -215,7 +215,7 @@ def water_factor(
     Raises
     ------
     InputError
-        For a column that is negative or not finite, or that saturated air does not hold.
+        For a column that is negative or not finite, or that is more than saturated air contains.
     """
 
     def column_at(factor: float) -> float:
@@ -229,7 +229,7 @@ def water_factor(
     saturated_column = column_at(_LARGEST_FACTOR)
     if column > saturated_column:
         raise InputError(
-            f"water column {column:g} mm is more than saturated air of this profile holds, {saturated_column:.4g} mm;"
+            f"water column {column:g} mm is more than saturated air of this profile has, {saturated_column:.4g} mm;"
             " give less"
         )
     return float(

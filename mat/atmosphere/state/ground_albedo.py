@@ -12,7 +12,7 @@ from skyshine.schemas.errors import InputError
 
 @dataclass(frozen=True, eq=False)
 class SpectralAlbedo:
-    """Reflectance of a Lambertian ground, linear between wavelengths; the end values hold beyond them.
+    """Reflectance of a Lambertian ground, linear between wavelengths; the end values beyond them.
 
     Attributes
     ----------

@@ -116,7 +116,7 @@ def load_profile(name: str) -> Profile:
     Raises
     ------
     InputError
-        For any other name; the message holds the nearest one.
+        For any other name; the message contains the nearest one.
     """
     if name not in PROFILES:
         nearest = get_close_matches(str(name), PROFILES, n=1, cutoff=0.0)[0]

@@ -30,7 +30,7 @@ def read_sounding(text: str, file: str | os.PathLike[str], above: Profile) -> Pr
     file : path
         Named in messages.
     above : Profile
-        Continues the sounding to space, and holds the gases that it does not name.
+        Continues the sounding to space, and contains the gases that it does not name.
 
     Returns
     -------

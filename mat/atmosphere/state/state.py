@@ -1,4 +1,4 @@
-"""One atmospheric state: what the air holds at each level, from the ground to space.
+"""One atmospheric state: what is in the air at each level, from the ground to space.
 
 Between levels pressure, number density and gases are exponential in altitude, temperature is linear. Above the highest
 level (100 km) there is nothing: the air left there has a vertical optical depth below 1e-6 in every band.

@@ -1,7 +1,7 @@
 """Typical aerosol of a place and month: optical depth from a climatology of the Linke turbidity.
 
 The climatology is that which pvlib ships (5 arc minutes, by month; of SoDa): it is read there, not copied. Its authors
-state an error of 0.73 of the Linke turbidity, which is 0.09 of the optical depth at sea level. It stands for the mean
+state an error of 0.73 of the Linke turbidity, which is 0.09 of the optical depth at sea level. It represents the mean
 of a month; clear days have less aerosol.
 
 References

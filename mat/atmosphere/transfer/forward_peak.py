@@ -6,7 +6,7 @@ Light scattered n times has the directions of n convolutions of the peak. The pe
 discrete ordinates have moments, and chi_l of the phase function beyond: convolved with what the ordinates solve, it
 gives that again. So orders of the peak alone are missing. Their sum is the small-angle solution, in moments
 exp(-p (1 - chi_l / f)), with p the optical depth of peak scattering from the source through the place of a scattering
-to the observer: order n has the share of Poisson's law. Nakajima and Tanaka's correction holds its first two orders.
+to the observer: order n has the share of Poisson's law. Nakajima and Tanaka's correction contains its first two orders.
 
 Light of a core narrower than the first step of `PHASE_ANGLES` goes straight on in these convolutions: rain and crystals
 diffract half of their light into less than a tenth of a degree. Light that cores alone have scattered stays spread over

@@ -105,7 +105,7 @@ def spectral_optics(
     state : AtmosphericState
     points : SpectralPoints
     gases : sequence of str, optional
-        Those that absorb; by default every one the absorption table and the state hold.
+        Those that absorb; by default every one the absorption table and the state contain.
 
     Returns
     -------

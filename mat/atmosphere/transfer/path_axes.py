@@ -28,7 +28,7 @@ class PathScope:
     highest_surface : float
         Height above the ground up to which light on surfaces is read, m.
     lowest_source : float
-        Elevation above which the source stands everywhere along the paths, degree.
+        Elevation above which the source is everywhere along the paths, degree.
     """
 
     share: float = 1.0

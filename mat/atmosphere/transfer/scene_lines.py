@@ -1,6 +1,6 @@
 """Random lines of sight as scenes look: to the ground, along the horizon, to the sky, and in every cell of a table.
 
-A third of the lines ends on the ground, for most pixels show what stands there. A third lies in the cells of altitude
+A third of the lines ends on the ground, for most pixels show the ground. A third lies in the cells of altitude
 and elevation, as many lines in each, and finds what a single cell has wrong. A sixth passes the limb, and a sixth goes
 up: directions even in solid angle, heights of observers and ranges even in their logarithm.
 """

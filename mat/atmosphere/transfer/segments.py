@@ -25,7 +25,7 @@ _WIDE = 256
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """The K segments of one ray that hold air, or of several rays one after the other (`joined`).
+    """The K segments of one ray that contain air, or of several rays one after the other (`joined`).
 
     Attributes
     ----------

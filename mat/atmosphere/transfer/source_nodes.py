@@ -39,7 +39,7 @@ def elevations_along(sine: npt.ArrayLike) -> tuple[float, ...]:
 
 
 def source_nodes(sine: Floats, cosine: Floats) -> tuple[Integers, Singles]:
-    """The elevations between which a source stands along a ray, and their weights.
+    """The elevations between which a source is along a ray, and their weights.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Lines along which light travels through spherical shells to the levels, under a low Sun: their geometry alone.
 
-Under a low Sun the light at a place comes from air above which the Sun stands higher or lower than at the place itself.
+Under a low Sun the light at a place comes from air above which the Sun is higher or lower than at the place itself.
 A field of light therefore depends on the elevation of the source too, and lines of sight cross it along this axis.
 """
 

@@ -1,7 +1,7 @@
 """Interpolation of path radiance over all directions of the source from a few of them.
 
 Path radiance as a matrix, lines of sight by directions of the source (elevation and scattering angle), has a low rank:
-a few of its columns span the others. The tables hold those columns on the nodes of the lines, and the factors of all
+a few of its columns span the others. The tables contain those columns on the nodes of the lines, and the factors of all
 others by direction.
 """
 

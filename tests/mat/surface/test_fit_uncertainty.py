@@ -74,9 +74,9 @@ def test_what_the_record_cannot_tell_is_named():
     residual, _ = left_of(random.normal(size=COUNT), slopes)
     notes = not_identified(parameters, np.array([0.5, 1.0, 0.5]), uncertainty(residual, slopes, STEP))
     text = "\n".join(notes)
-    assert "wetness and albedo cannot be distinguished by this record: correlation -1.000; hold one of them" in text
-    assert "albedo ended at its bound 1; hold it, or ask what else is wrong" in text
-    assert "emissivity is not identified by this record: its interval spans 100 % of its bounds; hold it" in text
+    assert "wetness and albedo cannot be distinguished by this record: correlation -1.000; fix one of them" in text
+    assert "albedo ended at its bound 1; fix it, or ask what else is wrong" in text
+    assert "emissivity is not identified by this record: its interval spans 100 % of its bounds; fix it" in text
 
 
 def test_a_parameter_without_effect_is_uncertain_not_wrong():

@@ -227,7 +227,7 @@ def test_gas_amounts():
         (GasAmounts(scale={"O4": 2.0}), "no gas 'O4' in this profile; did you mean 'O3'"),
         (GasAmounts(ppm={"CFC-11": -1.0}), "at least 0"),
         (GasAmounts(ppm={"CH4": 2.0}, scale={"CH4": 2.0}), "both a scale and an amount"),
-        (GasAmounts(water_column=500.0), "more than saturated air of this profile holds"),
+        (GasAmounts(water_column=500.0), "more than saturated air of this profile"),
         (GasAmounts(ozone_column=float("nan")), "finite"),
     ):
         with pytest.raises(InputError, match=message):

@@ -79,7 +79,7 @@ ATTRIBUTES = {
     "range_km": "least and largest range that the file is for; of a spectrum its range, `inf` to space",
     "altitude_km": "least and largest altitude of observers that the file is for",
     "horizon_azimuth": "degree from north eastward, nodes of the horizon; only between walls, as those below",
-    "horizon_elevation": "degree, up to which walls stand at these azimuths",
+    "horizon_elevation": "degree, up to which walls reach at these azimuths",
     "sky_view": "open share of the sky above the horizon",
     "level_sky_view": "view factor of the open sky from a level surface",
     "wall_material": "name of the walls' material, whose temperature they have",

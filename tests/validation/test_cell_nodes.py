@@ -2,7 +2,7 @@
 against what its file states, and against the tolerance of the job.
 
 Path radiance errs most on oblique lines to the ground from 1 to 3 km. Pooled with all ranges of all lines, of which the
-ends on the ground are 4 %, such reads hardly showed in the 99 % that a file stated (0.03 K; 0.05 on these pixels):
+ends on the ground are 2 %, such reads hardly showed in the 99 % that a file stated (0.03 K; 0.05 on these pixels):
 files state the worst region now, with pixels of the ground from all heights among it.
 
 python -m pytest -m validation -s tests/validation/test_cell_nodes.py (some 100 s of a processor)

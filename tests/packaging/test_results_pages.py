@@ -3,6 +3,7 @@
 import json
 
 import limb_results
+import line_results
 import needs_results
 import pytest
 import report_results
@@ -13,7 +14,7 @@ from result_blocks import with_block
 
 @pytest.mark.parametrize(
     "results",
-    [limb_results, report_results, stability_results, needs_results, window_results],
+    [limb_results, line_results, report_results, stability_results, needs_results, window_results],
     ids=lambda module: module.__name__,
 )
 def test_the_page_quotes_the_results(results):

@@ -5,9 +5,11 @@ The reference is that of JURASSIC's validation (github.com/slcs-jsc/jurassic, pr
 written there; it is met by CO2 as Voigt lines cut at 25 cm-1 with the continuum of MT_CKD, and nitrogen of MT_CKD.
 """
 
+import json
 from dataclasses import replace
 
 import limb_results
+import line_results
 import numpy as np
 import pytest
 
@@ -120,3 +122,12 @@ def test_rare_isotopologues_are_what_n2o_lacks_at_4_5_um(library):
     print(f"\n{gain:.3f} of the radiance; with it {ratio + gain:.3f} of the reference")
     assert gain == pytest.approx(0.048, abs=0.003)
     assert ratio + gain == pytest.approx(1, abs=0.01)
+
+
+def test_the_results_of_lines_are_what_lines_and_table_give(shared_data):
+    kept, found = json.loads(line_results.RESULTS.read_text(encoding="utf-8")), line_results.computed(shared_data)
+    for part in ("limb", "head"):
+        for row, old in zip(found[part], kept[part], strict=True):
+            assert list(row) == list(old)
+            for name, value in old.items():
+                assert row[name] == pytest.approx(value, abs=0.003), row

@@ -60,7 +60,7 @@ class ChannelQuantity:
         """Values at coordinates by the names of `gridded.AXES`."""
         names = {rule.name for rule in self.table.rules(self.name)}
         where = {name: values for name, values in coordinates.items() if name in names}
-        return self.table.clamped().value(self.name, **where)
+        return self.table.value(self.name, **where)
 
 
 @dataclass(frozen=True)
@@ -82,8 +82,9 @@ class PlacedChannels:
 
 
 def quantities_of(table: AtmosphereTable) -> dict[str, ChannelQuantity]:
-    """The four quantities of a table."""
-    return {name: ChannelQuantity(table, name) for name in QUANTITIES}
+    """The four quantities of a table, beyond its axes those at their ends."""
+    clamped = table.clamped()
+    return {name: ChannelQuantity(clamped, name) for name in QUANTITIES}
 
 
 def placed_channels(

@@ -133,8 +133,8 @@ class FaceProbes:
             "wall": walled,
         }
 
-    def errors(self, table: AtmosphereTable, scale: Scale | None) -> Floats:
-        """Errors (n, F) of faces read from a table, in the scale's unit; without a scale in W m^-2 sr^-1."""
+    def read(self, table: AtmosphereTable) -> Floats:
+        """Ambient radiance (n, F) of the faces, read from a table [W m^-2 sr^-1]."""
         at = {name: values[:, None] for name, values in self.coordinates.items()}
         path = {name: at[name] for name in AXES[:3]} | {"ground_temperature": self.ground_temperature[:, None]}
         codes, axial = (table.root.axes[name].values for name in ("harmonic", "zonal_harmonic"))
@@ -146,7 +146,10 @@ class FaceProbes:
             flat, light[:, None], ground[:, None], self.ground_radiance[:, None], self.normal
         )
         upward = self.normal[..., 2]
-        read = np.maximum(beside_walls(in_the_open, flat, self.wall, self.even, self.sky_view, upward), 0.0)
+        return np.maximum(beside_walls(in_the_open, flat, self.wall, self.even, self.sky_view, upward), 0.0)
+
+    def errors(self, read: Floats, scale: Scale | None) -> Floats:
+        """Errors (n, F) of what was read, in the scale's unit; without a scale in W m^-2 sr^-1."""
         if scale is None:
             return read - self.truth
         distance = self.coordinates["range"][:, None]

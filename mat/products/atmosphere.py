@@ -250,9 +250,8 @@ class _SourceTables:
             measures = measured(groups_of_probes, quantities_of(sampled.table), *self._scales(irradiance))
             if job.ambient_harmonics:
                 faces = FaceProbes.drawn(self.air, base, irradiance, random_stream(seed, Stream.TILTED_FACES))
-                own_error, kelvin, percent = (
-                    faces.errors(sampled.table, scale) for scale in (None, *self._scales(irradiance))
-                )
+                read = faces.read(sampled.table)
+                own_error, kelvin, percent = (faces.errors(read, scale) for scale in (None, *self._scales(irradiance)))
                 measures.append(measure(AMBIENT_HARMONICS, own_error, kelvin, percent, regions=faces.regions()))
             measures = self._with_spectral(measures)
         report.notes.append(f"{self.source}: {channels.words(sampled)}")

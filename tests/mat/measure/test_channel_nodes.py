@@ -56,12 +56,19 @@ class Lines:
         return {name: self._errors.get(name, np.zeros(3)) for name in tables}
 
 
+class Table:
+    """What `Lines` read, whatever it has."""
+
+    def clamped(self):
+        return self
+
+
 @pytest.mark.parametrize("path", [[0.0, np.nan, 0.1], [np.nan] * 3])
 @pytest.mark.parametrize("first", ["beta_star", "direct_radiance"])
 def test_a_read_that_is_not_a_number_holds_no_tolerance(path, first):
     nodes = ChannelNodes.of(NodeCounts(), (0.0, 1.0))
     good, bad = Lines(), Lines(**{first: path})
-    kept = placed_channels(lambda _: None, [good, good], nodes, None, 1.0, max_nodes=10**6)
+    kept = placed_channels(lambda _: Table(), [good, good], nodes, None, 1.0, max_nodes=10**6)
     assert kept.nodes is nodes and (kept.p99, kept.largest) == (0.0, 0.0)
     with pytest.raises(CheckFailed, match="cannot be held in channels: .* nan"):
-        placed_channels(lambda _: None, [bad, good], nodes, None, 1.0, max_nodes=10**6)
+        placed_channels(lambda _: Table(), [bad, good], nodes, None, 1.0, max_nodes=10**6)

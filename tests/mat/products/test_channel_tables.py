@@ -114,7 +114,7 @@ def test_reads_agree_with_direct_computation(table, points, name):
 def test_faces_agree_with_the_integral_over_their_hemispheres(table, air, sun):
     """Beside walls, the part of the sky that they hide counts as bright as all of it: that is the larger error."""
     faces = FaceProbes.drawn(air, BASE, sun, np.random.default_rng(3))
-    error, regions = np.abs(faces.errors(table, SCALE)), faces.regions()
+    error, regions = np.abs(faces.errors(faces.read(table), SCALE)), faces.regions()
     assert error[regions["open"]].max() < 0.1 and error[regions["wall"]].max() < 0.6
     assert np.all(regions["open"] ^ regions["wall"]) and 0.3 < regions["wall"].mean() < 0.7
 

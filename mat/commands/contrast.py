@@ -9,7 +9,9 @@ import click
 import numpy as np
 
 from skyshine.mat.commands import completions
+from skyshine.mat.commands.model_options import axis_option
 from skyshine.mat.commands.sight_options import sight_options
+from skyshine.mat.job.surface import SurfaceGrid
 from skyshine.schemas.commands import echo_table, emit_json, json_option
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
@@ -24,10 +26,8 @@ SHOWN_STEPS = 12  # of the computed ones between the rows of the text
 @click.argument("folder", type=click.Path())
 @click.argument("material", shell_complete=completions.materials)
 @click.argument("background", shell_complete=completions.materials)
-@sight_options(click.FloatRange(-90, 90), "Name of one band, b01 if the job gives no name; by default all bands.")
-@click.option(
-    "--slope", type=click.FloatRange(0, 180), default=0.0, show_default=True, help="Slope of MATERIAL, degree."
-)
+@sight_options("Name of one band, b01 if the job gives no name; by default all bands.")
+@axis_option(SurfaceGrid, "slope_deg", "--slope", 0.0)
 @click.option(
     "--azimuth",
     type=click.FloatRange(-360, 360),

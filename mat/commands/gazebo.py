@@ -8,12 +8,13 @@ import click
 
 from skyshine.mat.commands import completions
 from skyshine.mat.commands.sight_options import sight_options
+from skyshine.schemas.errors import InputError
 
 
 @click.command(epilog="Example: mat export demo/built --to gazebo --hour 14 --band 8-12 --range 1.5 --out media")
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--hour", type=click.FloatRange(0, 24), required=True, help="Local clock time, h.")
-@sight_options(click.FloatRange(-90, 0, max_open=True), "Name of the band; required if the folder has several.")
+@sight_options("Name of the band; required if the folder has several.")
 @click.option(
     "--unknown-material",
     shell_complete=completions.materials,
@@ -43,6 +44,8 @@ def command(
     from skyshine.mat.exchange.gazebo import Moment, write_heat_signatures
     from skyshine.mat.render.contrast import Sight
 
+    if elevation >= 0:
+        raise InputError(f"found --elevation {elevation:g}; allowed: below 0, for level faces are looked down on")
     moment = Moment(hour, Sight(distance, elevation, heading, altitude), band, state, source)
     for path in write_heat_signatures(folder, out, moment, unknown_material):
         click.echo(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -88,6 +89,41 @@ def model_options(
         return command
 
     return add
+
+
+def axis_option(model: type[BaseModel], axis: str, option: str, default: float | None = None, note: str = "") -> Any:
+    """An option for one value on an axis of a grid: limits and help are those of the key.
+
+    Parameters
+    ----------
+    model : type of pydantic.BaseModel
+    axis : str
+        Key of the grid, which ends in its unit.
+    option : str
+        Name of the option, with that of its parameter after a space where they differ.
+    default : float, optional
+    note : str, optional
+        End of the help.
+
+    Examples
+    --------
+    >>> from skyshine.mat.job.atmosphere import AtmosphereGrid
+    >>> command = axis_option(AtmosphereGrid, "elevation_deg", "--elevation")(click.command(lambda elevation: None))
+    >>> command.params[0].help, command.params[0].type
+    ('Elevation of the line of sight at the observer, degree.', <FloatRange -90<=x<=90>)
+    """
+    content = model.model_json_schema()["properties"][axis]
+    items = next(part for part in content.get("anyOf", [content]) if part.get("type") == "array")["items"]
+    what = re.split("[;.:]", content["description"])[0]
+    unit = {"km": "km", "deg": "degree"}[axis.rpartition("_")[2]]
+    return click.option(
+        *option.split(),
+        type=click.FloatRange(items["minimum"], items["maximum"]),
+        default=default,
+        show_default=default is not None,
+        metavar="NUMBER",
+        help=f"{what}, {unit}{note}.",
+    )
 
 
 def _default(value: Any) -> str:

@@ -7,10 +7,13 @@ from collections.abc import Callable
 import click
 
 from skyshine.mat.commands import completions
+from skyshine.mat.commands.model_options import axis_option
+from skyshine.mat.job.atmosphere import AtmosphereGrid
+from skyshine.mat.job.surface import SurfaceGrid
 from skyshine.schemas.commands import Command
 
 
-def sight_options(elevation: click.FloatRange, band_help: str) -> Callable[[Command], Command]:
+def sight_options(band_help: str) -> Callable[[Command], Command]:
     """Adds ``--band``, ``--state``, ``--source``, and those of a line of sight; the parameter of ``--range`` is
     `distance`.
     """
@@ -18,21 +21,16 @@ def sight_options(elevation: click.FloatRange, band_help: str) -> Callable[[Comm
         click.option("--band", shell_complete=completions.bands, metavar="NAME", help=band_help),
         click.option("--state", type=click.IntRange(1), default=1, show_default=True, help="State, counted from 1."),
         click.option("--source", type=click.Choice(["sun", "moon"]), default="sun", show_default=True),
-        _number("--range", "distance", click.FloatRange(0), 1.0, "Length of the line of sight, km."),
-        _number("--elevation", "elevation", elevation, -45.0, "Elevation of the line of sight, degree."),
-        _number(
-            "--heading",
-            "heading",
-            click.FloatRange(-360, 360),
-            0.0,
-            "Azimuth of the line of sight, degrees clockwise from north.",
-        ),
+        axis_option(AtmosphereGrid, "range_km", "--range distance", 1.0),
+        axis_option(AtmosphereGrid, "elevation_deg", "--elevation", -45.0),
         click.option(
-            "--altitude",
-            type=float,
-            metavar="KM",
-            help="Altitude of the surfaces; by default the lowest of the tables.",
+            "--heading",
+            type=click.FloatRange(-360, 360),
+            default=0.0,
+            show_default=True,
+            help="Azimuth of the line of sight, degrees clockwise from north.",
         ),
+        axis_option(SurfaceGrid, "altitude_km", "--altitude", note="; by default the lowest of the tables"),
     ]
 
     def add(command: Command) -> Command:
@@ -41,9 +39,3 @@ def sight_options(elevation: click.FloatRange, band_help: str) -> Callable[[Comm
         return command
 
     return add
-
-
-def _number(
-    option: str, name: str, limits: click.FloatRange, default: float, help_text: str
-) -> Callable[[Command], Command]:
-    return click.option(option, name, type=limits, default=default, show_default=True, help=help_text)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 from click.core import ParameterSource
 
-from skyshine.mat.commands.model_options import model_options
+from skyshine.mat.commands.model_options import axis_option, model_options
 from skyshine.mat.job.air import KEYS, PROFILE, PROFILE_ABOVE, WIND
-from skyshine.mat.job.atmosphere import State
+from skyshine.mat.job.atmosphere import AtmosphereGrid, State
 from skyshine.mat.job.surface import Weather
 from skyshine.schemas.commands import Command, emit_json, json_option
 from skyshine.schemas.errors import InputError
@@ -36,13 +36,13 @@ def air_options(function: Command) -> Command:
     "--job", type=click.Path(), help="Job whose state gives air, ground and day, instead of a description of the air."
 )
 @click.option("--state", type=int, default=1, show_default=True, help="State of the job, counted from 1.")
-@click.option(
+@axis_option(
+    AtmosphereGrid,
+    "altitude_km",
     "--altitude",
-    type=float,
-    help="Altitude of the observer above sea level, km; by default the ground: 0, the bottom of the "
-    "sounding, or the job's site.",
+    note="; by default the ground: 0, the bottom of the sounding, or the job's site",
 )
-@click.option("--elevation", type=float, default=0.0, show_default=True, help="Elevation of the line of sight, degree.")
+@axis_option(AtmosphereGrid, "elevation_deg", "--elevation", 0.0)
 @click.option(
     "--range", "range_text", default="space", show_default=True, help="Length of the line of sight, km, or 'space'."
 )
@@ -62,9 +62,7 @@ def air_options(function: Command) -> Command:
     show_default=True,
     help="Light source: the Sun at 1 au or the full Moon; with --job those of its day.",
 )
-@click.option(
-    "--source-elevation", type=float, default=45.0, show_default=True, help="Geometric elevation of the source, degree."
-)
+@axis_option(AtmosphereGrid, "source_elevation_deg", "--source-elevation", 45.0)
 @click.option(
     "--water-continuum",
     type=click.Choice(["mt_ckd_4.3_closure", "mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]),
@@ -89,13 +87,7 @@ def air_options(function: Command) -> Command:
     is_flag=True,
     help="Print fluxes on all levels of the air, W/m2, between the limits; of the whole spectrum without limits.",
 )
-@click.option(
-    "--source-azimuth",
-    type=float,
-    default=0.0,
-    show_default=True,
-    help="Azimuth of the source relative to the line of sight, degree.",
-)
+@axis_option(AtmosphereGrid, "source_azimuth_deg", "--source-azimuth", 0.0)
 @click.option(
     "--line-by-line",
     type=click.Path(),

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from skyshine.mat.commands import completions
+from skyshine.mat.commands.model_options import axis_option
+from skyshine.mat.job.surface import SurfaceGrid
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
@@ -25,13 +27,7 @@ if TYPE_CHECKING:
     metavar="NAME|FILE",
     help="Material of the library, or a file of the layout of ht/.",
 )
-@click.option(
-    "--slope",
-    type=click.FloatRange(0, 180),
-    default=0.0,
-    show_default=True,
-    help="Slope of the surface, degree; 0 faces up.",
-)
+@axis_option(SurfaceGrid, "slope_deg", "--slope", 0.0)
 @click.option(
     "--azimuth",
     type=click.FloatRange(-360, 360),

@@ -437,7 +437,7 @@ class AtmosphereGrid(StrictModel):
     range_km: Annotated[list[float], axis(0, 100_000)] = Field(
         [*RANGES_KM],
         description=(
-            "Distances from the observer along the line of sight. The ends of each axis are what the file is "
+            "Distance from the observer along the line of sight. The ends of each axis are what the file is "
             "for. A job that writes all five axes gets the tables of beta*, path, ambient and direct "
             "radiance on exactly these nodes too, in the group grid of the file, with errors of their own."
         ),
@@ -445,13 +445,13 @@ class AtmosphereGrid(StrictModel):
     altitude_km: Annotated[list[float], axis(-0.5, 100_000)] | None = Field(
         None,
         description=(
-            "Altitudes of the observer above sea level; by default from 2 m to 40 km above the site's "
+            "Altitude of the observer above sea level; by default from 2 m to 40 km above the site's "
             "ground. From 100 km on the file serves observers at any height in space."
         ),
     )
     elevation_deg: Annotated[list[float], axis(-90, 90)] = Field(
         [*ELEVATIONS_DEG],
-        description="Elevations of the line of sight at the observer; -90 looks straight down.",
+        description="Elevation of the line of sight at the observer; -90 looks straight down.",
     )
     tolerance: Tolerance = Field(
         DEFAULT_TOLERANCE,
@@ -472,11 +472,11 @@ class AtmosphereGrid(StrictModel):
     )
 
     source_elevation_deg: Annotated[list[float], axis(-90, 90)] = Field(
-        [*SOURCE_ELEVATIONS_DEG], description="Elevations of Sun and Moon above the horizon."
+        [*SOURCE_ELEVATIONS_DEG], description="Elevation of Sun or Moon above the horizon."
     )
     source_azimuth_deg: Annotated[list[float], axis(0, 180)] = Field(
         [*SOURCE_AZIMUTHS_DEG],
-        description="Azimuths of Sun and Moon relative to that of the line of sight; light is the same on both sides.",
+        description="Azimuth of Sun or Moon relative to that of the line of sight; light is the same on both sides.",
     )
 
     @property

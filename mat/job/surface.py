@@ -452,15 +452,15 @@ class SurfaceGrid(StrictModel):
 
     altitude_km: Annotated[list[float], axis(-0.5, 9)] | None = Field(
         None,
-        description="Altitudes of the surface above sea level; by default from the site's ground to 3 km above it.",
+        description="Altitude of the surface above sea level; by default from the site's ground to 3 km above it.",
     )
     azimuth_deg: Annotated[list[float], axis(0, 359.999)] = Field(
         [360.0 / _AZIMUTHS * i for i in range(_AZIMUTHS)],
-        description="Towards which a face looks, from north through east.",
+        description="Azimuth towards which a face looks, from north through east.",
     )
     slope_deg: Annotated[list[float], axis(0, 180)] = Field(
         [180.0 / (_SLOPES - 1) * i for i in range(_SLOPES)],
-        description="Slopes of a face: 0 is level and looks up, 90 a wall, 180 looks down.",
+        description="Slope of a face: 0 is level and looks up, 90 a wall, 180 looks down.",
     )
     time: Annotated[list[TimeOfDay], Field(min_length=1, max_length=512), pydantic.AfterValidator(ascending)] | None = (
         Field(

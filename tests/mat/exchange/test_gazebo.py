@@ -89,6 +89,7 @@ def test_grey_spans_the_temperatures_and_is_never_empty(kelvin):
         (["--band", "b07"], "found the band 'b07'"),
         (["--state", "2"], "has no state 2"),
         (["--range", "900"], "allowed"),
+        (["--elevation", "0"], "allowed: below 0"),
     ],
 )
 def test_what_cannot_be_written_is_one_line(built, tmp_path, changes, words):

@@ -118,9 +118,9 @@ def test_sun_outshines_moon():
         (["--wavenumber", "1100:1200", "--profile", "auto"], "need a place and a date"),
         (["--wavenumber", "1100:1200", "--sounding", "nowhere.csv"], "is no file at nowhere.csv"),
         (["--wavenumber", "1100:1200", "--profile", "tropics"], "tropical"),
-        (["--wavenumber", "1100:1200", "--altitude", "-1"], "below the ground"),
+        (["--wavenumber", "1100:1200", "--altitude", "-1"], "is not in the range -0.5<=x"),
         (["--wavenumber", "1100:1200", "--altitude", "nan"], "finite"),
-        (["--wavenumber", "1100:1200", "--elevation", "95"], "-90 and 90"),
+        (["--wavenumber", "1100:1200", "--elevation", "95"], "is not in the range -90<=x<=90"),
     ],
 )
 def test_wrong_input_is_one_clear_line(arguments, message):

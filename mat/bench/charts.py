@@ -58,22 +58,12 @@ class Bar:
     total: str
 
 
-@dataclass(frozen=True)
-class Row:
-    """A unit of work: seconds of the job, of its peer, and what is written of the peer."""
-
-    label: str
-    ours: float
-    peer: float | None
-    text: str
-
-
 Box = tuple[float, float, float, float]
 _COLOURS = {"circle": BLUE, "diamond": VERMILLION, "triangle": PURPLE}
 _STAGES = (BLUE, ORANGE, VERMILLION, SKY, BLACK, YELLOW, "#BBBBBB")
 
 
-def front_chart(marks: Sequence[Mark], units: str, floor: float = 0.0, height: float = 290.0) -> str:
+def front_chart(marks: Sequence[Mark], units: str, floor: float = 0.0, height: float = 235.0) -> str:
     """Error against seconds, both logarithmic, the points that no other beats joined.
 
     Parameters
@@ -135,29 +125,6 @@ def stage_chart(bars: Sequence[Bar], stages: Sequence[str]) -> str:
             x += seconds * unit
         parts.append(_text(x + 5, y + 9, bar.total))
     return _svg("".join(parts), 22 + row * len(bars), "Processor seconds by stage")
-
-
-def peer_chart(rows: Sequence[Row]) -> str:
-    """Seconds of a unit of work, the job beside its peer, on a logarithmic scale."""
-    margin, right, row = 172.0, 250.0, 15.0
-    height = row * len(rows) + 34
-    values = [value for comparison in rows for value in (comparison.ours, comparison.peer) if value]
-    across = _Scale.of(values or [1.0], margin, WIDTH - right)
-    parts = []
-    for tick in across.ticks:
-        x = across(tick)
-        parts.append(_line(x, 2, x, height - 32, PALE))
-        parts.append(_text(x, height - 20, seconds_text(tick), anchor="middle"))
-    parts.append(_text((margin + WIDTH - right) / 2, height - 6, "processor seconds a unit of work", anchor="middle"))
-    for number, comparison in enumerate(rows):
-        y = row * number + 11
-        parts.append(_text(margin - 8, y + 3.5, comparison.label, anchor="end"))
-        if comparison.ours > 0:
-            parts.append(_shape("circle", across(comparison.ours), y, 4.5))
-        if comparison.peer is not None:
-            parts.append(_shape("triangle", across(comparison.peer), y, 5.5))
-        parts.append(_text(WIDTH - right + 10, y + 3.5, comparison.text))
-    return _svg("".join(parts), height, "Seconds of a unit of work beside peers")
 
 
 def symbol(shape: str) -> str:

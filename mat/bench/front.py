@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,12 +15,13 @@ from skyshine.mat.bench.front_sentences import KELVIN, SHARE, sentences
 from skyshine.mat.bench.lowtran import find_source
 from skyshine.mat.bench.model import ModelledRung, TimeModel, modelled
 from skyshine.mat.bench.pareto import unbeaten
-from skyshine.mat.bench.part_errors import part_errors
-from skyshine.mat.bench.peers import Comparison, comparisons
+from skyshine.mat.bench.part_errors import part_errors, with_coarser_points
+from skyshine.mat.bench.peers import EqualError, comparisons
 from skyshine.mat.bench.pixel_errors import Truths, compute_truths, errors_of, measure
 from skyshine.mat.bench.rungs import STAGES, Rung
 from skyshine.mat.bench.sample import cache_in
 from skyshine.mat.bench.settings import AS_WRITTEN, BUILT_KELVIN, CHANGED, settings_of
+from skyshine.mat.bench.shared_compile import compile_bands
 from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.own_materials import job_materials
@@ -75,7 +77,9 @@ class Front:
         Errors with one part coarser.
     failed : dict of str to str
         Settings that cannot run, with the reason in one line.
-    peers : list of Comparison
+    peers : list of EqualError
+    absent : dict of str to str
+        Peers that are not here, with the reason.
     """
 
     loaded: LoadedJob
@@ -84,7 +88,8 @@ class Front:
     modelled: list[ModelledRung] = field(default_factory=list)
     parts: list[dict[str, Any]] = field(default_factory=list)
     failed: dict[str, str] = field(default_factory=dict)
-    peers: list[Comparison] = field(default_factory=list)
+    peers: list[EqualError] = field(default_factory=list)
+    absent: dict[str, str] = field(default_factory=dict)
 
     @property
     def units(self) -> str:
@@ -138,6 +143,7 @@ def measured(
     say(f"{loaded.trimmed.name}: {len(rungs)} settings of {states} of its {of_the_job} states, into {folder}")
     refused: str | None = None
     real = rungs if options.full else _built(rungs)
+    _compile(real, library, folder / "rungs", say)
     for number, rung in enumerate(real, 1):
         name = f"{rung.setting.name} ({number} of {len(real)})"
         if refused and rung.setting.kelvin is not None:  # tolerances are tried from the coarsest on
@@ -160,7 +166,7 @@ def measured(
         _model(front, truths, [rung for rung in rungs if rung not in real], say)
         yield front
     if front.rungs and front.rungs[0].setting.name == AS_WRITTEN:
-        front.peers = comparisons(front.rungs[0], library, lowtran_path=options.lowtran_path, say=say)
+        front.peers, front.absent = comparisons(front.rungs[0], library, lowtran_path=options.lowtran_path, say=say)
         yield front
 
 
@@ -193,13 +199,30 @@ def _model(front: Front, truths: Truths, rungs: list[Rung], say: Callable[[str],
             front.parts = part_errors(front.rungs[0], truths, model)
 
 
+def _compile(rungs: Sequence[Rung], library: MaterialLibrary, folder: Path, say: Callable[[str], object]) -> None:
+    """Resume what an earlier run has built, and compile the bands of all others."""
+    try:
+        for rung in rungs:
+            rung.folder.mkdir(parents=True, exist_ok=True)
+            rung.resume(library)
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}; name another --out", file=folder) from None
+    new = [rung for rung in rungs if rung.cost is None and not rung.refusal]
+    if not new:
+        return
+    say(f"compiling the bands of {len(new)} settings")
+    settings = [(rung.loaded, rung.cache) for rung in new]
+    settings += [(with_coarser_points(rung.loaded), rung.cache) for rung in new if rung.setting.name == AS_WRITTEN]
+    with suppress(InputError, CheckFailed):  # which the build of the setting meets again, and says
+        for rung, seconds in zip(new, compile_bands(settings, folder), strict=False):
+            rung.compiled = seconds
+
+
 def _build(
     rung: Rung, library: MaterialLibrary, textures_of: Rung | None, name: str, say: Callable[[str], object]
 ) -> None:
     """Build a rung, unless an earlier run has."""
     try:
-        rung.folder.mkdir(parents=True, exist_ok=True)
-        rung.resume(library)
         if rung.cost is None:
             say(f"{name}: building")
             rung.build(library, textures_of)
@@ -237,6 +260,7 @@ def describe(front: Front) -> dict[str, Any]:
         "parts": front.parts,
         "sentences": sentences(rungs, units),
         "peers": [peer.described for peer in front.peers],
+        "absent": dict(front.absent),
     }
 
 
@@ -257,7 +281,8 @@ def _method(front: Front) -> str:
         f" {options.scenes} random views of each state, band and source for every setting (seed {options.seed}), all"
         " bands, sources and materials together; the JSON has each set. Time: processor seconds of the whole build, by"
         f" one process a core ({core_count()} here), nothing cached, without pictures; textures are classified once"
-        " and counted in each setting. Start and rest: processes that begin, the job that is read."
+        " and counted in each setting, and all settings choose their spectral points from one sample, which counts in"
+        " each. Start and rest: processes that begin, the job that is read."
     )
     if front.modelled:
         text += (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from skyshine.mat.bench.charts import Bar, Mark, Row, front_chart, peer_chart, seconds_text, stage_chart, symbol
+from skyshine.mat.bench.charts import Bar, Mark, front_chart, seconds_text, stage_chart, symbol
 from skyshine.mat.bench.rungs import STAGES
 from skyshine.mat.budget.page import template
 
@@ -14,7 +14,6 @@ KEYS = {
     "circle": "tolerance of the pixel in kelvin, built; open: modelled",
     "diamond": "the job as written, ringed",
 }
-PEER_KEYS = {"triangle": "a peer", "circle": "this job as written"}
 
 
 def render(front: dict[str, Any]) -> str:
@@ -30,21 +29,15 @@ def render(front: dict[str, Any]) -> str:
     str
         HTML with style and charts inside.
     """
-    charts = {"front": "", "stages": "", "peers": ""}
+    charts = {"front": "", "stages": ""}
     if front["rungs"]:
         reference = front["rungs"][0]
         charts["front"] = front_chart(_marks(front["rungs"]), reference["error"]["units"], reference["floor"]["value"])
         charts["stages"] = stage_chart(_bars(front["rungs"]), STAGES)
-    present = [_row(peer) for peer in front["peers"] if peer["time"]["value"] is not None]
-    if present:
-        charts["peers"] = peer_chart(present)
-    keys, peer_keys = ([(symbol(shape), words) for shape, words in shapes.items()] for shapes in (KEYS, PEER_KEYS))
+    keys = [(symbol(shape), words) for shape, words in KEYS.items()]
     page = template(__package__, _TEMPLATE, {"short": _short, "spread": _spread, "seconds": seconds_text})
     bands = front["rungs"][0]["by_band"][:MOST_BANDS] if front["rungs"] else []
-    absent = {peer["peer"]: peer["note"] for peer in front["peers"] if peer["time"]["value"] is None}
-    return page.render(
-        front=front, charts=charts, absent=absent, keys=keys, peer_keys=peer_keys, stages=STAGES, bands=bands
-    )
+    return page.render(front=front, charts=charts, keys=keys, stages=STAGES, bands=bands)
 
 
 def _short(value: float | None) -> str:
@@ -88,8 +81,3 @@ def _bars(rungs: list[dict[str, Any]]) -> list[Bar]:
         )
         for rung in rungs
     ]
-
-
-def _row(peer: dict[str, Any]) -> Row:
-    seconds, ours = peer["time"]["value"], peer["time_of_this_job"]["value"]
-    return Row(peer["work"], ours, seconds, f"{peer['peer']} {seconds_text(seconds)}, this job {seconds_text(ours)}")

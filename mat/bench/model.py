@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from skyshine.mat.bench.pixel_errors import TablesOf, sets_of, tables_of
+from skyshine.mat.bench.pixel_errors import TablesOf, sets_of
 from skyshine.mat.bench.rungs import STAGES, Rung
 from skyshine.mat.bench.settings import Setting
 from skyshine.mat.bench.thinned import thinned, value_counts
@@ -66,7 +66,7 @@ class TimeModel:
     @cached_property
     def _counts(self) -> Floats:
         """Values (R, 2) of atmosphere and of temperatures in the built rungs."""
-        return np.array([counts(rung, tables_of(rung)) for rung in self.rungs], float)
+        return np.array([counts(rung, rung.tables) for rung in self.rungs], float)
 
     def _measured(self, stage: str) -> Floats:
         return np.array([rung.cost.stages[stage] for rung in self.rungs if rung.cost is not None])
@@ -114,10 +114,10 @@ def modelled(
     finest : Rung
     model : TimeModel
     """
-    factor, built = interval_factor(kelvin, finest_kelvin), tables_of(finest)
+    factor = interval_factor(kelvin, finest_kelvin)
 
     def tables(state: int, band: int, source: str) -> Tables:
-        return thinned(built(state, band, source), factor, factor)
+        return thinned(finest.tables(state, band, source), factor, factor)
 
     values = counts(finest, tables)
     stages, uncertainty = model.stages(values)

@@ -2,22 +2,50 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from skyshine.mat.atmosphere.transfer.stream_count import azimuthal_count
 from skyshine.mat.bench.model import TimeModel, counts
-from skyshine.mat.bench.pixel_errors import Truths, errors_of, sets_of, tables_of
+from skyshine.mat.bench.pixel_errors import AirOf, Truths, errors_of, sets_of
 from skyshine.mat.bench.rungs import Rung
+from skyshine.mat.bench.sample import with_spectral_tolerance
 from skyshine.mat.bench.thinned import thinned, without_harmonics, without_response
 from skyshine.mat.budget.built_tables import Tables
 from skyshine.mat.budget.sizes import kelvin_of, measures
+from skyshine.mat.budget.truth import Prepared
+from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.plan import Kind
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.scene.compiled import StateBand
 from skyshine.schemas.quantity import quantity
 
 FEW_STEPS = 48
+COARSER_POINTS = 4.0  # times the tolerance of a compiled band
+
+
+def _same(tables: Tables) -> Tables:
+    return tables
+
+
+def with_coarser_points(loaded: LoadedJob) -> LoadedJob:
+    """The job with fewer spectral points."""
+    return with_spectral_tolerance(loaded, COARSER_POINTS * loaded.trimmed.accuracy.spectral_tolerance)
+
+
+def _few_points(prepared: Prepared) -> BandAtmosphere:
+    loaded = with_coarser_points(prepared.loaded)
+    of_band = StateBand.of(loaded, prepared.state, prepared.band)
+    return BandAtmosphere.of(of_band.air, of_band.compiled.band)
+
+
+def _few_streams(prepared: Prepared) -> BandAtmosphere:
+    air = prepared.reduced.air
+    return replace(prepared.reduced, air=replace(air, nodes=air.nodes // 2, azimuthal=azimuthal_count(air.nodes // 2)))
 
 
 @dataclass(frozen=True)
@@ -32,18 +60,23 @@ class Part:
         Tables with this part coarser, from those of the job.
     steps : int or None
         Steps of the heat balance of a day, where these are the part.
+    air : callable or None
+        Coarser air, where its light is the part.
     """
 
     name: str
     key: str
-    tables: Callable[[Tables], Tables]
+    tables: Callable[[Tables], Tables] = _same
     steps: int | None = None
+    air: AirOf | None = None
 
 
 PARTS = (
     Part("half the nodes on each axis of the air", "atmosphere_grid.tolerance", lambda tables: thinned(tables, 2, 1)),
     Part("half the nodes on each axis of T", "surface_grid.tolerance", lambda tables: thinned(tables, 1, 2)),
-    Part(f"{FEW_STEPS} steps of the heat balance", "accuracy.solver_steps", lambda tables: tables, FEW_STEPS),
+    Part(f"{COARSER_POINTS:g} times the spectral tolerance", "accuracy.spectral_tolerance", air=_few_points),
+    Part("half the streams of scattered light", "none: 8, or 12 in cloud", air=_few_streams),
+    Part(f"{FEW_STEPS} steps of the heat balance", "accuracy.solver_steps", steps=FEW_STEPS),
     Part("light of level faces on tilted ones", "accuracy.tilted_faces_k", without_harmonics),
     Part("no response to shade and walls", "needs.shade", without_response),
 )
@@ -59,27 +92,42 @@ def part_errors(rung: Rung, truths: Truths, model: TimeModel) -> list[dict[str, 
     truths : Truths
     model : TimeModel
     """
-    written, rows = tables_of(rung), []
-    whole, _ = model.stages(counts(rung, written))
+    rows = []
+    whole, _ = model.stages(counts(rung, rung.tables))
     for part in PARTS:
 
         def tables(state: int, band: int, source: str, part: Part = part) -> Tables:
-            return part.tables(written(state, band, source))
+            return part.tables(rung.tables(state, band, source))
 
-        errors = errors_of(truths, tables, part.steps)["all"]
-        rows.append(_row(part.name, part.key, errors, whole, model.stages(counts(rung, tables))[0], rung, part))
+        errors = errors_of(truths, tables, part.steps, part.air)["all"]
+        less = model.stages(counts(rung, tables))[0]
+        rows.append(_row(part.name, part.key, errors, _saved(part, whole, less, rung, truths)))
     return rows + _texels(rung, truths)
 
 
-def _row(
-    name: str, key: str, errors: dict[str, Any], whole: dict[str, float], less: dict[str, float], rung: Rung, part: Part
-) -> dict[str, Any]:
-    saved = sum(whole.values()) - sum(less.values())
+def _saved(part: Part, whole: dict[str, float], less: dict[str, float], rung: Rung, truths: Truths) -> float:
+    """Processor seconds that a coarser part saves."""
     if part.steps is not None:
-        steps = rung.loaded.trimmed.accuracy.solver_steps
-        saved = whole["temperature"] * max(1 - part.steps / steps, 0.0)
-    elif part.tables is without_response:
-        saved = _stage(rung, Kind.TEMPERATURE, "response")
+        return whole["temperature"] * max(1 - part.steps / rung.loaded.trimmed.accuracy.solver_steps, 0.0)
+    if part.tables is without_response:
+        return _stage(rung, Kind.TEMPERATURE, "response")
+    if part.air is not None:
+        airs = [(prepared.reduced, part.air(prepared)) for prepared in truths.prepared.values()]
+        usual, coarser = (sum(air.band.weight.size for air in pair) for pair in zip(*airs, strict=True))
+        if coarser != usual:  # all that is computed at each point
+            return float(whole["tables"] * (1 - coarser / usual))
+        return sum(_field_seconds(air) - _field_seconds(coarse) for air, coarse in airs)
+    return sum(whole.values()) - sum(less.values())
+
+
+def _field_seconds(atmosphere: BandAtmosphere) -> float:
+    """Processor seconds of the fields of light at the points of a band."""
+    air, begin = replace(atmosphere.air), time.process_time()
+    air.prepare()
+    return time.process_time() - begin
+
+
+def _row(name: str, key: str, errors: dict[str, Any], saved: float) -> dict[str, Any]:
     units = "temperature" if errors["temperature"] else "share_of_radiance"
     return {
         "part": name,
@@ -101,7 +149,7 @@ def _texels(rung: Rung, truths: Truths) -> list[dict[str, Any]]:
     """Error of the texels' materials alone: each has the radiance of the material that held-out seeds were given."""
     errors, weights = [], []
     for state, band, source in sets_of(rung.loaded.trimmed):
-        tables = tables_of(rung)(state, band, source)
+        tables = rung.tables(state, band, source)
         truth = truths.of(state, band, source, tables)
         if truth is None or tables.assigned_share is None:
             continue

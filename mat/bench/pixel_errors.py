@@ -20,6 +20,7 @@ from skyshine.mat.budget.truth import Prepared
 from skyshine.mat.builder.executors import open_executor
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.grids import path_grid
@@ -156,11 +157,7 @@ def _common(axes: Sequence[Floats]) -> Floats:
 
 
 TablesOf: TypeAlias = Callable[[int, int, str], Tables]  # of a state, a band and a source
-
-
-def tables_of(rung: Rung) -> TablesOf:
-    """The databases of a rung."""
-    return lambda state, band, source: Tables.open(rung.files, state, band, source, rung.loaded.trimmed)
+AirOf: TypeAlias = Callable[[Prepared], BandAtmosphere]
 
 
 def measure(rung: Rung, truths: Truths) -> None:
@@ -172,11 +169,11 @@ def measure(rung: Rung, truths: Truths) -> None:
         A database is missing or does not belong to the job.
     """
     if rung.errors.get("key") != truths.key:
-        rung.errors = {"key": truths.key, **errors_of(truths, tables_of(rung))}
+        rung.errors = {"key": truths.key, **errors_of(truths, rung.tables)}
         rung.keep()
 
 
-def errors_of(truths: Truths, tables: TablesOf, steps: int | None = None) -> dict[str, Any]:
+def errors_of(truths: Truths, tables: TablesOf, steps: int | None = None, air: AirOf | None = None) -> dict[str, Any]:
     """Errors of the pixel of some tables: of all sets of scenes together, by band, and of each set.
 
     Parameters
@@ -185,6 +182,8 @@ def errors_of(truths: Truths, tables: TablesOf, steps: int | None = None) -> dic
     tables : callable
     steps : int, optional
         Steps of the heat balance, by whose error the temperatures in the tables are changed.
+    air : callable, optional
+        Coarser air, by whose light that of the tables is changed.
     """
     job = truths.loaded.trimmed
     sets: list[dict[str, Any]] = []
@@ -194,7 +193,9 @@ def errors_of(truths: Truths, tables: TablesOf, steps: int | None = None) -> dic
         truth = truths.of(state, band, source, of_source)
         if truth is None:
             continue
-        of_set = _SetErrors(band, truths.prepared[state, band].response, truth, truth.error(of_source, steps))
+        prepared = truths.prepared[state, band]
+        airs = None if air is None else (prepared.reduced, air(prepared))
+        of_set = _SetErrors(band, prepared.response, truth, truth.error(of_source, steps, airs))
         errors.append(of_set)
         sets.append({"state": state, "source": source, "views": len(truth.scenes.views), **_described([of_set])})
     bands = [[scene_error for scene_error in errors if scene_error.band == band] for band in job.needed_bands]
@@ -229,9 +230,9 @@ def compute_truths(truths: Truths, rung: Rung) -> None:
 
 def _compute(settings: tuple[LoadedJob, Sequence[Job], int, int, Path], rung: Rung, number: tuple[int, int]) -> None:
     loaded, jobs, scenes, seed, folder = settings
-    truths, tables = Truths(loaded, jobs, load_library(), scenes, seed, folder, lambda _: None), tables_of(rung)
+    truths = Truths(loaded, jobs, load_library(), scenes, seed, folder, lambda _: None)
     for source in loaded.trimmed.sources:
-        truths.of(*number, source, tables(*number, source))
+        truths.of(*number, source, rung.tables(*number, source))
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,8 @@ from typing import Any
 import skyshine
 from skyshine.mat.bench.sample import cache_in, sampled
 from skyshine.mat.bench.settings import Setting
+from skyshine.mat.bench.shared_compile import Seconds
+from skyshine.mat.budget.built_tables import Tables
 from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import LoadedJob, load_job
 from skyshine.mat.plan.plan import Kind, Plan, make_plan, texture_file
@@ -101,6 +103,10 @@ class Rung:
         Errors of the pixel, with the key that identifies the scenes; empty before they are measured.
     refusal : str
         Why the setting cannot be built, in one line; empty where that is not known.
+    compiled : dict of (int, int) to float
+        Processor seconds of the bands that are compiled already, by state and band.
+    opened : dict
+        Tables that were read, by state, band and source.
     """
 
     setting: Setting
@@ -110,6 +116,8 @@ class Rung:
     size: int = 0
     errors: dict[str, Any] = field(default_factory=dict)
     refusal: str = ""
+    compiled: Seconds = field(default_factory=dict)
+    opened: dict[tuple[int, int, str], Tables] = field(default_factory=dict)
 
     @classmethod
     def of(cls, setting: Setting, as_written: LoadedJob, folder: Path, states: int) -> Rung:
@@ -163,13 +171,21 @@ class Rung:
                 return False
         return True
 
+    def tables(self, state: int, band: int, source: str) -> Tables:
+        """The databases of a state, a band and a source, read once."""
+        key = state, band, source
+        if key not in self.opened:
+            self.opened[key] = Tables.open(self.files, *key, self.loaded.trimmed)
+        return self.opened[key]
+
     @property
     def cache(self) -> Path:
-        """Folder of the bands and skies that the build keeps, for the truth of the same job."""
+        """Folder of the bands, compiled before the build, and skies that it keeps, for the truth of the same job."""
         return self.folder / "cache"
 
     def build(self, library: MaterialLibrary, textures_of: Rung | None = None) -> BuildTime:
-        """Build everything again, keep what it computes of the job in `cache`, and record how long it took.
+        """Build everything but the bands in `cache` again, keep there what it computes of the job, and record how long
+        it took, with the time that the bands have taken.
 
         Parameters
         ----------
@@ -187,9 +203,10 @@ class Rung:
         plan = make_plan(self.loaded, library)
         finished = None if textures_of is None else textures_of.cost
         shared = [task.files[0] for task in plan.tasks if task.kind is Kind.TEXTURE] if finished else []
+        self.opened.clear()
+        shutil.rmtree(self.files, ignore_errors=True)
         for folder in (self.files, self.cache):
-            shutil.rmtree(folder, ignore_errors=True)
-            folder.mkdir(parents=True)
+            folder.mkdir(parents=True, exist_ok=True)
         if textures_of is not None:
             for name in shared:
                 shutil.copy(textures_of.files / name, self.files)
@@ -202,9 +219,9 @@ class Rung:
                 self.refusal = " ".join(str(error).split())
                 self.keep()
             raise
-        wall = time.perf_counter() - begin
-        processor = children_seconds() - children + time.process_time() - parent
-        tasks = _tasks(plan, result["files"])
+        wall = time.perf_counter() - begin + max(self.compiled.values(), default=0.0)
+        processor = children_seconds() - children + time.process_time() - parent + sum(self.compiled.values())
+        tasks = _tasks(plan, result["files"], self.compiled)
         if finished is not None:
             copied = tuple(task for task in finished.tasks if Kind(task.kind) is Kind.TEXTURE)
             tasks = (*(task for task in tasks if Kind(task.kind) is not Kind.TEXTURE), *copied)
@@ -227,8 +244,14 @@ class Rung:
         write_whole(self.folder / RECORD, json.dumps(record, indent=1) + "\n")
 
 
-def _tasks(plan: Plan, files: dict[str, Any]) -> tuple[TaskTime, ...]:
-    """Times of the tasks of a plan, from the record of a build, whose files of one task have the same entry."""
-    return tuple(
-        TaskTime(task.kind.value, task.band, dict(files[task.files[0]]["processor_stages"])) for task in plan.tasks
-    )
+def _tasks(plan: Plan, files: dict[str, Any], compiled: Seconds) -> tuple[TaskTime, ...]:
+    """Times of the tasks of a plan, from the record of a build, whose files of one task have the same entry; with those
+    of bands compiled before.
+    """
+    tasks = []
+    for task in plan.tasks:
+        stages = dict(files[task.files[0]]["processor_stages"])
+        if task.kind is Kind.ATMOSPHERE:
+            stages["compile"] = stages.get("compile", 0.0) + compiled.get((task.index, task.band), 0.0)
+        tasks.append(TaskTime(task.kind.value, task.band, stages))
+    return tuple(tasks)

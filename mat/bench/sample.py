@@ -25,6 +25,15 @@ def sampled(loaded: LoadedJob, count: int) -> LoadedJob:
     return dataclasses.replace(loaded, requested=requested, trimmed=trimmed)
 
 
+def with_spectral_tolerance(loaded: LoadedJob, tolerance: float) -> LoadedJob:
+    """The job with another tolerance of its compiled bands."""
+    requested, trimmed = (
+        job.model_copy(update={"accuracy": job.accuracy.model_copy(update={"spectral_tolerance": tolerance})})
+        for job in (loaded.requested, loaded.trimmed)
+    )
+    return dataclasses.replace(loaded, requested=requested, trimmed=trimmed)
+
+
 @contextmanager
 def cache_in(folder: Path | None) -> Iterator[None]:
     """With a folder of kept bands of its own, or None for none."""

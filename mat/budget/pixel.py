@@ -18,6 +18,7 @@ from skyshine.mat.budget.runtime_terms import (
 from skyshine.mat.budget.truth import FacetRadiance, FacetTruth, Prepared
 from skyshine.mat.budget.views import Views, random_views
 from skyshine.mat.measure.random_streams import Stream, random_stream
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.lines_of_sight import slope_and_azimuth
 from skyshine.mat.runtime.pixel import Faces, View
@@ -180,13 +181,36 @@ class PixelTruth:
         runtime = runtime_radiance(readings, tables.emission(facets.kelvin), facets.bounce, tables.finish, light)
         return cls(scenes, facets.radiance, runtime - facets.radiance)
 
-    def error(self, tables: Tables, steps: int | None = None) -> Floats:
-        """Error (n, M) of a runtime that reads all tables at the pixel, W m^-2 sr^-1; with `steps`, temperatures have
-        the error of so many steps of the heat balance besides.
+    def error(
+        self, tables: Tables, steps: int | None = None, airs: tuple[BandAtmosphere, BandAtmosphere] | None = None
+    ) -> Floats:
+        """Error (n, M) of a runtime that reads all tables at the pixel, W m^-2 sr^-1.
+
+        Parameters
+        ----------
+        tables : Tables
+        steps : int, optional
+            Steps of the heat balance, by whose error the temperatures are changed.
+        airs : pair of BandAtmosphere, optional
+            Air of the tables, and a coarser one, by whose difference the radiance is changed.
         """
         views, circumstances, truth = self.scenes.views, self.scenes.circumstances, self.scenes.truth
         kelvin = temperature_among(tables, views, circumstances)
         if steps is not None:
             place = views.normal, views.surface_altitude, views.time
             kelvin = kelvin + truth.temperature(*place, steps=steps) - truth.temperature(*place)
-        return pixel_radiance(tables, truth, views, circumstances, kelvin) - self.radiance
+        error = pixel_radiance(tables, truth, views, circumstances, kelvin) - self.radiance
+        if airs is not None:
+            usual, coarser = (self._radiance_in(air, tables, kelvin) for air in airs)
+            error = error + coarser - usual
+        return error
+
+    def _radiance_in(self, air: BandAtmosphere, tables: Tables, kelvin: Floats) -> Floats:
+        """Radiance (n, M) of the runtime's equations with the quantities of some air computed directly."""
+        views, circumstances, truth = self.scenes.views, self.scenes.circumstances, self.scenes.truth.in_air(air)
+        lines, finish, band = truth.lines(views, circumstances), tables.finish, truth.air.band
+        emitted = emitted_transmittance(band, truth.reflectance, lines, kelvin)
+        readings = replace(AtmosphereReadings.integrated(lines, band), emitted=emitted)
+        light = ReflectedLight.integrated(lines, band, truth.reflectance, finish.reflectance)
+        bounce = truth.bounce(views, views.normal, finish, circumstances)
+        return runtime_radiance(readings, tables.emission(kelvin), bounce, finish, light)

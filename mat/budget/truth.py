@@ -7,6 +7,7 @@ heat balance of each face under its own shadows and beside its own walls, paths 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,8 +25,8 @@ from skyshine.mat.quantities.results import SpectralLines
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.radiometry.spherical_harmonics import face_normal
 from skyshine.mat.scene.atmosphere import atmospheric_state
-from skyshine.mat.scene.bands import all_points, response_of
-from skyshine.mat.scene.compiled import compiled_band
+from skyshine.mat.scene.bands import all_points
+from skyshine.mat.scene.compiled import StateBand
 from skyshine.mat.scene.continuum_spread import other_continua
 from skyshine.mat.scene.ground import over_ground
 from skyshine.mat.scene.moisture import job_library
@@ -76,12 +77,9 @@ class Prepared:
     def of(cls, loaded: LoadedJob, state: int, band: int) -> Prepared:
         """Prepare a state and band, counted from 1."""
         loaded = loaded.on_date_of_state(state)
-        job, response = loaded.trimmed, response_of(loaded.trimmed.bands[band - 1])
-        state_model = job.states[state - 1]
-        air = over_ground(atmospheric_state(job.site, state_model), state_model, response, job_library(job))
-        everything = all_points(response, job.water_continuum)
-        compiled, _ = compiled_band(loaded, state_model, response, air, everything)
-        exact, reduced = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))
+        job, of_band = loaded.trimmed, StateBand.of(loaded, state, band)
+        response, air, compiled = of_band.response, of_band.air, of_band.compiled
+        exact, reduced = (BandAtmosphere.of(air, points) for points in (of_band.everything, compiled.band))
         light = irradiance_of_sources(job, compiled.band)
         bounds = Scattering.of(reduced.air).radiance(light, compiled.band.radiance_weight)
         omission = Omission.of(job, job.sources, air, response, bounds)
@@ -154,20 +152,31 @@ class FacetTruth:
     """
 
     def __init__(self, prepared: Prepared, library: MaterialLibrary, names: Sequence[str], source: str) -> None:
-        job = prepared.loaded.trimmed
-        self.air, self.source = prepared.lit(prepared.exact, source), source
-        self.irradiance = source_irradiance(job, source, self.air.band.wavenumber, self.air.band.width)
-        chosen = [library[name] for name in names]
+        job, chosen = prepared.loaded.trimmed, [library[name] for name in names]
+        self.source, self._prepared, self._chosen = source, prepared, chosen
+        self._enter(prepared.exact)
         self.inputs = prepared.inputs
         self.materials = surface_materials(chosen, job.operated, self.inputs[1].wetting)
         self.given = given_temperatures(job, job.states[prepared.state - 1])
-        micron = 1e4 / self.air.band.wavenumber
-        self.reflectance = np.array([np.interp(micron, m.wavelength, m.reflectance) for m in chosen])
         ground = job.states[prepared.state - 1].ground_material
         self._ground = surface_materials(
             [] if ground is None else [library[ground]], job.operated, self.inputs[1].wetting
         )
         self._lowest = job.site.altitude_km
+
+    def _enter(self, air: BandAtmosphere) -> None:
+        """Take the light, at the points of some air."""
+        self.air = self._prepared.lit(air, self.source)
+        points = air.band.wavenumber, air.band.width
+        self.irradiance = source_irradiance(self._prepared.loaded.trimmed, self.source, *points)
+        micron = 1e4 / air.band.wavenumber
+        self.reflectance = np.array([np.interp(micron, m.wavelength, m.reflectance) for m in self._chosen])
+
+    def in_air(self, air: BandAtmosphere) -> FacetTruth:
+        """The same at other points of the band, or with light of other detail."""
+        other = copy(self)
+        other._enter(air)
+        return other
 
     @property
     def mean_air_temperature(self) -> float:

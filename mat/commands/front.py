@@ -139,11 +139,18 @@ def _print(result: dict[str, Any]) -> None:
     echo_table(("the job as written, but", "key", f"99 %, {units}", "saves, s"), parts)
     for name, reason in result["cannot_run"].items():
         click.echo(f"{name} cannot run: {reason}")
-    for peer in result["peers"]:
-        if peer["time"]["value"] is not None:
-            seconds, ours = peer["time"]["value"], peer["time_of_this_job"]["value"]
-            click.echo(f"{peer['peer']}, {peer['work']}: {seconds:.3g} s; this job {ours:.3g} s")
-    for name, note in {peer["peer"]: peer["note"] for peer in result["peers"] if peer["time"]["value"] is None}.items():
+    peers = [
+        (
+            peer["work"],
+            f"{peer['error']['value']:.2g} {peer['error']['units'].removeprefix('1')}".strip(),
+            peer["peer"],
+            f"{peer['time']['value']:.3g}",
+            f"{peer['time_of_this_job']['value']:.3g}",
+        )
+        for peer in result["peers"]
+    ]
+    echo_table(("at an error that both reach", "error", "peer", "its s", "our s"), peers)
+    for name, note in result["absent"].items():
         click.echo(f"{name} is absent: {note}")
     for sentence in result["sentences"]:
         click.echo(sentence)

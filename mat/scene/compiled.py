@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TypedDict
 
 import numpy as np
@@ -17,8 +18,10 @@ from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.air_cells import shared_cell, states_of_cell
-from skyshine.mat.scene.bands import absorption_table
+from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.mat.scene.bands import absorption_table, all_points, response_of
 from skyshine.mat.scene.grids import path_grid, path_scope
+from skyshine.mat.scene.ground import over_ground
 from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.scene.sources import source_irradiance, usual_irradiance
 from skyshine.schemas.arrays import Floats
@@ -60,6 +63,36 @@ def compiled_band(
         **_settings(loaded),
         similar=similar_airs(loaded.requested, state_of_job, response),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class StateBand:
+    """A state and a band of a job.
+
+    Attributes
+    ----------
+    response : SpectralResponse
+    air : AtmosphericState
+        Air over the state's ground.
+    everything : BandPoints
+        All points of the band.
+    compiled : CompiledBand
+    """
+
+    response: SpectralResponse
+    air: AtmosphericState
+    everything: BandPoints
+    compiled: CompiledBand
+
+    @classmethod
+    def of(cls, loaded: LoadedJob, state: int, band: int) -> StateBand:
+        """A state and a band, counted from 1, of a job on the date of the state."""
+        job = loaded.trimmed
+        state_of_job, response = job.states[state - 1], response_of(job.bands[band - 1])
+        air = over_ground(atmospheric_state(job.site, state_of_job), state_of_job, response, job_library(job))
+        everything = all_points(response, job.water_continuum)
+        compiled, _ = compiled_band(loaded, state_of_job, response, air, everything)
+        return cls(response, air, everything, compiled)
 
 
 def band_of_airs(loaded: LoadedJob, airs: Sequence[AtmosphericState], everything: BandPoints) -> BandPoints:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.bench import energyplus
+from mat.maintain.bench import energyplus
 
 STEPS = 6  # an hour
 # Thickness m, conductivity, density, heat capacity: dense concrete on insulation.

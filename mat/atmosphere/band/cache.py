@@ -17,8 +17,10 @@ import hashlib
 import json
 import math
 import threading
+import time
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from enum import Enum
 from functools import lru_cache
 from importlib import metadata
@@ -34,6 +36,7 @@ from skyshine.mat.atmosphere.band.compile import (
     ChosenPoints,
     CompiledBand,
     FittedBand,
+    SampledBand,
     choose_points,
     fit_band,
     over_air,
@@ -59,6 +62,7 @@ _LIMITED = 1.5
 _MAX_FITS = 8  # of some 10 MB each
 _fits: OrderedDict[str, FittedBand] = OrderedDict()  # the latest last
 _choices: dict[str, ChosenPoints] = {}  # of some 10 kB each
+_samples: dict[str, tuple[SampledBand, float]] | None = None  # of `shared_samples`
 _lock = threading.Lock()
 
 
@@ -140,13 +144,49 @@ def cached_compile_band(
             compiled = None
     if compiled is None:
         fit, cached = _cached_fit(
-            content_key(*common, over_air(state)), lambda: fit_band(over_air(state), band, grid, usual, **settings)
+            content_key(*common, over_air(state)), lambda: _fitted(table, over_air(state), band, grid, usual, settings)
         )
         compiled = fit.measured(state.surface_temperature, irradiance)
         origin = Origin.SHARED if cached else Origin.FITTED
     if path is not None:
         _write(path, key, compiled)
     return compiled, origin
+
+
+@contextmanager
+def shared_samples() -> Iterator[dict[str, tuple[SampledBand, float]]]:
+    """Context in which bands that differ in the tolerance of their points alone are sampled once; some 100 MB a band.
+
+    Yields
+    ------
+    dict
+        Samples by content, with the processor seconds that each took.
+    """
+    global _samples
+    _samples = {}
+    try:
+        yield _samples
+    finally:
+        _samples = None
+
+
+def _fitted(
+    table: AbsorptionTable,
+    air: AtmosphericState,
+    band: BandPoints,
+    grid: PathAxes,
+    usual: Floats,
+    settings: _Settings,
+) -> FittedBand:
+    """Points for an air, by a sample of its own or by that of `shared_samples`."""
+    if _samples is None:
+        return fit_band(air, band, grid, usual, **settings)
+    key = content_key(*_common(table, band, grid, usual, settings)[:-1], settings["seed"], settings["scope"], air)
+    if key not in _samples:
+        begin = time.process_time()
+        sampled = SampledBand.of(air, band, grid, usual, settings["seed"], settings["scope"])
+        _samples[key] = sampled, time.process_time() - begin
+    return _samples[key][0].fitted(settings["tolerance"], settings["max_points"])
 
 
 def points_for_airs(

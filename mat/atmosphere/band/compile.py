@@ -254,15 +254,67 @@ def fit_band(
     -------
     FittedBand
     """
-    irradiance, brightness = _light(source_irradiance)
-    air = _air(state, band, grid, scope)
-    training = _training(air, grid, 1, np.random.default_rng(seed), scope)
-    test = _test(air, grid, seed, scope)
-    gases, dropped = _drop_gases([air], band, [training], tolerance * _GAS_SHARE, scope)
-    candidates = _candidates([air], [training])
-    targets, exact = fitted_and_tested(air, band.weight, irradiance, brightness, training, candidates, test)
-    chosen = _chosen([targets], candidates, band, gases, dropped, tolerance, max_points, seed)
-    return FittedBand(chosen, exact, _approximate(chosen, state, air, test, len(irradiance)))
+    sampled = SampledBand.of(state, band, grid, source_irradiance, seed, scope)
+    return sampled.fitted(tolerance, max_points)
+
+
+@dataclass(frozen=True, eq=False)
+class SampledBand:
+    """All points of a band on sample paths through some air: what any tolerance chooses its points by.
+
+    Attributes
+    ----------
+    state, band, seed
+        As `compile_band`.
+    sources : int
+        Number of sources.
+    air : SpectralAir
+        Air at all points.
+    test : Sample
+        Paths on which points are tested, with the responses `exact` of all points there.
+    effect : dict of str to float
+        Largest change of an in-band transmittance by each gas.
+    candidates : (C,) int array
+        Points that may be chosen, with their `targets` on the paths of the fit.
+    """
+
+    state: AtmosphericState
+    band: BandPoints
+    seed: int
+    sources: int
+    air: SpectralAir
+    test: Sample
+    effect: dict[str, float]
+    candidates: Integers
+    targets: Targets
+    exact: Responses
+
+    @classmethod
+    def of(
+        cls,
+        state: AtmosphericState,
+        band: BandPoints,
+        grid: PathAxes,
+        source_irradiance: Floats,
+        seed: int,
+        scope: PathScope = ALL_PATHS,
+    ) -> SampledBand:
+        """Sample a band; parameters as `compile_band`."""
+        irradiance, brightness = _light(source_irradiance)
+        air = _air(state, band, grid, scope)
+        training = _training(air, grid, 1, np.random.default_rng(seed), scope)
+        test = _test(air, grid, seed, scope)
+        effect = _effect_of_gases([air], band, [training], scope)
+        candidates = _candidates([air], [training])
+        targets, exact = fitted_and_tested(air, band.weight, irradiance, brightness, training, candidates, test)
+        return cls(state, band, seed, len(irradiance), air, test, effect, candidates, targets, exact)
+
+    def fitted(self, tolerance: float, max_points: int) -> FittedBand:
+        """The points that hold a tolerance."""
+        gases, dropped = _omitted(self.effect, tolerance * _GAS_SHARE)
+        chosen = _chosen([self.targets], self.candidates, self.band, gases, dropped, tolerance, max_points, self.seed)
+        approximate = _approximate(chosen, self.state, self.air, self.test, self.sources)
+        return FittedBand(chosen, self.exact, approximate)
 
 
 def choose_points(
@@ -292,7 +344,7 @@ def choose_points(
     irradiance, brightness = _light(source_irradiance)
     airs, generator = [_air(state, band, grid, scope) for state in states], np.random.default_rng(seed)
     training = [_training(air, grid, len(airs), generator, scope) for air in airs]
-    gases, dropped = _drop_gases(airs, band, training, tolerance * _GAS_SHARE, scope)
+    gases, dropped = _omitted(_effect_of_gases(airs, band, training, scope), tolerance * _GAS_SHARE)
     candidates = _candidates(airs, training)
     targets = [
         fitted_targets(air, band.weight, irradiance, brightness, sample, candidates)
@@ -434,7 +486,7 @@ def negligible_gases(
     """
     generator = np.random.default_rng(seed)
     training = [_training(air, grid, len(airs), generator, scope) for air in airs]
-    return _drop_gases(airs, band, training, tolerance * _GAS_SHARE, scope)[1]
+    return _omitted(_effect_of_gases(airs, band, training, scope), tolerance * _GAS_SHARE)[1]
 
 
 def _size(kind: str, values: Floats) -> Floats:
@@ -456,12 +508,10 @@ def _candidates(airs: Sequence[SpectralAir], samples: Sequence[Sample]) -> Integ
     return np.sort(order[np.linspace(0, count - 1, _MAX_CANDIDATES).astype(int)])
 
 
-def _drop_gases(
-    airs: Sequence[SpectralAir], band: BandPoints, samples: Sequence[Sample], allowed: float, scope: PathScope
-) -> tuple[tuple[str, ...], dict[str, float]]:
-    """Gases that remain, and those omitted with the largest change each makes in an in-band transmittance; the changes
-    sum to at most `allowed`.
-    """
+def _effect_of_gases(
+    airs: Sequence[SpectralAir], band: BandPoints, samples: Sequence[Sample], scope: PathScope
+) -> dict[str, float]:
+    """Largest change of an in-band transmittance by each gas."""
     effect: dict[str, float] = {}
     mean = band.weight / band.weight.sum()
     for air, sample in zip(airs, samples, strict=True):
@@ -475,6 +525,13 @@ def _drop_gases(
             without = np.maximum(depth - gas_sample.optical_depth(section), 0.0)
             change = float(np.max(np.exp(-without) @ mean - transmittance, initial=0.0))
             effect[gas] = max(effect.get(gas, 0.0), change)
+    return effect
+
+
+def _omitted(effect: dict[str, float], allowed: float) -> tuple[tuple[str, ...], dict[str, float]]:
+    """Gases that remain, and those omitted with the largest change each makes in an in-band transmittance; the changes
+    sum to at most `allowed`.
+    """
     dropped, total = {}, 0.0
     for gas in sorted(effect, key=effect.__getitem__):
         total += effect[gas]

@@ -15,7 +15,7 @@ from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, delta_fraction
 from skyshine.mat.atmosphere.transfer.directions import DIRECTIONS
 from skyshine.mat.atmosphere.transfer.forward_peak import ForwardPeak
 from skyshine.mat.atmosphere.transfer.geometry import Shells
-from skyshine.mat.atmosphere.transfer.layer_columns import vertical_parts
+from skyshine.mat.atmosphere.transfer.layer_columns import vertical_column, vertical_parts
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics, spectral_optics
 from skyshine.mat.atmosphere.transfer.ordinate_light import OrdinateLight
 from skyshine.mat.atmosphere.transfer.ordinates import AZIMUTHAL
@@ -100,6 +100,22 @@ class SpectralAir:
         if "diffuse_light" in vars(self):
             vars(part)["diffuse_light"] = self.diffuse_light.part(points)
         return part
+
+    def with_field_between(self, every: int) -> SpectralAir:
+        """The same air, its field of light scattered more than once solved at one of so many points, in the order of
+        their vertical optical depth d, and linear in d / (1 + d) between them.
+        """
+        depth = vertical_column(self.shells, self.optics.extinction).sum(axis=0)
+        depth /= 1 + depth
+        order = np.argsort(depth, kind="stable")
+        number = np.unique(np.linspace(0, order.size - 1, -(-order.size // every) + 1).round().astype(int))
+        solved = order[number]
+        lower = np.clip(np.searchsorted(depth[solved], depth, side="right") - 1, 0, max(solved.size - 2, 0))
+        step = depth[solved][lower + 1] - depth[solved][lower]
+        share = np.clip((depth - depth[solved][lower]) / np.where(step > 0, step, 1.0), 0.0, 1.0)
+        air, light = replace(self), self.part(solved).diffuse_light
+        vars(air)["diffuse_light"] = light.between(self.shells, self.optics, self.delta_fraction, solved, lower, share)
+        return air
 
     def prepare(self) -> None:
         """Compute the cached properties once, before several threads use them."""

@@ -171,6 +171,43 @@ class OrdinateLight:
             parts[name] = values
         return replace(self, **parts)
 
+    def between(
+        self, shells: Shells, optics: SpectralOptics, fraction: Floats, solved: Integers, lower: Integers, share: Floats
+    ) -> OrdinateLight:
+        """The field at points of which it is solved at some: diffuse radiance is linear between two of these, and each
+        point scatters it by its own share.
+
+        Parameters
+        ----------
+        shells, optics, fraction
+            As of `of`, at all P points.
+        solved : (K,) int array
+            Places of the solved points among all.
+        lower : (P,) int array
+            Number of the solved point before each point; the next follows it.
+        share : (P,) array
+            Weight of the next, 0 to 1.
+        """
+        nodes, (_, degree) = self.ordinates.moments // 2, self.ordinates.pairs
+        layers = ScaledLayers.of(
+            shells, optics, solved_moments(optics, nodes), fraction, molecules=True, azimuthal=1, parts=self.parts
+        )
+        weighted = np.concatenate([layers.at_levels, layers.weighted[self.parts.inside[0]]])[:, degree]
+        light, further = self.part(lower), self.part(lower + 1)
+        for field, number, weight in ((light, lower, 1 - share), (further, lower + 1, share)):
+            of_solved = weighted[..., solved[number]]
+            ratio = np.divide(weighted, of_solved, out=np.ones_like(weighted), where=of_solved != 0)
+            field.source[:] *= weight * ratio[:, None]
+            field.falling[:] *= weight
+            if field.straight is not None:
+                field.straight[:] *= weight
+        light.source[:] += further.source
+        light.falling[:] += further.falling
+        if light.straight is not None and further.straight is not None:
+            light.straight[:] += further.straight
+        scaled = optics.extinction - optics.aerosol_scattering * fraction
+        return replace(light, extinction=optics.extinction, scaled=scaled)
+
     def sky(self, altitude: Floats, source_elevation: Floats) -> Floats:
         """`falling` at altitudes (Z,) [m] and source elevations (S,) [rad]: (Z, S, P)."""
         lower = np.clip(np.searchsorted(self.levels, altitude, side="right") - 1, 0, self.levels.size - 2)

@@ -13,8 +13,8 @@ from skyshine.schemas.quantity import quantity
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from mat.maintain.bench.energyplus import RunTime
     from mat.maintain.bench.surface_ladder import Speed, SurfaceRung
-    from skyshine.mat.bench.energyplus import RunTime
 
 
 @click.command()
@@ -36,9 +36,9 @@ def surface(job: str | None, out: str | None, quick: bool, as_json: bool) -> Non
     Example:
       python -m mat.maintain.bench.surface --out bench
     """
+    from mat.maintain.bench import energyplus
     from mat.maintain.bench import surface_ladder as bench
     from skyshine.mat.api.examples import starter_files
-    from skyshine.mat.bench import energyplus
     from skyshine.mat.scene.surface import surface_inputs, surface_materials
     from skyshine.materials.library import load_library
 

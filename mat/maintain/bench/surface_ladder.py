@@ -19,7 +19,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from mat.maintain.bench.marching import DAY, Grid, march
+from skyshine.mat.bench.marching import DAY, Grid, march
 from skyshine.mat.surface import solver
 from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.forcing import Scene, Sky

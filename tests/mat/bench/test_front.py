@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from skyshine.mat.bench.charts import _LETTER, Mark, Row, front_chart, peer_chart, seconds_text
+from skyshine.mat.bench.charts import _LETTER, Mark, front_chart, seconds_text
 from skyshine.mat.bench.front import _one_line
 from skyshine.mat.bench.front_page import render
 from skyshine.mat.bench.front_sentences import sentences
@@ -57,12 +57,11 @@ def front(rungs):
     peer = {
         "peer": "LOWTRAN7",
         "work": "a line of sight, 8-12 um",
+        "error": quantity(0.01, "1"),
         "time": quantity(0.5, "s"),
         "time_of_this_job": quantity(1e-5, "s"),
-        "count": 1000,
-        "note": "single lines",
+        "note": "1 point beside steps of 5 cm^-1",
     }
-    absent = peer | {"peer": "EnergyPlus", "time": quantity(float("nan"), "s"), "note": "skipped: not installed"}
     return {
         "job": "a <wall> & more",
         "method": "how",
@@ -78,7 +77,8 @@ def front(rungs):
         ],
         "cannot_run": {"0.01 K": "no affordable grid <meets> it"},
         "sentences": sentences(rungs, "K"),
-        "peers": [peer, absent],
+        "peers": [peer],
+        "absent": {"PythonicDISORT": "it is not <installed>"},
     }
 
 
@@ -147,7 +147,8 @@ def test_the_page_needs_nothing_else_and_shows_every_setting(front):
     assert "0.01 K cannot run" in page and "no affordable grid &lt;meets&gt; it" in page
     assert re.search(r"exact tables</td><td>0.15</td><td>0.07</td>", page)
     assert "half the &lt;nodes&gt;" in page and "20 ± 2" not in page
-    assert "EnergyPlus is absent" in page and "skipped: not installed" in page
+    assert "PythonicDISORT is absent: it is not &lt;installed&gt;" in page
+    assert re.search(r"LOWTRAN7</td><td>0.01 </td><td>500 ms</td><td>10 µs</td>", page)
 
 
 def test_a_modelled_setting_is_named_with_its_uncertainty_and_an_open_mark(front):
@@ -196,11 +197,6 @@ def test_a_single_point_has_axes():
     chart = front_chart([Mark("as written", "diamond", 3.0, 3.0, 3.0, 0.5, 1.0, True, True)], "K")
     ElementTree.fromstring(chart)
     assert "nan" not in chart and "inf" not in chart
-
-
-def test_an_absent_peer_has_no_mark():
-    both, alone = (peer_chart([Row("a line", 1e-5, peer, "LOWTRAN7")]) for peer in (0.5, None))
-    assert both.count("<polygon") == 1 and alone.count("<polygon") == 0
 
 
 @pytest.mark.parametrize(

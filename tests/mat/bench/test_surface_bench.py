@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from mat.maintain.bench import energyplus
 from mat.maintain.bench import surface_ladder as bench
-from mat.maintain.bench.marching import Grid, march
 from mat.maintain.bench.surface_ladder import Case, batch_planes, case_of, forcing_between, measured
 from skyshine.mat.api.examples import starter_files
-from skyshine.mat.bench import energyplus
+from skyshine.mat.bench.marching import Grid, march
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
 from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial

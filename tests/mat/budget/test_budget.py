@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -11,7 +12,9 @@ from click.testing import CliRunner
 
 from skyshine.mat.budget.budget import error_budget
 from skyshine.mat.budget.built_tables import Tables
+from skyshine.mat.budget.circumstances import Circumstances
 from skyshine.mat.budget.measurement import Measurement
+from skyshine.mat.budget.pixel import PixelTruth, Scenes, temperature_among
 from skyshine.mat.budget.quantisation import BITS, PixelScale
 from skyshine.mat.budget.runtime_terms import (
     AtmosphereReadings,
@@ -23,7 +26,7 @@ from skyshine.mat.budget.runtime_terms import (
 )
 from skyshine.mat.budget.sizes import measures
 from skyshine.mat.budget.summary import describe
-from skyshine.mat.budget.truth import Prepared
+from skyshine.mat.budget.truth import FacetTruth, Prepared
 from skyshine.mat.cli import main
 from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.results import SpectralLines
@@ -71,6 +74,21 @@ def test_grey_surface_through_grey_air(honest, prepared):
     shown = runtime_radiance(AtmosphereReadings.integrated(lines, band), emission, bounce, finish)
     grey = np.repeat(finish.reflectance[:, None], shape[1], axis=1)
     np.testing.assert_allclose(shown, spectral_radiance(lines, band, kelvin, grey, bounce), rtol=1e-12)
+
+
+def test_other_air_changes_the_pixel_by_its_light(prepared, honest, small_build):
+    """On the few points of the tables, which cost little."""
+    tables, views = Tables.open(small_build, 1, 1, "sun", prepared.loaded.trimmed), honest.views.take(slice(2))
+    air, alone = prepared.reduced, Circumstances.none(2)
+    coarser = replace(air, air=replace(air.air, nodes=2, azimuthal=4, spherical=False))
+    truth = FacetTruth(replace(prepared, exact=air), load_library(), tables.materials, "sun")
+    pixel = PixelTruth.of(Scenes(truth, views, alone), tables)
+    kelvin = truth.temperature(views.normal, views.surface_altitude, views.time)
+    assert pixel._radiance_in(air, tables, kelvin) == pytest.approx(pixel.radiance + pixel.averages, rel=1e-4)
+    read = temperature_among(tables, views, alone)
+    change = pixel._radiance_in(coarser, tables, read) - pixel._radiance_in(air, tables, read)
+    assert pixel.error(tables, airs=(air, coarser)) - pixel.error(tables) == pytest.approx(change, rel=1e-6, abs=1e-12)
+    assert np.any(change != 0)
 
 
 def test_extrapolation_grows_with_the_field_of_view(honest):

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mat.maintain.bench.marching import march
 from skyshine.mat.api.own_material import new_material
+from skyshine.mat.bench.marching import march
 from skyshine.mat.job.load import load_job
 from skyshine.mat.job.surface import Operation
 from skyshine.mat.scene.surface import surface_materials

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mat.maintain.bench.marching import march
+from skyshine.mat.bench.marching import march
 from skyshine.mat.scene.surface import surface_materials
 from skyshine.mat.surface import solver
 from skyshine.mat.surface.column_forcing import Forcing

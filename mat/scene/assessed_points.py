@@ -34,7 +34,8 @@ def _chosen(wavelength: bytes, values: bytes) -> BandPoints:
 
     def evenly(points: SpectralPoints) -> Integers:
         inside = np.flatnonzero(point_weights(points, response) > 0)
-        return inside[np.linspace(0, inside.size - 1, min(inside.size, COUNT)).round().astype(int)]
+        chosen: Integers = inside[np.linspace(0, inside.size - 1, min(inside.size, COUNT)).round().astype(int)]
+        return chosen
 
     band = band_points(table.points(*response.wavenumber_range, evenly), response)
     low, high = band.points.interval_edges.T

@@ -209,8 +209,8 @@ def sun_cosine(
     """Cosine of the angle between the Sun and the normal of planes, 0 where it is behind; as `plane_irradiance`."""
     tilt, height = np.radians(slope), np.radians(solar_elevation)
     turn = np.radians(np.subtract(solar_azimuth, azimuth))
-    cosine = np.cos(tilt) * np.sin(height) + np.sin(tilt) * np.cos(height) * np.cos(turn)
-    return np.clip(cosine, 0.0, 1.0)
+    cosine: Floats = np.cos(tilt) * np.sin(height) + np.sin(tilt) * np.cos(height) * np.cos(turn)
+    return cosine.clip(0.0, 1.0)
 
 
 def _carried(light: Floats, clear_at_station: Floats, clear: Floats) -> Floats:

@@ -310,7 +310,7 @@ class SampledBand:
         return cls(state, band, seed, len(irradiance), air, test, effect, candidates, targets, exact)
 
     def fitted(self, tolerance: float, max_points: int) -> FittedBand:
-        """The points that hold a tolerance."""
+        """The points that meet a tolerance."""
         gases, dropped = _omitted(self.effect, tolerance * _GAS_SHARE)
         chosen = _chosen([self.targets], self.candidates, self.band, gases, dropped, tolerance, max_points, self.seed)
         approximate = _approximate(chosen, self.state, self.air, self.test, self.sources)

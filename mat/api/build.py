@@ -98,8 +98,7 @@ def build(
 ) -> Build:
     """Build all databases of a job as `mat build` does.
 
-    A script that calls this is under ``if __name__ == "__main__":``, because processes import it again. The logger
-    ``skyshine.mat.build`` says each file that is finished, at level INFO.
+    The logger ``skyshine.mat.build`` says each file that is finished, at level INFO.
 
     Parameters
     ----------

@@ -6,7 +6,6 @@ import multiprocessing
 import multiprocessing.connection
 import os
 import signal
-import sys
 import threading
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor
@@ -18,6 +17,7 @@ from typing import Literal
 
 from skyshine.mat.threads import LINEAR_ALGEBRA
 from skyshine.schemas.errors import CheckFailed, InputError
+from skyshine.schemas.processes import FreshProcesses
 from skyshine.schemas.whole_files import PART
 
 DASK = "dask:"
@@ -76,7 +76,7 @@ class _Pool(ProcessPoolExecutor):
     """
 
     def __init__(self, jobs: int, folder: Path):
-        super().__init__(jobs, mp_context=multiprocessing.get_context("spawn"), initializer=_follow_parent)
+        super().__init__(jobs, mp_context=FreshProcesses(), initializer=_follow_parent)
         self.folder = folder
 
     def __exit__(
@@ -91,25 +91,11 @@ class _Pool(ProcessPoolExecutor):
             for part in self.folder.glob(f".*.{process.pid}{PART}"):
                 part.unlink(missing_ok=True)
         if kind is BrokenProcessPool:
-            raise CheckFailed(f"a process of the build died; {_remedy()}") from value
+            raise CheckFailed(
+                "a process of the build died; memory may have run out; finished files are kept: run it again with fewer"
+                " jobs"
+            ) from value
         return False
-
-
-def _remedy() -> str:
-    """What to do when a process of the pool has died.
-
-    Each process imports the main module again. A script that builds outside of ``if __name__ == "__main__":`` then
-    starts a build in every process, and a program read from standard input cannot be imported at all; the commands
-    run as modules of the package or from a guarded script.
-    """
-    main = sys.modules["__main__"]
-    script = getattr(main, "__file__", None)
-    if main.__spec__ is None and (script is None or Path(script).stem not in ("mat", "tmm", "pytest")):
-        return (
-            'a script that builds must do so under: if __name__ == "__main__": (each process imports the script);'
-            " if it does, memory may have run out: run it again with fewer jobs, finished files are kept"
-        )
-    return "memory may have run out; finished files are kept: run it again with fewer --jobs"
 
 
 def _follow_parent() -> None:

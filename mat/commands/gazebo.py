@@ -11,7 +11,7 @@ from skyshine.mat.commands.sight_options import sight_options
 from skyshine.schemas.errors import InputError
 
 
-@click.command(epilog="Example: mat export demo/built --to gazebo --hour 14 --band 8-12 --range 1.5 --out media")
+@click.command(epilog="Example: mat export demo/built --to gazebo --hour 14 --band b02 --out media")
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--hour", type=click.FloatRange(0, 24), required=True, help="Local clock time, h.")
 @sight_options("Name of the band; required if the folder has several.")

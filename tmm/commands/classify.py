@@ -69,13 +69,13 @@ def _results(job: TmmJob, folder: Path, out: str | None, fresh: bool, processes:
     if processes == 1 or len(job.textures) == 1:
         yield from _classified(job, folder, out, fresh)
         return
-    import multiprocessing
     from concurrent.futures import ProcessPoolExecutor
     from concurrent.futures.process import BrokenProcessPool
 
     from skyshine.schemas.errors import InputError
+    from skyshine.schemas.processes import FreshProcesses
 
-    pool = ProcessPoolExecutor(min(processes, len(job.textures)), multiprocessing.get_context("spawn"))
+    pool = ProcessPoolExecutor(min(processes, len(job.textures)), FreshProcesses())
     alone = [job.model_copy(update={"textures": [entry]}) for entry in job.textures]
     futures = [pool.submit(_in_a_process, single, folder, out, fresh) for single in alone]
     try:

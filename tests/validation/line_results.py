@@ -1,12 +1,14 @@
 """The packaged table over its own lines in the thin air of the limb, and what two laws of CO2's head transmit.
 
-``SKYSHINE_DATA=FOLDER python tests/validation/line_results.py`` writes the results file beside this module and its part
-of atmospheres/absorption.md. The limb's rays and air are those of `limb_results`; CO2, H2O and CH4 radiate alone, whose
-lines the folder holds.
+``SKYSHINE_DATA=FOLDER python tests/validation/line_results.py GENERATED`` writes the results file beside this module
+and its part of atmospheres/absorption.md; GENERATED is the folder of ``python -m mat.maintain.lines generate``, whose
+ozone is compared with RFM at 50 km. The limb's rays and air are those of `limb_results`; CO2, H2O and CH4 radiate alone
+otherwise, whose lines the other folder holds.
 """
 
 import json
 import os
+import sys
 from pathlib import Path
 
 import limb_results
@@ -56,6 +58,25 @@ def limb(library, continua, table):
     return rows
 
 
+def ozone(generated):
+    """Of windows at 50 km, radiance of ozone alone by its generated lines over all that RFM has there."""
+    from skyshine.mat.spectroscopy import linebyline
+
+    rows, (altitude, length, _) = [], shells(50)
+    pressure, temperature, _ = air(altitude)
+    fraction = limb_results.amounts_at(altitude)["O3"]
+    molecules = (pressure / (BOLTZMANN * temperature) * length * fraction)[:, None]
+    for tangent, low, high, reference in limb_results.windows():
+        if (tangent, high - low) == (50, 5) and 1000 < low < 1200:
+            lines, wavenumber = generated.near("O3", float(low), float(high)), linebyline.interval_grid(low, high)
+            states = zip(pressure[:, None], temperature[:, None], fraction, strict=True)
+            section = [linebyline.interval_spectrum(lines, float(low), float(high), *air)[0, 0] for air in states]
+            glow = C1 * wavenumber**3 / np.expm1(C2 * wavenumber / temperature[:, None])
+            ratio = round(float(emerging(molecules * np.array(section), glow).mean()) / reference, 3)
+            rows.append({"low": low, "ratio": ratio})
+    return rows
+
+
 def head(library, continua):
     """Mean transmittance of CO2 over some lengths of air at the ground: by the table, whose lines mix, and by the law
     that meets RFM's limb, Voigt lines cut at 25 cm-1 with MT_CKD's continuum.
@@ -100,6 +121,9 @@ def block(results):
     for low in dict.fromkeys(row["low"] for row in results["limb"]):
         cells = [f"{row['ratio']:.2f}" for row in results["limb"] if row["low"] == low]
         lines.append(f"| {low}-{low + 5} | " + " | ".join(cells) + " |")
+    by_lines = [(f"{row['low']}-{row['low'] + 5}", f"{row['ratio']:.2f}") for row in results["ozone"]]
+    lines += ["", "| ozone by its lines, 50 km | " + " | ".join(window for window, _ in by_lines) + " |"]
+    lines += ["|---" * (1 + len(by_lines)) + "|", "| over RFM | " + " | ".join(ratio for _, ratio in by_lines) + " |"]
     lengths = " | ".join(f"{length:g} km" for length in LENGTHS_KM)
     lines += ["", f"| cm-1 | {lengths} |", "|---" * (1 + len(LENGTHS_KM)) + "|"]
     for row in results["head"]:
@@ -109,6 +133,8 @@ def block(results):
 
 
 if __name__ == "__main__":
-    found = computed(Path(os.environ["SKYSHINE_DATA"]))
+    from skyshine.mat.spectroscopy.gases import LineLibrary
+
+    found = computed(Path(os.environ["SKYSHINE_DATA"])) | {"ozone": ozone(LineLibrary(Path(sys.argv[1])))}
     RESULTS.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     PAGE.write_text(with_block(PAGE.read_text(encoding="utf-8"), RESULTS.name, block(found)), encoding="utf-8")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime as dt
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -130,10 +131,7 @@ class TemperatureProduct:
             with report.stage("response"):
                 response = response_table(solver.materials, solver.scene(axes), steps=steps, prescribed=solver.fixed)
         day = job.on_date_of_state(state).site
-        measured = np.arange(len(materials))
-        if (few := measured_on(job.states[state - 1], measured.size)) < measured.size:
-            of_date = random_stream(seed, Stream.TEMPERATURE_ERROR, day.date.toordinal())
-            measured = np.sort(of_date.choice(measured, few, replace=False))
+        measured = _measured(job.states[state - 1], day.date, seed, len(materials))
         with report.stage("accuracy"):
             drawn = random_stream(seed, Stream.TEMPERATURE_ERROR)
             probes = _places(requested, whole_day, drawn, measured.size, fixed)
@@ -292,6 +290,15 @@ def tolerance_axes(job: Job, solver: Solver, start: StartAxes, most_nodes: int, 
         fixed=start.fixed,
         insist=insist,
     )
+
+
+def _measured(state: State, date: dt.date, seed: int, materials: int) -> Integers:
+    """Numbers of the materials on which the errors of a state are measured: of many states others on each date."""
+    count = measured_on(state, materials)
+    if count == materials:
+        return np.arange(materials)
+    of_date = random_stream(seed, Stream.TEMPERATURE_ERROR, date.toordinal())
+    return np.sort(of_date.choice(materials, count, replace=False))
 
 
 def _placed_on(solver: Solver, seed: int) -> Integers:

@@ -2,15 +2,21 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import skyshine.mat
+from skyshine.mat.atmosphere.band.sample import Sample
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.segments import Depths
 from skyshine.mat.job.load import load_job
-from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
+from skyshine.mat.scene.assessed_points import assessed_points
 from skyshine.mat.scene.bands import absorption_table
 from skyshine.mat.scene.continuum_spread import other_continua, spread_kelvin, spread_warnings
+from skyshine.mat.scene.grids import path_grid
 
 WINDOW = SpectralResponse.rectangular(8.0, 12.0)
 
@@ -25,6 +31,26 @@ def test_air_without_water_does_not_differ_and_humid_air_does(loaded):
     dry = replace(humid, mole_fraction=humid.mole_fraction | {"H2O": 1e-12 * humid.mole_fraction["H2O"]})
     spread = [spread_kelvin(loaded.trimmed, air, WINDOW, ["mt_ckd_4.3", "mt_ckd_2.4"]) for air in (humid, dry)]
     assert 0.3 < spread[0] < 5.0 and spread[1] < 1e-6
+
+
+def test_the_spread_is_that_of_lines_of_sight_through_the_whole_air(loaded):
+    job, state, other = loaded.trimmed, AtmosphericState.from_profile("tropical"), "mt_ckd_2.4"
+    clear, radiances = replace(state, aerosols=(), hydrometeors=()), []
+    for name in (job.water_continuum, other):
+        band = assessed_points(WINDOW, name)
+        air = SpectralAir.of(clear, band.points, band.gases, band.weight)
+        lines = Sample.for_test(air.shells, path_grid(job), 16, np.random.default_rng(0)).lines
+        radiances.append([radiance(air, line) @ band.radiance_weight for line in lines])
+    warmer, colder = (planck_wavenumber(band.wavenumber, kelvin) @ band.radiance_weight for kelvin in (300.5, 299.5))
+    expected = np.percentile(np.abs(np.subtract(*radiances)) / (warmer - colder), 95)
+    assert spread_kelvin(job, state, WINDOW, [other]) == pytest.approx(expected, rel=1e-6)
+
+
+def radiance(air, line):
+    """Radiance at the observer of a black body of 300 K at the end of the first segments of a line."""
+    depth, end = line.segments.column(air.optics.extinction), line.node[-1]
+    emitted = air.thermal_radiance(line.segments, Depths(depth))[:end].sum(axis=0)
+    return np.exp(-depth[:end].sum(axis=0)) * planck_wavenumber(air.optics.wavenumber, 300.0) + emitted
 
 
 def test_the_same_continuum_does_not_differ(loaded):

@@ -165,23 +165,34 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list[Pat
         for band in job.needed_bands:
             files = tuple(folder + atmosphere_file(state, band, source, states) for source in job.sources)
             tasks.append(Task(Kind.ATMOSPHERE, state, band, files, len(files) * _atmosphere_values(job)))
-        size = len(materials) * (_surface_values(job) + response_planes(job) * _VALUES_OF_RESPONSE)
+        size = len(materials) * (surface_values(job) + response_values(job))
         tasks.append(Task(Kind.TEMPERATURE, state, 0, (folder + state_file(state, states),), size))
     tasks += [Task(Kind.BAND, band, band, (band_file(band),), 0) for band in job.needed_bands]
     return Plan(tuple(tasks), materials, tuple(tables_left_out(loaded, library, materials)))
 
 
 def _atmosphere_values(job: Job) -> int:
-    """Numbers in an atmospheric file: those of the channels, and of the tables on five axes where the job has them."""
+    """Numbers in an atmospheric file: those of the channels, and of the tables on five axes."""
+    return _VALUES_IN_CHANNELS + grid_values(job)
+
+
+def grid_values(job: Job) -> int:
+    """Numbers in the tables on the five axes of a job, 0 where it has none."""
     if not job.atmosphere_grid.writes_tables:
-        return _VALUES_IN_CHANNELS
+        return 0
     lengths = [len(nodes) for nodes in job.atmosphere_axes().values()]
-    return _VALUES_IN_CHANNELS + sum(prod(lengths[:count]) for _, count in QUANTITIES.values())
+    return sum(prod(lengths[:count]) for _, count in QUANTITIES.values())
 
 
-def _surface_values(job: Job) -> int:
+def surface_values(job: Job) -> int:
+    """Numbers in the temperatures of a material, on the axes as the job has them."""
     grid = job.surface_grid
     return len(job.surface_altitudes_km) * len(grid.azimuth_deg) * len(grid.slope_deg) * len(temperature_times(job))
+
+
+def response_values(job: Job) -> int:
+    """Numbers in the response of a material to shade."""
+    return response_planes(job) * _VALUES_OF_RESPONSE
 
 
 # Materials, at random, on which nodes of temperatures are placed, and on which each of many states is measured, others

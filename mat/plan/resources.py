@@ -7,15 +7,23 @@ from dataclasses import dataclass
 
 from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import LoadedJob
-from skyshine.mat.plan.cost import FINEST, FINEST_PRICED, Changes, estimate, film
+from skyshine.mat.plan.cost import FINEST, FINEST_PRICED, WINDOW, Changes, estimate, film
 from skyshine.mat.plan.machine import machine_slowness
-from skyshine.mat.plan.plan import FLOAT_BYTES, Kind, Plan
+from skyshine.mat.plan.plan import FLOAT_BYTES, Kind, Plan, grid_values, response_values, surface_values
+from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.bands import absorption_table, response_of
 
-# Bytes of an atmospheric file and of temperatures over those of their tables before compression, at 0.5 K: fitted to
-# builds as the times are. Placed nodes of many materials are fewer for each; those of wet days are more.
-_AIR_ON_DISK, _TEMPERATURES_ON_DISK, _MANY, _WET = 0.19, 0.35, 100, 1.5
-_TEMPERATURES_FILE, _BAND_FILE, _TEXTURE_FILE = 1e5, 5e4, 7.5e5  # bytes
+# Bytes, of seventeen builds that no test of this estimate has. Names and attributes of arrays in a file of air, of
+# temperatures and of a band; what else is in the latter two besides tables; a texture.
+_AIR_HEADERS, _TEMPERATURE_HEADERS, _BAND_HEADERS = 5.7e4, 5.4e4, 2.9e4
+_TEMPERATURES_FILE, _BAND_FILE, _TEXTURE_FILE = 4.5e4, 1e4, 7.5e5
+# Channels at 0.5 K: of a band in the window around 3.8 um alone, of another with much light of the first source, and of
+# any other; for so many altitudes, of fewer less by a power. They grow as the tolerance falls. All times 0.57, which is
+# what storing differences made of two of the test's jobs.
+_SUNLIT_CHANNELS, _SHORT_CHANNELS, _CHANNELS, _ALTITUDES, _BY_ALTITUDE = 7.5e5, 2.8e5, 1.2e5, 12, 1.5
+# A value of the tables on the axes of a job, of a response, and of temperatures at 0.5 K, whose nodes grow with the
+# square as the tolerance falls: 0.6 to 3.6 by site and weather; on wet days.
+_GRID_VALUE, _RESPONSE_VALUE, _TEMPERATURE_VALUE, _WET = 0.5, 0.8, 0.9, 1.75
 # Bytes of a process: libraries with a sky, a band with each of its spectral points, each further table of the air until
 # what is kept is thrown away, each material, and for each byte of the largest table.
 _PROCESS, _BAND, _POINT, _FURTHER, _MOST_FURTHER, _MATERIAL, _OF_TABLE = 4.0e8, 9e7, 6.5e4, 1e8, 3, 8e5, 2.0
@@ -125,18 +133,27 @@ def _disk(loaded: LoadedJob, plan: Plan) -> float:
         1.0 if grid.tolerance is None else FINEST / max(tolerance_parts(grid.tolerance)[0], FINEST_PRICED)
         for grid in (job.atmosphere_grid, job.surface_grid)
     ]
+    altitudes = min(1.0, (len(job.sampled_axes()["altitude_km"]) / _ALTITUDES) ** _BY_ALTITUDE)
+    response = _RESPONSE_VALUE * len(plan.materials) * response_values(job)
     for task in plan.tasks:
-        size = FLOAT_BYTES * task.values
         if task.kind is Kind.ATMOSPHERE:
-            total += _AIR_ON_DISK * size * (0.4 + 0.6 * finer[0])
+            first, other = _channel_bytes(response_of(job.bands[task.band - 1]))
+            channels = (first + (len(task.files) - 1) * other) * altitudes * finer[0]
+            total += len(task.files) * (_AIR_HEADERS + _GRID_VALUE * grid_values(job)) + channels
         elif task.kind is Kind.TEMPERATURE:
             wet = min(film(job.states[task.index - 1]), _WET)
-            total += _TEMPERATURES_FILE + _TEMPERATURES_ON_DISK * size * finer[1] * wet / (
-                1 + len(plan.materials) / _MANY
-            )
+            tables = _TEMPERATURE_VALUE * len(plan.materials) * surface_values(job) * finer[1] ** 2 * wet
+            total += _TEMPERATURE_HEADERS + _TEMPERATURES_FILE + response + tables
         else:
-            total += _BAND_FILE if task.kind is Kind.BAND else _TEXTURE_FILE
+            total += _BAND_HEADERS + _BAND_FILE if task.kind is Kind.BAND else _TEXTURE_FILE
     return total
+
+
+def _channel_bytes(response: SpectralResponse) -> tuple[float, float]:
+    """Bytes of the channels of a band under the first source, and under each other, at `FINEST`."""
+    if WINDOW[0] <= response.lower and response.upper <= WINDOW[1]:
+        return _SUNLIT_CHANNELS, _CHANNELS
+    return (_SHORT_CHANNELS if response.lower < WINDOW[1] else _CHANNELS), _CHANNELS
 
 
 def _memory(loaded: LoadedJob, plan: Plan) -> float:

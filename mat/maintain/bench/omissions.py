@@ -88,11 +88,13 @@ def compare(loaded: LoadedJob, folder: Path, seed: int) -> Comparison:
 
 
 def build_cost(loaded: LoadedJob, folder: Path) -> BuildCost:
-    """Build a job anew in one process, without pictures."""
+    """Build a job anew in one process, without pictures; what its textures take is not counted."""
     before = children_seconds()
     result = build(loaded, out=folder, jobs=1, fresh=True, pictures=False)
-    size = sum((folder / file).stat().st_size for file in result["files"])
-    return BuildCost(children_seconds() - before, size)
+    textures = {name: entry for name, entry in result["files"].items() if name.endswith(".tmm.h5")}
+    size = sum((folder / file).stat().st_size for file in result["files"] if file not in textures)
+    seconds = children_seconds() - before - sum(entry["processor_seconds"] for entry in textures.values())
+    return BuildCost(seconds, size)
 
 
 def read_differences(

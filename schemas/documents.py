@@ -397,7 +397,7 @@ def parse_model(document: Document, model: type[Model], context: Any = None) -> 
         return model.model_validate(document.data, context=context)
     except pydantic.ValidationError as error:
         problems = error.errors(include_url=False)
-        raise _located(document, _telling(problems), len(problems) - 1) from None
+        raise _located(document, _telling(problems), problems) from None
 
 
 def _telling(problems: list[ErrorDetails]) -> ErrorDetails:
@@ -409,13 +409,20 @@ def _telling(problems: list[ErrorDetails]) -> ErrorDetails:
     return problems[0]
 
 
-def _located(document: Document, problem: ErrorDetails, others: int) -> InputError:
-    location, context = tuple(problem["loc"]), problem.get("ctx", {})
-    if problem["type"] == "unknown_key":
-        location += (context["key"], KEY)
+def _located(document: Document, problem: ErrorDetails, problems: list[ErrorDetails]) -> InputError:
+    """The error of a problem, with the other lines that have one."""
+    location = _place(problem)
     name = ".".join(str(part) for part in document.written(problem["loc"]))
-    more = f" (and {others} more)" if others else ""
+    places = {document.where(_place(other))[0] for other in problems} - {None, document.where(location)[0]}
+    lines = [str(line) for line in sorted(filter(None, places))]
+    more = f" (wrong too: line{'s' * (len(lines) > 1)} {', '.join(lines)})" if lines else ""
     return document.error(location, (f"{name}: " if name else "") + problem_text(problem) + more)
+
+
+def _place(problem: ErrorDetails) -> Location:
+    """Location of a problem: of an unknown key, that of the key itself."""
+    key = (problem["ctx"]["key"], KEY) if problem["type"] == "unknown_key" else ()
+    return (*problem["loc"], *key)
 
 
 def problem_text(problem: ErrorDetails) -> str:

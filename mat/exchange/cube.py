@@ -81,7 +81,7 @@ def _cube(catalog: Catalog, entries: Sequence[Entry], target: Path) -> Path:
             for number, entry in enumerate(entries):
                 path = catalog.folder / entry.file
                 if entry.filetype == "htt":
-                    own, arrays = _temperatures(path)
+                    own, arrays = _temperatures(path, axes)
                 else:
                     own, arrays = _atmosphere(path, axes)
                 if not number:
@@ -130,21 +130,25 @@ def _define(file: Dataset, axes: Axes, arrays: Arrays, entry: Entry) -> None:
         variable.setncatts({"units": units, "long_name": words})
 
 
-def _temperatures(path: Path) -> tuple[Axes, Arrays]:
+def _temperatures(path: Path, axes: Axes) -> tuple[Axes, Arrays]:
+    """Temperatures of a file on its nodes, or on those of the first file: a build places them for each state."""
     table = open_as(TemperatureTable, path, "name a folder of mat build")
     stored = table.root.axes
     codes, times = np.asarray(stored["material"].values), stored["time"]
     hours = HOURS
     if times.attributes["interpolation"] == LINEAR:  # of a part of the day
         hours = HOURS[(times.values[0] <= HOURS) & (times.values[-1] >= HOURS)]
-    axes: Axes = {
+    own: Axes = {
         "material": (np.asarray(table.root.variables[NAMES].data).astype(str), "1", "material"),
-        **{name: (np.asarray(stored[name].values), stored[name].units, stored[name].long_name) for name in COLUMN[1:]},
+        **{
+            name: axes.get(name) or (np.asarray(stored[name].values), stored[name].units, stored[name].long_name)
+            for name in COLUMN[1:]
+        },
         "hour": (hours, "h", "local clock time of day"),
     }
-    mesh = np.meshgrid(codes, *(axes[name][0] for name in (*COLUMN[1:], "hour")), indexing="ij", sparse=True)
+    mesh = np.meshgrid(codes, *(own[name][0] for name in (*COLUMN[1:], "hour")), indexing="ij", sparse=True)
     values = table.value("temperature", **dict(zip((*COLUMN, "time"), mesh, strict=True)))
-    return axes, {"temperature": (tuple(axes), values, "K", "surface temperature")}
+    return own, {"temperature": (tuple(own), values, "K", "surface temperature")}
 
 
 def _atmosphere(path: Path, axes: Axes) -> tuple[Axes, Arrays]:

@@ -242,10 +242,17 @@ def seen_radiance(
             " line of sight"
         )
     track = tables.surface.source_track(source, time=hours)
+    observer = altitude - sight.range * float(np.sin(np.radians(sight.elevation)))
+    highest = float(np.max(read.air.attributes.get("altitude_km", np.inf)))
+    if observer > highest:
+        raise InputError(
+            f"{sight.range:g} km at an elevation of {sight.elevation:g} degree put the observer at {observer:.4g} km;"
+            f" allowed: up to {highest:g} km; give a shorter range or another elevation"
+        )
     nearest, count = float(read.air.rules("beta_star")[0].nodes[0]), hours.size
     lines = LinesOfSight(
         np.full(count, sight.range),
-        np.full(count, altitude - sight.range * np.sin(np.radians(sight.elevation))),
+        np.full(count, observer),
         np.full(count, sight.elevation),
         track.elevation,
         track.azimuth - sight.heading,

@@ -126,3 +126,9 @@ def test_a_wrong_value_in_a_mapping_that_may_be_a_word_is_found_inside_the_mappi
     file = write(tmp_path, "weights: {sand: 1, soil: wet}")
     with pytest.raises(InputError, match=r"job.yaml:1:26: weights.soil: found 'wet'"):
         load_model(file, Weighted)
+
+
+def test_the_lines_of_other_mistakes_are_named_beside_the_first(tmp_path):
+    file = write(tmp_path, "items:\n  - altitud_km: 3\n  - altitude_km: high\n  - {altitude_km: 1}\n  - lat: 3\n")
+    with pytest.raises(InputError, match=r"2:5: .* \(wrong too: lines 3, 5\)$"):
+        load_model(file, Sheet)

@@ -54,9 +54,9 @@ def _known_seed(name: str, info: pydantic.ValidationInfo) -> str:
 def _single(value: Any) -> Any:
     if isinstance(value, dict):
         raise ValueError(
-            f"found the mapping {value!r}; allowed here: one material; mixtures are allowed in material, palette, "
-            "rules,"
-            " clusters and overrides.labels"
+            f"found the mapping {value!r}; allowed here: one material; mixtures are allowed in material, palette,"
+            " rules, clusters and overrides.labels; a job of mat defines its own materials where materials is a"
+            " mapping, without dashes"
         )
     return value
 

@@ -62,6 +62,27 @@ def test_cubes_have_the_numbers_of_the_databases_in_the_order_of_dates(built, tm
                 )
 
 
+def test_a_day_on_nodes_of_its_own_is_read_on_those_of_the_first_day(built, tmp_path):
+    target = tmp_path / "s01.htt.h5"  # the later day
+    root, attributes = read_file(built / target.name)
+    slope, kelvin = root.axes["slope"], root.variables["temperature"]
+    nodes, values, along = np.asarray(slope.values), np.asarray(kelvin.data), kelvin.dims.index("slope")
+    between = (values.take(range(1, nodes.size), along) + values.take(range(nodes.size - 1), along)) / 2
+    order = np.argsort(np.concatenate([nodes, (nodes[1:] + nodes[:-1]) / 2]))
+    finer = np.concatenate([values, between], along).take(order, along)
+    axes = {**root.axes, "slope": replace(slope, values=np.sort(np.concatenate([nodes, (nodes[1:] + nodes[:-1]) / 2])))}
+    variables = {**root.variables, "temperature": replace(kelvin, data=finer)}
+    header = Header(*(attributes[name] for name in ("filetype", "data_version", "job", "title")))
+    write_file(target, replace(root, axes=axes, variables=variables), header)
+    (tmp_path / "s02.htt.h5").write_bytes((built / "s02.htt.h5").read_bytes())
+    write_catalog(tmp_path, [catalog_entry(tmp_path, f"s0{state}.htt.h5") for state in (1, 2)])
+    skyshine.mat.export(tmp_path, "netcdf", tmp_path / "cubes")
+    skyshine.mat.export(built, "netcdf", tmp_path / "equal")
+    with xarray.open_dataset(tmp_path / "cubes/htt.nc") as cube, xarray.open_dataset(tmp_path / "equal/htt.nc") as equal:
+        assert cube["slope"].values == pytest.approx(nodes)
+        assert cube["temperature"].values == pytest.approx(equal["temperature"].values, abs=1e-3)
+
+
 def test_paths_through_the_ground_have_no_number(built, tmp_path):
     skyshine.mat.export(built, "netcdf", tmp_path)
     with xarray.open_dataset(tmp_path / "b01.atmq.nc") as air:

@@ -75,7 +75,7 @@ def test_a_shaded_face_is_colder_by_day_and_after(one_material):
         ({"shade": ["25:00-26:00"]}, "shade: found '25:00'"),
         ({"band": "b09"}, "found the band 'b09'"),
         ({"source": "moon"}, r"has no \.lunar_atmq"),
-        ({"range": 500.0}, "allowed"),
+        ({"range": 500.0}, "put the observer at 353.6 km; allowed: up to"),
     ],
 )
 def test_what_cannot_be_compared_is_one_line(one_material, changes, words):

@@ -78,7 +78,10 @@ def test_a_day_on_nodes_of_its_own_is_read_on_those_of_the_first_day(built, tmp_
     write_catalog(tmp_path, [catalog_entry(tmp_path, f"s0{state}.htt.h5") for state in (1, 2)])
     skyshine.mat.export(tmp_path, "netcdf", tmp_path / "cubes")
     skyshine.mat.export(built, "netcdf", tmp_path / "equal")
-    with xarray.open_dataset(tmp_path / "cubes/htt.nc") as cube, xarray.open_dataset(tmp_path / "equal/htt.nc") as equal:
+    with (
+        xarray.open_dataset(tmp_path / "cubes/htt.nc") as cube,
+        xarray.open_dataset(tmp_path / "equal/htt.nc") as equal,
+    ):
         assert cube["slope"].values == pytest.approx(nodes)
         assert cube["temperature"].values == pytest.approx(equal["temperature"].values, abs=1e-3)
 

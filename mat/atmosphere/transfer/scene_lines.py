@@ -63,7 +63,7 @@ class SceneLines:
         """
         ground_km = shells.altitude[0] / 1e3
         height = _heights(base, ground_km, _CANDIDATES * count, generator)
-        even = generator.uniform(height.min(), np.minimum(height.max(), SKY_KM), height.size)
+        even = generator.uniform(height.min(), np.clip(SKY_KM, height.min(), height.max()), height.size)
         height = np.where((generator.random(height.size) < 0.5) & (height.min() < SKY_KM), even, height)
         directions = _meeting_the_ground(base, ground_km, height, count, generator)
         if directions is None:

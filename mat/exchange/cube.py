@@ -138,7 +138,7 @@ def _temperatures(path: Path, axes: Axes) -> tuple[Axes, Arrays]:
     hours = HOURS
     if times.attributes["interpolation"] == LINEAR:  # of a part of the day
         hours = HOURS[(times.values[0] <= HOURS) & (times.values[-1] >= HOURS)]
-    own: Axes = {
+    cube_axes: Axes = {
         "material": (np.asarray(table.root.variables[NAMES].data).astype(str), "1", "material"),
         **{
             name: axes.get(name) or (np.asarray(stored[name].values), stored[name].units, stored[name].long_name)
@@ -146,9 +146,9 @@ def _temperatures(path: Path, axes: Axes) -> tuple[Axes, Arrays]:
         },
         "hour": (hours, "h", "local clock time of day"),
     }
-    mesh = np.meshgrid(codes, *(own[name][0] for name in (*COLUMN[1:], "hour")), indexing="ij", sparse=True)
+    mesh = np.meshgrid(codes, *(cube_axes[name][0] for name in (*COLUMN[1:], "hour")), indexing="ij", sparse=True)
     values = table.value("temperature", **dict(zip((*COLUMN, "time"), mesh, strict=True)))
-    return own, {"temperature": (tuple(own), values, "K", "surface temperature")}
+    return cube_axes, {"temperature": (tuple(cube_axes), values, "K", "surface temperature")}
 
 
 def _atmosphere(path: Path, axes: Axes) -> tuple[Axes, Arrays]:

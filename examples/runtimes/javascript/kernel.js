@@ -15,11 +15,19 @@ const PAGE = 65536;
 
 let compiled;
 
+async function fromDisk(place) {
+  const { readFile } = await import("node:fs/promises");
+  try {
+    return await readFile(place);
+  } catch {
+    throw new SkyshineError(`${place.pathname}: is not there yet; compile it with: python3 build.py (needs pip install ziglang)`, "file");
+  }
+}
+
 // The module, compiled once: from a file in Node, by a request in a browser.
 export function kernelModule() {
   const place = new URL("./kernel.wasm", import.meta.url);
-  const bytes = async () =>
-    place.protocol === "file:" ? (await import("node:fs/promises")).readFile(place) : (await fetch(place)).arrayBuffer();
+  const bytes = async () => (place.protocol === "file:" ? fromDisk(place) : (await fetch(place)).arrayBuffer());
   compiled ??= bytes().then((content) => WebAssembly.compile(content));
   return compiled;
 }

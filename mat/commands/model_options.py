@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
@@ -13,6 +13,8 @@ from pydantic import BaseModel
 from skyshine.schemas.commands import Command
 from skyshine.schemas.documents import plain_value
 from skyshine.schemas.errors import InputError
+
+Taker = TypeVar("Taker", bound=Callable[..., Any] | click.Command)  # what takes an option
 
 _NUMBERS: dict[str, Any] = {"number": click.FloatRange, "integer": click.IntRange}
 _METAVARS = {"array": "LIST", "integer": "NUMBER", "number": "NUMBER", "string": "FILE"}
@@ -91,7 +93,9 @@ def model_options(
     return add
 
 
-def axis_option(model: type[BaseModel], axis: str, option: str, default: float | None = None, note: str = "") -> Any:
+def axis_option(
+    model: type[BaseModel], axis: str, option: str, default: float | None = None, note: str = ""
+) -> Callable[[Taker], Taker]:
     """An option for one value on an axis of a grid: limits and help are those of the key.
 
     Parameters

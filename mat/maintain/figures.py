@@ -64,7 +64,8 @@ def of_validations() -> Figures:
                 source = "tests/validation/test_texture_suggest.py"
                 value = f"{textures[f'{way}, {clicks}'][measure]:.2f}"
                 figures[f"texture.{short}_{clicks}.{measure}"] = {"value": value, "unit": "1", "source": source}
-    return figures | json.loads((VALIDATION / "air_results.json").read_text(encoding="utf-8"))
+    of_air: Figures = json.loads((VALIDATION / "air_results.json").read_text(encoding="utf-8"))
+    return figures | of_air
 
 
 def of_build(folder: Path) -> Figures:

@@ -2,6 +2,7 @@
 
 import json
 
+import bench_results
 import limb_results
 import line_results
 import needs_results
@@ -14,7 +15,7 @@ from result_blocks import with_block
 
 @pytest.mark.parametrize(
     "results",
-    [limb_results, line_results, report_results, stability_results, needs_results, window_results],
+    [bench_results, limb_results, line_results, report_results, stability_results, needs_results, window_results],
     ids=lambda module: module.__name__,
 )
 def test_the_page_quotes_the_results(results):

@@ -1,4 +1,4 @@
-"""Which key buys how much: planted errors of sources whose sum is the error of the pixel."""
+"""Error without the sources of each key: planted errors of sources whose sum is the error of the pixel."""
 
 from types import SimpleNamespace
 

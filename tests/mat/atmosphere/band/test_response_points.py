@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from skyshine.mat.atmosphere.band import response_points
 from skyshine.mat.atmosphere.band.points import band_points, micron_response
 from skyshine.mat.atmosphere.band.response_points import _another, _Cells, _within_cells, points_of_band
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
@@ -56,6 +57,17 @@ def test_what_cells_cannot_resolve_at_an_end_is_in_the_statement():
     whole = SpectralResponse.rectangular(1e4 / (end + 0.0625), 1e4 / 999.0)  # ends between two cells
     cells = _Cells(reference, 0.125, micron_response(whole, reference.cell - 0.0625, 0.125))
     np.testing.assert_allclose(_within_cells(cells, whole), 0, atol=1e-7)
+
+
+def test_what_ends_err_by_counts_with_two_standard_deviations(monkeypatch):
+    def stated(square):
+        monkeypatch.setattr(
+            response_points, "_within_cells", lambda cells, _: np.full(len(cells.reference.value), square)
+        )
+        error = points_of_band(TABLE, SpectralResponse.rectangular(8.7, 8.75)).line_by_line
+        return np.array([error.transmittance_rms, error.radiance_rms])
+
+    np.testing.assert_allclose(stated(0.01**2) ** 2 - stated(0.0) ** 2, (2 * 0.01) ** 2, rtol=1e-9)
 
 
 def test_another_air_is_below_the_limit_as_often_as_is_said():

@@ -175,8 +175,8 @@ def fit_material(
     *,
     held_out: float | str = 0.25,
     spin_up: float = 1.0,
-    solar_absorptance: float | None = None,
-    thermal_emissivity: float | None = None,
+    absorptance: float | None = None,
+    emissivity: float | None = None,
     name: str | None = None,
     out: str | os.PathLike[str] | None = None,
     advance: Callable[[int], object] | None = None,
@@ -200,7 +200,7 @@ def fit_material(
         Share of the days, the last ones, that the fit does not see, or "alternate" for every second day.
     spin_up : float
         First days that do not count, because the record repeats and they follow its end.
-    solar_absorptance, thermal_emissivity : float, optional
+    absorptance, emissivity : float, optional
         Optical values that replace the library's; required with a material file.
     name : str, optional
         Name of an own material to write, like `material` but for the fitted values.
@@ -234,7 +234,7 @@ def fit_material(
     >>> rows = [f"{t}Z,{s:.1f},330,{a:.2f},50,2,100000" for t, s, a in zip(times, sun, air)]
     >>> file = tempfile.mkdtemp() + "/roof.csv"
     >>> _ = open(file, "w").write("\\n".join([head, *rows]))
-    >>> skin = skyshine.mat.temperature("roof_membrane_black", forcing=file, solar_absorptance=0.8).temperature
+    >>> skin = skyshine.mat.temperature("roof_membrane_black", forcing=file, absorptance=0.8).temperature
     >>> lines = [f"{row},{kelvin:.2f}" for row, kelvin in zip(rows, skin)]
     >>> _ = open(file, "w").write("\\n".join([head + ",surface_temperature", *lines]))
     >>> found = skyshine.mat.fit_material(file, "roof_membrane_black", ["albedo"], held_out=0.5)
@@ -243,7 +243,7 @@ def fit_material(
     >>> found.error("held out").rms < 0.1
     True
     """
-    optical = {"solar_absorptance": solar_absorptance, "thermal_emissivity": thermal_emissivity}
+    optical = {"solar_absorptance": absorptance, "thermal_emissivity": emissivity}
     surface = surface_material(material, {}, optical)
     target = default_folder() if out is None else Path(out)
     if name is not None:

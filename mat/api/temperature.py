@@ -110,8 +110,8 @@ def temperature(
     sky_view: float = 1.0,
     facing: float | None = None,
     facing_emissivity: float = WALL_EMISSIVITY,
-    solar_absorptance: float | None = None,
-    thermal_emissivity: float | None = None,
+    absorptance: float | None = None,
+    emissivity: float | None = None,
     leaf_area_index: float | str | None = None,
 ) -> SurfaceTemperature:
     """Temperature and every flux of one surface through the day.
@@ -147,7 +147,7 @@ def temperature(
         Temperature of that wall [K]; by default that of the air.
     facing_emissivity : float
         Emissivity of the facing wall, 0 to 1.
-    solar_absorptance, thermal_emissivity : float, optional
+    absorptance, emissivity : float, optional
         Optical values that replace the library's; required with a material file.
     leaf_area_index : float or "library", optional
         Leaf area index of a canopy with gaps through which soil is visible [m^2 m^-2], as the key of a job; by default
@@ -180,7 +180,7 @@ def temperature(
     """
     if (job is None) == (forcing is None):
         raise InputError("found both or neither of job and forcing; allowed: one of them")
-    optical = {"solar_absorptance": solar_absorptance, "thermal_emissivity": thermal_emissivity}
+    optical = {"solar_absorptance": absorptance, "thermal_emissivity": emissivity}
     surroundings = _surroundings(shade, sky_view, facing, facing_emissivity)
     if job is not None:
         model, (sun_path, weather, sky) = surface_inputs(job, state)
@@ -233,7 +233,8 @@ def _checked_gaps(
     try:
         open_stands({name: leaf_area_index}, stands)
         refuse_no_soil(library[name], library)
-        if leaf_area_index != "library" and not 0 <= float(leaf_area_index) <= MOST_LEAVES:
+        number = isinstance(leaf_area_index, int | float) and 0 <= leaf_area_index <= MOST_LEAVES
+        if leaf_area_index != "library" and not number:
             raise ValueError(f"found {leaf_area_index}; allowed: 0 to {MOST_LEAVES:g} m2/m2, or library")
     except ValueError as error:
         raise InputError(f"leaf_area_index: {error}") from None
@@ -265,7 +266,8 @@ def surface_material(
     if text.endswith((".yaml", ".yml")) or Path(text).is_file():
         missing = [key for key in optical_values if key not in optical]
         if missing:
-            raise InputError(f"a material file contains no {missing[0]}; give {missing[0]}", file=text)
+            name = missing[0].rpartition("_")[2]
+            raise InputError(f"a material file contains no {name}; give {name}", file=text)
         thermal, surface, *_ = load_thermal(text)
         result = SurfaceMaterial(text, thermal, surface, **optical)
         capacity = film_capacity(surface, None) if wetting.rain else 0.0

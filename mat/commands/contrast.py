@@ -28,13 +28,7 @@ SHOWN_STEPS = 12  # of the computed ones between the rows of the text
 @click.argument("background", shell_complete=completions.materials)
 @sight_options("Name of one band, b01 if the job gives no name; by default all bands.")
 @axis_option(SurfaceGrid, "slope_deg", "--slope", 0.0)
-@click.option(
-    "--azimuth",
-    type=click.FloatRange(-360, 360),
-    default=180.0,
-    show_default=True,
-    help="Azimuth of the surface normal of MATERIAL, degrees clockwise from north.",
-)
+@axis_option(SurfaceGrid, "azimuth_deg", "--azimuth", 180.0, note=", of MATERIAL")
 @click.option(
     "--shade",
     multiple=True,

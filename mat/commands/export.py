@@ -8,6 +8,9 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem
 
+from skyshine.mat.commands.model_options import axis_option
+from skyshine.mat.commands.sight_options import hour_option
+from skyshine.mat.job.atmosphere import AtmosphereGrid
 from skyshine.schemas.errors import InputError, nearest
 
 FORMS = {
@@ -91,23 +94,17 @@ out_option = click.option(
 
 @command.command("gpu", epilog="Example: mat export built --to gpu --hour 14 --altitude 4 --out textures")
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option(
-    "--hour",
-    "frame",
-    type=float,
-    metavar="HOUR",
-    help="Write one frame at this local clock time in h; this limits each atmosphere to 64 kB.",
-)
-@click.option("--altitude", type=float, metavar="KM", help="With --hour: altitude of the observer above sea level.")
+@hour_option(required=False, note=": write one frame at this time, each atmosphere of which has at most 64 kB")
+@axis_option(AtmosphereGrid, "altitude_km", "--altitude", note="; with --hour")
 @out_option
-def gpu(files: tuple[Path, ...], frame: float | None, altitude: float | None, out: Path) -> None:
+def gpu(files: tuple[Path, ...], hour: float | None, altitude: float | None, out: Path) -> None:
     """Write FILES, or every database of a folder, as half-float textures, u16 codes and the shader of a pixel."""
     from skyshine.mat.api.export import export
     from skyshine.mat.gpu.export import Frame
 
-    if (frame is None) != (altitude is None):
+    if (hour is None) != (altitude is None):
         raise InputError("a frame needs its hour and the observer's altitude; give both --hour and --altitude")
-    moment = None if frame is None or altitude is None else Frame(frame, altitude)
+    moment = None if hour is None or altitude is None else Frame(hour, altitude)
     export(files, "gpu", out, frame=moment, report=click.echo)
 
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import click
 
 from skyshine.mat.commands import completions
+from skyshine.mat.commands.model_options import model_options
+from skyshine.mat.job.own_materials import OwnMaterial
 from skyshine.schemas.commands import echo_table, emit_json, json_option, progress
 from skyshine.schemas.errors import InputError
 
@@ -50,16 +52,7 @@ if TYPE_CHECKING:
     type=click.Path(file_okay=False, path_type=Path),
     help="Folder of the material library to write into; by default MATERIALS_DATABASE.",
 )
-@click.option(
-    "--solar-absorptance",
-    type=click.FloatRange(0, 1),
-    help="Absorptance of sunlight; required with a material FILE.",
-)
-@click.option(
-    "--thermal-emissivity",
-    type=click.FloatRange(0, 1),
-    help="Emissivity in the thermal infrared; required with a material FILE.",
-)
+@model_options(OwnMaterial, {"absorptance": "absorptance", "emissivity": "emissivity"})
 @json_option
 def fit(
     record: str,
@@ -69,8 +62,8 @@ def fit(
     spin_up: float,
     name: str | None,
     out: Path | None,
-    solar_absorptance: float | None,
-    thermal_emissivity: float | None,
+    absorptance: float | None,
+    emissivity: float | None,
     as_json: bool,
 ) -> None:
     """Fit parameters of a material to a measured time series of its skin temperature.
@@ -93,8 +86,8 @@ def fit(
             [parameter.strip() for parameter in free.split(",") if parameter.strip()],
             held_out=_share(held_out),
             spin_up=spin_up,
-            solar_absorptance=solar_absorptance,
-            thermal_emissivity=thermal_emissivity,
+            absorptance=absorptance,
+            emissivity=emissivity,
             name=name,
             out=out,
             advance=advance,

@@ -7,13 +7,13 @@ from pathlib import Path
 import click
 
 from skyshine.mat.commands import completions
-from skyshine.mat.commands.sight_options import sight_options
+from skyshine.mat.commands.sight_options import hour_option, sight_options
 from skyshine.schemas.errors import InputError
 
 
 @click.command(epilog="Example: mat export demo/built --to gazebo --hour 14 --band b02 --out media")
 @click.argument("folder", type=click.Path(path_type=Path))
-@click.option("--hour", type=click.FloatRange(0, 24), required=True, help="Local clock time, h.")
+@hour_option(required=True)
 @sight_options("Name of the band; required if the folder has several.")
 @click.option(
     "--unknown-material",

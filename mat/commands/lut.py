@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
-from skyshine.mat.commands.model_options import model_options
+from skyshine.mat.commands.model_options import axis_option, model_options
 from skyshine.mat.job.air import PROFILE
-from skyshine.mat.job.atmosphere import State
+from skyshine.mat.job.atmosphere import AtmosphereGrid, State
 from skyshine.schemas.commands import progress
 from skyshine.schemas.errors import InputError
 
@@ -51,13 +51,7 @@ from skyshine.schemas.errors import InputError
     help="Azimuth of the Sun relative to the line of sight at the ground, degree.",
 )
 @click.option("--solar-zenith", type=float, default=45.0, show_default=True, help="Zenith angle of the Sun, degree.")
-@click.option(
-    "--altitude",
-    type=click.FloatRange(0, min_open=True),
-    default=100.0,
-    show_default=True,
-    help="Altitude of the sensor, km.",
-)
+@axis_option(AtmosphereGrid, "altitude_km", "--altitude", 100.0)
 @model_options(State, {"profile": "profile", "aerosol": "aerosol"}, {"profile": PROFILE})
 @click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="netCDF file to write.")
 def command(

@@ -94,9 +94,10 @@ def model_options(
 
 
 def axis_option(
-    model: type[BaseModel], axis: str, option: str, default: float | None = None, note: str = ""
+    model: type[BaseModel], axis: str, option: str, default: float | None = None, note: str = "", what: str = ""
 ) -> Callable[[Taker], Taker]:
-    """An option for one value on an axis of a grid: limits and help are those of the key.
+    """An option for one value on an axis of a grid: limits and help are those of the key; on an axis around the whole
+    circle -360 to 360.
 
     Parameters
     ----------
@@ -108,6 +109,8 @@ def axis_option(
     default : float, optional
     note : str, optional
         End of the help.
+    what : str, optional
+        Start of the help, in place of the key's.
 
     Examples
     --------
@@ -118,15 +121,16 @@ def axis_option(
     """
     content = model.model_json_schema()["properties"][axis]
     items = next(part for part in content.get("anyOf", [content]) if part.get("type") == "array")["items"]
-    what = re.split("[;.:]", content["description"])[0]
+    start = what or re.split("[;.:]", content["description"])[0]
     unit = {"km": "km", "deg": "degree"}[axis.rpartition("_")[2]]
+    low, high = items["minimum"], items["maximum"]
     return click.option(
         *option.split(),
-        type=click.FloatRange(items["minimum"], items["maximum"]),
+        type=click.FloatRange(-360, 360) if unit == "degree" and high - low > 359 else click.FloatRange(low, high),
         default=default,
         show_default=default is not None,
         metavar="NUMBER",
-        help=f"{what}, {unit}{note}.",
+        help=f"{start}, {unit}{note}.",
     )
 
 

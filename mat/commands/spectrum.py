@@ -10,6 +10,7 @@ import click
 from click.core import ParameterSource
 
 from skyshine.mat.commands.model_options import axis_option, model_options
+from skyshine.mat.commands.sight_options import job_option, state_option
 from skyshine.mat.job.air import KEYS, PROFILE, PROFILE_ABOVE, WIND
 from skyshine.mat.job.atmosphere import AtmosphereGrid, State
 from skyshine.mat.job.surface import Weather
@@ -32,10 +33,8 @@ def air_options(function: Command) -> Command:
 
 
 @click.command("spectrum")
-@click.option(
-    "--job", type=click.Path(), help="Job whose state gives air, ground and day, instead of a description of the air."
-)
-@click.option("--state", type=int, default=1, show_default=True, help="State of the job, counted from 1.")
+@job_option
+@state_option
 @axis_option(
     AtmosphereGrid,
     "altitude_km",

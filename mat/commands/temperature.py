@@ -7,12 +7,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from skyshine.mat.commands import completions
-from skyshine.mat.commands.model_options import axis_option
-from skyshine.mat.job.surface import SurfaceGrid
+from skyshine.mat.commands.model_options import axis_option, model_options
+from skyshine.mat.commands.sight_options import job_option, state_option
+from skyshine.mat.job.model import Job
+from skyshine.mat.job.own_materials import OwnMaterial
+from skyshine.mat.job.site import Site
+from skyshine.mat.job.surface import SurfaceGrid, Weather
+from skyshine.mat.job.surroundings import StateSurroundings, Wall
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.plain_numbers import plain_number
 from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
@@ -28,35 +32,13 @@ if TYPE_CHECKING:
     help="Material of the library, or a file of the layout of ht/.",
 )
 @axis_option(SurfaceGrid, "slope_deg", "--slope", 0.0)
-@click.option(
-    "--azimuth",
-    type=click.FloatRange(-360, 360),
-    default=180.0,
-    show_default=True,
-    help="Azimuth of the surface normal, degrees clockwise from north.",
-)
-@click.option("--job", type=click.Path(), help="Job whose state gives Sun, sky, weather and surroundings.")
-@click.option("--state", type=int, default=1, show_default=True, help="Number of the state of the job, counted from 1.")
-@click.option(
-    "--altitude",
-    type=float,
-    metavar="KM",
-    help="Altitude of the surface, by default the site's; for --forcing without pressure, by default 0.",
-)
+@axis_option(SurfaceGrid, "azimuth_deg", "--azimuth", 180.0)
+@job_option
+@state_option
+@axis_option(SurfaceGrid, "altitude_km", "--altitude", note="; by default the site's; 0 for --forcing without pressure")
 @click.option("--forcing", type=click.Path(), metavar="CSV", help="CSV of measured radiation and weather.")
-@click.option(
-    "--latitude",
-    type=click.FloatRange(-90, 90),
-    help="Latitude, with --forcing and a slope, for the position of the Sun.",
-)
-@click.option("--longitude", type=click.FloatRange(-180, 180), help="Longitude, positive eastward.")
-@click.option(
-    "--ground-albedo",
-    type=click.FloatRange(0, 1),
-    default=0.2,
-    show_default=True,
-    help="Albedo of the surrounding ground, with --forcing.",
-)
+@model_options(Site, {"latitude": "latitude_deg", "longitude": "longitude_deg"})
+@model_options(Weather, {"ground_albedo": "ground_albedo"})
 @click.option(
     "--depth",
     type=click.FloatRange(0),
@@ -70,58 +52,13 @@ if TYPE_CHECKING:
     help="Hours without direct light; repeat for more intervals. An interval whose start is later than "
     "its end crosses midnight.",
 )
-@click.option(
-    "--sky-view",
-    type=click.FloatRange(0, 1),
-    default=1.0,
-    show_default=True,
-    help="Share of the sky that is open (sky view factor).",
-)
+@model_options(StateSurroundings, {"sky_view": "sky_view"})
 @click.option("--facing", type=float, metavar="K", help="Temperature of the wall that hides the rest of the sky.")
-@click.option(
-    "--facing-emissivity",
-    type=click.FloatRange(0, 1),
-    default=0.95,
-    show_default=True,
-    help="Emissivity of the facing wall.",
-)
-@click.option(
-    "--solar-absorptance",
-    type=click.FloatRange(0, 1),
-    help="Absorptance of sunlight; required with a material FILE.",
-)
-@click.option(
-    "--thermal-emissivity",
-    type=click.FloatRange(0, 1),
-    help="Emissivity in the thermal infrared; required with a material FILE.",
-)
-@click.option(
-    "--leaf-area-index",
-    metavar="M2/M2|library",
-    help="Leaf area index of the canopy (default: closed canopy).",
-)
+@model_options(Wall, {"facing_emissivity": "emissivity"})
+@model_options(OwnMaterial, {"absorptance": "absorptance", "emissivity": "emissivity"})
+@model_options(Job, {"leaf_area_index": "leaf_area_index"})
 @json_option
-def command(
-    material: str,
-    slope: float,
-    azimuth: float,
-    job: str | None,
-    state: int,
-    altitude: float | None,
-    forcing: str | None,
-    latitude: float | None,
-    longitude: float | None,
-    ground_albedo: float,
-    depth: float | None,
-    shade: tuple[str, ...],
-    sky_view: float,
-    facing: float | None,
-    facing_emissivity: float,
-    solar_absorptance: float | None,
-    thermal_emissivity: float | None,
-    leaf_area_index: str | None,
-    as_json: bool,
-) -> None:
+def command(material: str, job: str | None, forcing: str | None, as_json: bool, **options: Any) -> None:
     """Compute temperature and every flux of one surface through the day.
 
     Absorbed fluxes count inwards, all others outwards; absorbed = emitted + convection + evaporation + conduction +
@@ -129,7 +66,9 @@ def command(
     sw_down, or direct_normal and diffuse; air_temperature[C] names another unit; by choice lw_down or cloud_fraction,
     pressure, and wind_height and air_height [m] where wind and air were not measured at 10 and 2 m. Notes list the
     defaults used for missing columns. A weather file of a job may have the same columns. A back by hour is in UTC under
-    a CSV, and so are the hours of --shade; with --job they are local clock hours.
+    a CSV, and so are the hours of --shade; with --job they are local clock hours. --latitude and --longitude place the
+    Sun where --forcing needs it: for a slope, shade, a wall, or direct and diffuse light. --ground-albedo goes with
+    --forcing. --absorptance and --emissivity replace those of the library; a material FILE requires them.
 
     With --job the surface is between the ground and the walls that the state names. Shade ends the direct light and
     what comes from around the Sun. Where --sky-view is below 1, the rest of the sky that is open there is a wall of the
@@ -141,37 +80,9 @@ def command(
 
     if (job is None) == (forcing is None):
         raise InputError("found both or neither of --job and --forcing; allowed: one of them")
-    result = temperature(
-        material,
-        job=job,
-        state=state,
-        altitude=altitude,
-        forcing=forcing,
-        slope=slope,
-        azimuth=azimuth,
-        latitude=latitude,
-        longitude=longitude,
-        ground_albedo=ground_albedo,
-        depth=depth,
-        shade=shade,
-        sky_view=sky_view,
-        facing=facing,
-        facing_emissivity=facing_emissivity,
-        solar_absorptance=solar_absorptance,
-        thermal_emissivity=thermal_emissivity,
-        leaf_area_index=_leaf_area(leaf_area_index),
-    )
+    given = {name: value for name, value in options.items() if value is not None}
+    result = temperature(material, job=job, forcing=forcing, **given)
     _emit_json(result) if as_json else _print(result)
-
-
-def _leaf_area(text: str | None) -> float | str | None:
-    """The number that was written, or the word."""
-    if text is None or text == "library":
-        return text
-    try:
-        return plain_number(text)
-    except ValueError as error:
-        raise InputError(f"leaf_area_index: {error}, 0 to 20 m2/m2, or library") from None
 
 
 def _emit_json(result: ColumnResult) -> None:

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from skyshine.mat.commands.model_options import axis_option
+from skyshine.mat.job.atmosphere import AtmosphereGrid
 from skyshine.schemas.errors import InputError
 
 METRES_PER_TEXEL = 0.25  # [m], of an aerial photograph
@@ -13,13 +15,7 @@ METRES_PER_TEXEL = 0.25  # [m], of an aerial photograph
 @click.argument("source", metavar="FOLDER|SCENE", type=click.Path())
 @click.option("--out", required=True, type=click.Path(file_okay=False), help="Output folder of the page.")
 @click.option("--texture", default=None, help="Name of the texture to show; by default the first.")
-@click.option(
-    "--altitude",
-    type=float,
-    default=None,
-    metavar="KM",
-    help="Altitude of the observer; by default 1 km above the surface.",
-)
+@axis_option(AtmosphereGrid, "altitude_km", "--altitude", note="; by default 1 km above the surface")
 @click.option(
     "--metres-per-texel",
     type=click.FloatRange(min=0.0, min_open=True),

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from skyshine.mat.atmosphere.sources.solar import ground_sunlight
+from skyshine.mat.job.fields import Fraction
 from skyshine.mat.radiometry.levels import blackbody_weight, odds_factor, with_odds
 from skyshine.materials.files import USER, Conductivity, Density, HeatCapacity, Thickness
 from skyshine.materials.library import MaterialLibrary, Name, load_library, unknown_material
@@ -23,17 +24,16 @@ FIRST_CODE, LAST_CODE = 1001, 65535  # beyond the codes of the library, up to 16
 BORDER = 2.5  # um; sunlight below, heat beyond
 ROUNDS = 4  # of the two levels, each of which moves the other by the little light beyond its side of the border
 THERMAL = ("conductivity", "density", "heat_capacity", "thickness")
-OpenFraction = Annotated[float, Field(gt=0.0, lt=1.0)]
 
 
 class OwnMaterial(StrictModel):
     """A material that is like one of the library but for the numbers given."""
 
     like: Name = Field(description="Material of the library for all that is not given; one that lets no light pass.")
-    absorptance: OpenFraction | None = Field(
+    absorptance: Fraction | None = Field(
         None, description="Absorptance of sunlight at the ground; scales the spectrum below 2.5 um."
     )
-    emissivity: OpenFraction | None = Field(
+    emissivity: Fraction | None = Field(
         None, description="Emissivity at all wavelengths beyond 2.5 um, so in every infrared band."
     )
     conductivity: Conductivity | None = Field(

@@ -16,8 +16,8 @@ _EARTH_RADIUS = 6371.0  # km, of the sphere of the Earth's volume
 class Site(StrictModel):
     """Where and when: what places Sun and Moon."""
 
-    latitude_deg: float = Field(ge=-90, le=90, description="North is positive.")
-    longitude_deg: float = Field(ge=-180, le=180, description="East is positive.")
+    latitude_deg: float = Field(ge=-90, le=90, description="Latitude; north is positive.")
+    longitude_deg: float = Field(ge=-180, le=180, description="Longitude; east is positive.")
     date: Annotated[date, Field(description="Local day of the scene.")]
     utc_offset_h: float = Field(ge=-12, le=14, description="Local clock time minus UTC.")
     altitude_km: float = Field(0.0, ge=-0.5, le=5.9, description="Altitude of the ground below the scene.")

@@ -456,7 +456,7 @@ class SurfaceGrid(StrictModel):
     )
     azimuth_deg: Annotated[list[float], axis(0, 359.999)] = Field(
         [360.0 / _AZIMUTHS * i for i in range(_AZIMUTHS)],
-        description="Azimuth towards which a face looks, from north through east.",
+        description="Azimuth of the surface normal, clockwise from north.",
     )
     slope_deg: Annotated[list[float], axis(0, 180)] = Field(
         [180.0 / (_SLOPES - 1) * i for i in range(_SLOPES)],

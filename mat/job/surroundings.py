@@ -48,8 +48,8 @@ class Wall(StrictModel):
     temperature_c: Annotated[float | list[float], by_hour(OperatedCelsius)] | None = Field(
         None, description="One, or 24 at the hours 0 to 23; by default that of the air."
     )
-    emissivity: float = Field(WALL_EMISSIVITY, ge=0.01, le=1, description="Emissivity for longwave radiation.")
-    albedo: float = Field(WALL_ALBEDO, ge=0, le=0.99, description="Albedo for sunlight.")
+    emissivity: float = Field(WALL_EMISSIVITY, ge=0.01, le=1, description="Emissivity of the wall, longwave.")
+    albedo: float = Field(WALL_ALBEDO, ge=0, le=0.99, description="Albedo of the wall for sunlight.")
 
     @pydantic.model_validator(mode="after")
     def _one_kind(self) -> Self:

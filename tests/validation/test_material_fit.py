@@ -103,7 +103,7 @@ def test_first_half_of_june_at_payerne_predicts_the_second(shared_data, tmp_path
     record = tmp_path / "payerne.csv"
     record.write_text("\n".join(lines) + "\n")
     free = ["conductivity", "roughness_length", "surface_resistance"]
-    found = skyshine.mat.fit_material(record, "grass_green", free, held_out=0.5, solar_absorptance=1 - albedo(first))
+    found = skyshine.mat.fit_material(record, "grass_green", free, held_out=0.5, absorptance=1 - albedo(first))
     print("\n", repr(found), f"worth {found.effective_readings:.0f}", *found.notes)
     for each in found.errors:
         print(f"  {each.part:9s} {each.prediction:20s} {each.hours:6s} bias {each.bias:+.2f} rms {each.rms:.2f}")

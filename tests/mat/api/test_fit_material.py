@@ -59,7 +59,7 @@ def test_the_fitted_material_is_one_of_the_library(record, tmp_path, monkeypatch
     assert slab.thermal.skin.conductivity == pytest.approx(found.values["conductivity"], rel=1e-4)
     assert "scaled to a solar absorptance" in slab.reflectance_note and "(fit to slab.csv" in slab.reflectance_note
     monkeypatch.setenv("MATERIALS_DATABASE", str(tmp_path))
-    given = skyshine.mat.temperature("slab", forcing=record, solar_absorptance=1 - found.values["albedo"])
+    given = skyshine.mat.temperature("slab", forcing=record, absorptance=1 - found.values["albedo"])
     # The fit takes the record to repeat, the command its first day to have come before: they agree in the last 12 h.
     assert np.sqrt(np.mean((given.temperature - found.predicted)[-12:] ** 2)) < 0.03
     library = skyshine.mat.temperature("slab", forcing=record)
@@ -99,7 +99,7 @@ def test_the_command_says_what_was_found(record):
 
 def test_a_material_file_starts_a_fit(record):
     file = str(skyshine.materials.__path__[0]) + "/ht/concrete.yaml"
-    optical = {"solar_absorptance": 0.6, "thermal_emissivity": 0.93}
+    optical = {"absorptance": 0.6, "emissivity": 0.93}
     found = skyshine.mat.fit_material(record, file, ["conductivity"], **optical)
     assert found.parameters[0].start == 1.51 and found.written is None
     with pytest.raises(InputError, match="found a material file and a name"):

@@ -112,9 +112,9 @@ def test_a_material_of_a_file_that_is_a_pipe_or_a_device(special, at_once, small
         material,
         "--job",
         "x.yaml",
-        "--solar-absorptance",
+        "--absorptance",
         0.5,
-        "--thermal-emissivity",
+        "--emissivity",
         0.9,
     )
 

@@ -40,6 +40,24 @@ def test_short_help_is_help(path, capsys):
     assert shown[0] == shown[1] and shown[0].startswith("Usage:")
 
 
+def test_one_option_has_one_name_and_one_range():
+    """Options of a number: the range of one name is the same in all commands, but for heights and widths of two things.
+
+    The range of an angle around the whole circle is -360 to 360; kilometres are not taken for such an angle.
+    """
+    ranges = {}
+    for program, *path in ALL:
+        command = PROGRAMS[program]
+        for name in path:
+            command = command.get_command(click.Context(command), name)
+        for option in command.params:
+            if isinstance(option.type, click.FloatRange | click.IntRange):
+                ranges.setdefault(option.opts[0], set()).add((option.type.min, option.type.max))
+    assert {name for name, limits in ranges.items() if len(limits) > 1} == {"--altitude"}
+    assert ranges["--altitude"] == {(-0.5, 9), (-0.5, 100_000)}  # of a surface, of an observer
+    assert ranges["--azimuth"] == ranges["--heading"] == {(-360, 360)} and ranges["--range"] == {(0, 100_000)}
+
+
 @pytest.mark.parametrize(
     ("typed", "nearest"),
     [

@@ -49,7 +49,7 @@ def run(tmp_path, *extra, rows=None, header=HEADER):
     material = tmp_path / "solid.yaml"
     material.write_text(MATERIAL)
     file = write(tmp_path, *(rows or hourly()), header=header)
-    optical = ["--solar-absorptance", "1", "--thermal-emissivity", "1"]
+    optical = ["--absorptance", "1", "--emissivity", "1"]
     return CliRunner().invoke(command, ["--material", str(material), *optical, "--forcing", str(file), *extra])
 
 
@@ -137,7 +137,7 @@ def vacuum_wave(tmp_path, material, *extra):
     (tmp_path / "body.yaml").write_text(material)
     file = write(tmp_path, *minutes(lambda angle: 150 + 100 * np.cos(angle)))
     arguments = ["--material", str(tmp_path / "body.yaml"), "--forcing", str(file), "--json", *extra]
-    result = CliRunner().invoke(command, [*arguments, "--solar-absorptance", "1", "--thermal-emissivity", "0"])
+    result = CliRunner().invoke(command, [*arguments, "--absorptance", "1", "--emissivity", "0"])
     assert result.exit_code == 0, result.exception
     return json.loads(result.output)
 
@@ -208,7 +208,7 @@ def test_material_file_needs_its_optical_values(tmp_path):
     material.write_text(MATERIAL)
     forcing = write(tmp_path, *hourly())
     result = CliRunner().invoke(command, ["--material", str(material), "--forcing", str(forcing)])
-    assert isinstance(result.exception, InputError) and "solar_absorptance" in str(result.exception)
+    assert isinstance(result.exception, InputError) and "no absorptance" in str(result.exception)
 
 
 def test_job_and_forcing_exclude_each_other(tmp_path):
@@ -223,7 +223,7 @@ def test_temperature_at_depth_lies_on_the_line_to_a_steady_back(tmp_path):
     (tmp_path / "body.yaml").write_text(MATERIAL.replace("{value: adiabatic, source: test}", fixed))
     file = write(tmp_path, *minutes(lambda angle: 150.0))
     arguments = ["--material", str(tmp_path / "body.yaml"), "--forcing", str(file), "--json", "--depth", "0.1"]
-    result = CliRunner().invoke(command, [*arguments, "--solar-absorptance", "1", "--thermal-emissivity", "0"])
+    result = CliRunner().invoke(command, [*arguments, "--absorptance", "1", "--emissivity", "0"])
     output = json.loads(result.output)
     assert output["temperature"]["values"] == pytest.approx(1440 * [280 + 150 * 5.1], abs=1e-2)
     assert output["temperature_at_depth"]["values"] == pytest.approx(1440 * [280 + 150 * 5.0], abs=1e-2)

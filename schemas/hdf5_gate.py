@@ -97,7 +97,6 @@ class Gate:
     ----------
     path : path
         Named in messages.
-    file : h5py.File
     text_bytes : int
         No text in the file is longer; see `hdf5_heaps.largest_text`.
     """

@@ -39,7 +39,6 @@ def keep_arrays(path: Path, head: bytes, key: str, arrays: Mapping[str, npt.NDAr
 
     Parameters
     ----------
-    path : Path
     head : bytes
         First line of the file: what it is, with a version.
     key : str

@@ -14,7 +14,6 @@ def refuse_special_file(path: StrPath, missing: str = "check the path") -> None:
 
     Parameters
     ----------
-    path : path
     missing : str
         What to do where there is nothing.
 

@@ -73,12 +73,8 @@ class Budget:
     ----------
     state, band : int
         Counted from 1.
-    source : str
-    materials : tuple of str
-    views : Views
     circumstances : Circumstances
         Surroundings of the views' faces.
-    response : SpectralResponse
     radiance : (n, M) array
         The truth, W m^-2 sr^-1.
     errors : dict of str to (n, M) array

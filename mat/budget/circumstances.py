@@ -82,7 +82,6 @@ def random_circumstances(time: Floats, air_temperature: float, generator: np.ran
         Local clock of the views [h].
     air_temperature : float
         Mean of the day [K].
-    generator : numpy.random.Generator
     """
     count = time.size
     kind, walled = generator.random(count), generator.random(count) < WALLED

@@ -42,10 +42,6 @@ class Measurement:
 
     Parameters
     ----------
-    prepared : Prepared
-    tables : Tables
-    truth : FacetTruth
-    views : Views
     around : Circumstances
         Circumstances of the faces.
     grid : PathGrid

@@ -51,13 +51,7 @@ def render(report: dict[str, Any], budgets: Sequence[Budget]) -> str:
 
 
 def template(package: str, name: str, filters: Mapping[str, Callable[..., object]]) -> jinja2.Template:
-    """A template of a package, whose text is escaped and whose names must all be known.
-
-    Parameters
-    ----------
-    package, name : str
-    filters : dict of str to callable
-    """
+    """A template of a package, whose text is escaped and whose names must all be known."""
     import jinja2
 
     environment = jinja2.Environment(

@@ -41,10 +41,8 @@ def pixel_radiance(
 
     Parameters
     ----------
-    tables : Tables
     truth : FacetTruth
         Exact radiances for the source.
-    views : Views
     circumstances : Circumstances
         Circumstances of the faces.
     temperature : (n, M) array
@@ -87,14 +85,7 @@ def integrated_light(tables: Tables, truth: FacetTruth, facets: FacetRadiance) -
 
 @dataclass(frozen=True, eq=False)
 class Scenes:
-    """Random views of faces under a source, with the surroundings of the faces.
-
-    Attributes
-    ----------
-    truth : FacetTruth
-    views : Views
-    circumstances : Circumstances
-    """
+    """Random views of faces under a source, with the surroundings of the faces."""
 
     truth: FacetTruth
     views: Views
@@ -118,8 +109,6 @@ class Scenes:
 
         Parameters
         ----------
-        prepared : Prepared
-        library : MaterialLibrary
         materials : sequence of str
             Materials of the faces.
         grid, surface_axes : PathGrid, dict of str to array
@@ -154,7 +143,6 @@ class PixelTruth:
 
     Attributes
     ----------
-    scenes : Scenes
     radiance : (n, M) array
         W m^-2 sr^-1.
     averages : (n, M) array
@@ -171,7 +159,6 @@ class PixelTruth:
 
         Parameters
         ----------
-        scenes : Scenes
         tables : Tables
             Tables of any accuracy, for their materials and the quantities that they have.
         """
@@ -188,7 +175,6 @@ class PixelTruth:
 
         Parameters
         ----------
-        tables : Tables
         steps : int, optional
             Steps of the heat balance, by whose error the temperatures are changed.
         airs : pair of BandAtmosphere, optional

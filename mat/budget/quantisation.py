@@ -22,7 +22,6 @@ class PixelScale:
 
     Attributes
     ----------
-    bits : int
     gain : float
         G, W m^-2 sr^-1: L/G is 1 at the highest radiance.
     buffer_gain, offset : float

@@ -156,11 +156,8 @@ def runtime_radiance(
 
     Parameters
     ----------
-    readings : AtmosphereReadings
-    emission : Emission
     bounce : (n, M) array
         Reflection terms from `reflection`.
-    finish : Finish
     light : ReflectedLight, optional
         Light by wavelength, if the runtime reflects it so.
     """
@@ -186,8 +183,6 @@ def spectral_radiance(
 
     Parameters
     ----------
-    lines : SpectralLines
-    band : BandPoints
     temperature : (n, M) array
         K.
     reflectance : (M, P) array

@@ -49,10 +49,8 @@ class Prepared:
 
     Attributes
     ----------
-    loaded : LoadedJob
     state, band : int
         Counted from 1.
-    response : SpectralResponse
     exact, reduced : BandAtmosphere
         Atmosphere at all spectral points, and at those of the tables.
     inputs : SunPath, NearSurfaceAir, Sky
@@ -124,7 +122,6 @@ class FacetRadiance:
     ----------
     open_air, shadowed, kelvin : (n, M) arrays
         Temperatures [K] in the open, under the shadows alone, and under shadows and beside walls.
-    lines : SpectralLines
     bounce : (n, M) array
         Reflection terms, as of `runtime_terms.reflection`.
     radiance : (n, M) array
@@ -144,8 +141,6 @@ class FacetTruth:
 
     Parameters
     ----------
-    prepared : Prepared
-    library : MaterialLibrary
     names : sequence of M str
         Names of the materials.
     source : {'sun', 'moon'}
@@ -279,7 +274,6 @@ class FacetTruth:
 
         Parameters
         ----------
-        views : Views
         circumstances : Circumstances
             Circumstances of the faces.
         finish : Finish

@@ -35,7 +35,6 @@ def depth_buffer_range(distance: Floats, nearest: float, farthest: float, bits: 
     distance : (n,) array
     nearest, farthest : float
         Clipping planes, in the unit of the distances.
-    bits : int
 
     References
     ----------
@@ -91,14 +90,7 @@ def microfacet_reflection(views: Views, normal: Floats, finish: Finish) -> Float
 
 @dataclass(frozen=True, eq=False)
 class ShadedDay:
-    """Light on shaded faces through the day, and what a change of it does to their temperature.
-
-    Attributes
-    ----------
-    tables : Tables
-    views : Views
-    circumstances : Circumstances
-    """
+    """Light on shaded faces through the day, and what a change of it does to their temperature."""
 
     tables: Tables
     views: Views
@@ -152,7 +144,6 @@ def aureole_heat(prepared: Prepared, day: ShadedDay, building: Integers) -> Floa
     ----------
     prepared : Prepared
         Prepared state, for its air.
-    day : ShadedDay
     building : (n,) int array
         Number of the building in `OBSTACLES_DEG`.
     """

@@ -25,7 +25,6 @@ def unmodelled_errors(measured: Measurement, generator: np.random.Generator) -> 
 
     Parameters
     ----------
-    measured : Measurement
     generator : numpy.random.Generator
         Random numbers for the buildings before the Sun and the material beyond an edge.
     """

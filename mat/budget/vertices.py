@@ -30,7 +30,6 @@ def vertex_materials(files: Sequence[Path], names: Sequence[str], generator: np.
         Files of textures.
     names : sequence of M str
         Materials that are known; pixels and vertices of others are not counted.
-    generator : numpy.random.Generator
 
     Returns
     -------

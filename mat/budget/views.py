@@ -120,12 +120,10 @@ def random_views(
     Parameters
     ----------
     source : {'sun', 'moon'}
-    grid : PathGrid
     surface_axes : dict of str to array
         altitude [km], azimuth, slope [degree] and time [h] of the temperature table.
     shells : Shells
         Layers of the atmosphere, to find where a refracted line meets the ground.
-    count, seed : int
 
     Returns
     -------

@@ -48,7 +48,6 @@ class Fetched:
 
     Attributes
     ----------
-    report : TaskReport
     files : dict of str to bytes
         Contents by name.
     """

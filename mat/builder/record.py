@@ -27,7 +27,6 @@ def record_of(
     ----------
     folder : Path
         Folder of the databases.
-    reports : sequence of TaskReport
     seconds : float
         Wall-clock time of the whole build [s].
     failed : mapping of str to str, optional

@@ -27,18 +27,12 @@ def run_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, 
 
     Parameters
     ----------
-    task : Task
-    loaded : LoadedJob
     folder : Path
         Folder of the output.
     materials : tuple of str
         Materials to build, for tasks that depend on them.
     fresh : bool
         Build even what is there.
-
-    Returns
-    -------
-    TaskReport
 
     Raises
     ------

@@ -30,7 +30,6 @@ class ExportedAxes:
 
     Attributes
     ----------
-    path : Path
     shape : tuple of int
         Nodes of the five axes.
     p99 : float
@@ -49,7 +48,6 @@ def export_axes(path: Path, folder: Path, kelvin: float, most_nodes: int) -> Exp
     ----------
     path : Path
         An ``.atmq`` or ``.lunar_atmq`` file.
-    folder : Path
     kelvin : float
         Error that 99 % of the reads between the nodes are to keep.
     most_nodes : int

@@ -44,7 +44,6 @@ class Moment:
     ----------
     hour : float
         Local clock [h].
-    sight : Sight
     band : str or None
         Name of the band; None if there is only one.
     state : int
@@ -68,7 +67,6 @@ def write_heat_signatures(folder: Path, out: Path, moment: Moment, unknown_mater
         Folder of a finished build.
     out : Path
         Folder to write into.
-    moment : Moment
     unknown_material : str, optional
         Material of texels without material; without it a texture that has such texels is refused.
 

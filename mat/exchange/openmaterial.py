@@ -48,10 +48,8 @@ def write_openmaterial(library: MaterialLibrary, names: Sequence[str], folder: P
 
     Parameters
     ----------
-    library : MaterialLibrary
     names : sequence of str
         Names of materials; empty for all.
-    folder : Path
 
     Returns
     -------

@@ -23,7 +23,6 @@ def export_codes(file: TmmFile, name: str) -> GpuFile:
 
     Parameters
     ----------
-    file : TmmFile
     name : str
         Name of the database.
     """

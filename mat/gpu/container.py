@@ -68,7 +68,6 @@ class GpuFile:
         ``atmosphere``, ``band``, ``surface`` or ``texture``.
     source : dict
         Name and digest of the database.
-    textures : dict of str to Texture
     numbers : dict
         What a reader needs beside the textures: axes, counts, constants.
     stated_error : dict

@@ -30,7 +30,6 @@ class AirCoordinates:
     ----------
     range_km, altitude_km : (2,) array
         Ends of what the table is for [km].
-    rays : RayCoordinates
     directions : (D,) array
         Nodes of the table's own axis of direction.
     """

@@ -27,7 +27,6 @@ class GpuAir:
 
     Attributes
     ----------
-    content : GpuFile
     terms : dict of str to array
         Coefficients (..., K): ``emission`` (M, T), ``thermal_path``, ``path`` (A), ``sky`` (M, Q), ``direct`` (M);
         the last three by source elevation in front before `frame`.

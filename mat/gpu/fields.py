@@ -38,8 +38,6 @@ class AirFields:
 
     Attributes
     ----------
-    air : AtmosphereTable
-    band : BandTable
     ground_temperature : float, optional
         Temperature of the ground around faces [K]; by default that of the file. NaN leaves the ground out of `sky`.
     """

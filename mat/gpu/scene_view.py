@@ -31,11 +31,6 @@ _MOST_TEXTURES = 8
 def write_scene_viewer(scene: LoadedScene, folder: Path) -> Path:
     """Write the page of a scene; nothing of it is asked for elsewhere.
 
-    Parameters
-    ----------
-    scene : LoadedScene
-    folder : Path
-
     Returns
     -------
     Path

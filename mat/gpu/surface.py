@@ -43,7 +43,6 @@ def export_surface(
 
     Parameters
     ----------
-    surface : TemperatureTable
     hour : float, optional
         Local clock [h]: with it the textures are those of one frame.
     level : bool

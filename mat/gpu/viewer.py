@@ -69,12 +69,10 @@ def plan_of_folder(
 
     Parameters
     ----------
-    folder : Path
     texture : str, optional
         Name of the texture; the first one by default.
     altitude : float, optional
         Altitude of the observer [km]; by default 1 km above the surface.
-    metres_per_texel : float
 
     Raises
     ------
@@ -109,11 +107,6 @@ def plan_of_folder(
 
 def write_viewer(plan: Plan, folder: Path) -> Path:
     """Write the page with its data; nothing of it is asked for elsewhere.
-
-    Parameters
-    ----------
-    plan : Plan
-    folder : Path
 
     Returns
     -------
@@ -174,11 +167,8 @@ def write_page(
 
     Parameters
     ----------
-    title : str
     settings : dict
         What the script reads beside the data.
-    exported : dict of str to GpuFile
-    folder : Path
     image : Path, optional
         The photograph that the page shows in place of the picture.
     hour : float

@@ -17,7 +17,6 @@ def hourly_rain(year: YearFile, hours: Sequence[int]) -> Floats:
 
     Parameters
     ----------
-    year : YearFile
     hours : sequence of int
         Numbers of readings.
 

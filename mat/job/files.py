@@ -20,8 +20,6 @@ class TextFile:
     ----------
     name : str
         Name of the file as the job states it.
-    path : str
-    text : str
     """
 
     name: str

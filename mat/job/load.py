@@ -45,7 +45,6 @@ class LoadedJob:
         Job as stated, with all nodes and sources.
     trimmed : Job
         Job with the nodes and sources that its query limits read; the tables are built from it.
-    document : Document
     warnings : tuple of str
         What is allowed but hardly meant: weather files of another place.
     site_name : str
@@ -123,10 +122,8 @@ class JobSites:
 
     Attributes
     ----------
-    document : Document
     sites : tuple of SiteDocument
         One without a name of a job of one site.
-    library : MaterialLibrary
     only : LoadedJob, optional
         Job that is read already.
     """

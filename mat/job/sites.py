@@ -114,7 +114,6 @@ class SiteDocument:
 
     Attributes
     ----------
-    name : str
     document : Document
         The job with `site` in the place of `sites`, the name of the site in the texts of its states.
     """

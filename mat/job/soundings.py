@@ -55,8 +55,6 @@ class JobSounding:
 
     Attributes
     ----------
-    choice : SoundingChoice
-    path : Path
     levels : Levels or None
         None until the job's place and date are known.
     """

@@ -67,10 +67,8 @@ def with_ground(job: Job, stated_job: Job, document: Document) -> tuple[Job, lis
 
     Parameters
     ----------
-    job : Job
     stated_job : Job
         The same before its weather files were read.
-    document : Document
     """
     if all(state.weather.ground in (None, "air") and state.weather.file is None for state in stated_job.states):
         return job, []

@@ -88,9 +88,6 @@ class YearFile:
 
     Attributes
     ----------
-    file : Path
-    kind : str
-    station : Station
     utc_offset_h : float
         Offset of the file's clock from UTC [h].
     columns : dict of str to int

@@ -32,7 +32,6 @@ class FileWeather:
 
     Attributes
     ----------
-    hourly : HourlyWeather
     before : list of HourlyWeather
         Weather of the days before, oldest first.
     station : Station or None

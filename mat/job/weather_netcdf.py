@@ -44,7 +44,6 @@ def read_point(
 
     Parameters
     ----------
-    file : Path
     place : (float, float), optional
         Latitude and longitude [degree]: of a file of many points the nearest that has temperatures is read.
 

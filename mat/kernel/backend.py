@@ -91,7 +91,6 @@ def compile_library(compiler: Compiler, output: Path, names: list[str] | None = 
 
     Parameters
     ----------
-    compiler : Compiler
     output : Path
         The library. It is replaced whole, so that programs that have it loaded go on with theirs.
     names : list of str, optional

@@ -43,7 +43,6 @@ def band_accuracy(root: Group, response: SpectralResponse, materials: Sequence[M
     ----------
     root : Group
         The tables of the band.
-    response : SpectralResponse
     materials : (M,) sequence of Material
         Materials in the order of the table.
     seed : int

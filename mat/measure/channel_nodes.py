@@ -45,13 +45,7 @@ _SOURCE = ("source_elevation", "scattering_angle")  # axes of path radiance alon
 
 @dataclass(frozen=True)
 class ChannelQuantity:
-    """One quantity of a database in channels, read as the tables of `Probes` are.
-
-    Attributes
-    ----------
-    table : AtmosphereTable
-    name : str
-    """
+    """One quantity of a database in channels, read as the tables of `Probes` are."""
 
     table: AtmosphereTable
     name: str
@@ -69,8 +63,6 @@ class PlacedChannels:
 
     Attributes
     ----------
-    table : AtmosphereTable
-    nodes : ChannelNodes
     p99, largest : float
         99 and 99.98 % of the errors at random points, of the worst quantity, in the tolerance's unit.
     """

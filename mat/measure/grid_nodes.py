@@ -58,14 +58,12 @@ def placed_grid(air: AtmosphereTable, scale: Scale, tolerance: float, *, most_no
 
     Parameters
     ----------
-    air : AtmosphereTable
     scale : Scale
         What the tolerance counts.
     tolerance : float
         Error of 99 % of the reads.
     most_nodes : int
         Nodes of the largest table, that of path radiance.
-    seed : int
     """
     generator = np.random.default_rng([seed, 0])
     nodes = {name: _start(air, name) for name in AXES}

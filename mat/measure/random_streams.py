@@ -51,7 +51,6 @@ def random_stream(seed: int, stream: Stream, *parts: int) -> np.random.Generator
     ----------
     seed : int
         Seed of the job.
-    stream : Stream
     parts : int
         Identifiers of streams that are divided further: the number of the quantity or source.
     """

@@ -60,7 +60,6 @@ class Scale:
         Parameters
         ----------
         unit : {'K', '%', 'W m^-2 sr^-1'}
-        response : SpectralResponse
         irradiance : float
             Irradiance of the source outside the atmosphere, in band, W m^-2.
         """

@@ -21,7 +21,6 @@ class LeftOut:
 
     Attributes
     ----------
-    what, why : str
     bound : str
         What leaving it out changes at most.
     restore : str

@@ -51,7 +51,6 @@ class Task:
 
     Attributes
     ----------
-    kind : Kind
     index : int
         Number of the texture, counted from 0, or of the state or band, counted from 1.
     band : int

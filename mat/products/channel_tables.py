@@ -80,7 +80,6 @@ class SharedNodes:
 
     Attributes
     ----------
-    nodes : ChannelNodes
     sources : SourceParts
         Light sources on the nodes' elevations and scattering angles.
     """
@@ -95,14 +94,11 @@ class ChannelTables:
 
     Attributes
     ----------
-    air : BandAtmosphere
     base : PathGrid
         The job's axes: their ends, and by their cells how random points lie.
     irradiance : (P,) array
     scale : Scale
         Units in which the tolerance applies.
-    tolerance : float
-    harmonics, seed : int
     all_points : pair of SpectralAir and PartedLight
         Air and light at all spectral points of the band.
     wavelength : (B,) array

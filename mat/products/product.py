@@ -27,12 +27,10 @@ class Context:
 
     Attributes
     ----------
-    task : Task
     loaded : LoadedJob
         Its site on the date of the task's state, where the task has one.
     materials : tuple of str
         Materials to build, for products that depend on them.
-    library : MaterialLibrary
     """
 
     task: Task
@@ -47,10 +45,8 @@ class TaskReport:
 
     Attributes
     ----------
-    files : tuple of str
     kept : bool
         The files were there already, from the same job.
-    seconds : float
     processor_seconds : float
         Processor time of the whole process during the task [s].
     stages, processor_stages : dict of str to float
@@ -113,23 +109,13 @@ class Product(Protocol[Content]):
     """
 
     def identity(self, context: Context) -> tuple[Identity[Content], ...]:
-        """The files of a task, in the order of its `files`.
-
-        Parameters
-        ----------
-        context : Context
-
-        Returns
-        -------
-        tuple of Identity
-        """
+        """The files of a task, in the order of its `files`."""
 
     def compute(self, context: Context, report: TaskReport) -> Iterator[Content]:
         """The content of each of those files, in the same order.
 
         Parameters
         ----------
-        context : Context
         report : TaskReport
             Is given the stages and notes of the computation.
 
@@ -146,8 +132,6 @@ class TableIdentity:
 
     Attributes
     ----------
-    file : str
-    kind : FileType
     data_version : str
         Version of the packaged data that the table is computed from.
     resolved : dict

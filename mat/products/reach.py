@@ -48,7 +48,6 @@ def tolerance_notes(loaded: LoadedJob, materials: Sequence[str]) -> list[str]:
 
     Parameters
     ----------
-    loaded : LoadedJob
     materials : sequence of str
         Materials to build.
 

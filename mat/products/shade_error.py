@@ -38,7 +38,6 @@ class ShadeError:
 
     Attributes
     ----------
-    measured : ErrorMeasure
     variables : dict of str to Variable
         Variables for the group ``accuracy``.
     """
@@ -102,10 +101,8 @@ def shade_error(
     materials : sequence of M SurfaceMaterial
     scene : Scene
         Its altitudes and slopes limit those at which the error is measured.
-    table : ResponseTable
     fixed : collection of str
         Names of materials whose temperature is given; they have no error.
-    generator : numpy.random.Generator
     rows : (R,) int array
         Numbers of the materials that are measured.
     at_slopes : bool

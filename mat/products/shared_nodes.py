@@ -51,10 +51,6 @@ def shared_nodes(
 
     Parameters
     ----------
-    loaded : LoadedJob
-    state_of_job : State
-    response : SpectralResponse
-    source : str
     everything : BandPoints
         All points of the response.
 

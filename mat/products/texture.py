@@ -18,11 +18,8 @@ class TextureIdentity:
 
     Attributes
     ----------
-    file : str
-    job : TextureJob
     job_folder : Path
         Folder to which the paths of the job are relative.
-    library_version : str
     """
 
     file: str

@@ -29,7 +29,6 @@ def turbulence_fields(
     ----------
     scene : Scene
         Its A altitudes are those of the file.
-    state : State
     ground : (A, 24) array or None
         Temperature of the level ground at the hours [K]; not needed over a sea.
     roughness_length : float

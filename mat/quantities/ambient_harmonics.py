@@ -41,7 +41,6 @@ class AmbientHarmonics:
 
     Attributes
     ----------
-    grid : PathGrid
     radiance : (R, A, E, SE, H) array
         Coefficients of the radiance around the end of each line of sight, without the ground's emission, W m^-2 sr^-1.
     ground : (R, A, E, T, Z) array
@@ -139,9 +138,6 @@ def harmonics_along(band: BandPoints, path: LineOfSight, sky: HarmonicSky, emiss
 
     Parameters
     ----------
-    band : BandPoints
-    path : LineOfSight
-    sky : HarmonicSky
     emission : (T, P) array
         Emission of the ground, from `ground_emission`.
     """
@@ -165,8 +161,6 @@ def ambient_harmonics(atmosphere: BandAtmosphere, grid: PathGrid, irradiance: Fl
 
     Parameters
     ----------
-    atmosphere : BandAtmosphere
-    grid : PathGrid
     irradiance : (P,) array
         Irradiance of the source, as in `BandAtmosphere.table`.
     count : int

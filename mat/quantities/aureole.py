@@ -35,7 +35,6 @@ class SunlitSky:
     radiance : (S, D, A) array
         Radiance of the upper D cells of zenith angle, by azimuth from the Sun, in the unit of the weights per
         steradian.
-    directions : Directions
     """
 
     elevation: Floats
@@ -54,7 +53,6 @@ class SunlitSky:
             Weights of the points, times the Sun's irradiance outside the atmosphere.
         elevation : (S,) array
             Geometric elevation of the Sun [degree].
-        directions : Directions
         """
         angle = np.radians(elevation)
         reflection = GroundReflection.of(air, angle)

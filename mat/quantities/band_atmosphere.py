@@ -55,7 +55,6 @@ class BandAtmosphere:
     band : BandPoints
         All points of the band (`points.band_points`) or the compiled ones (`compile.compile_band`); the response is in
         their weights.
-    air : SpectralAir
     scope : PathScope
         Up to which height light on surfaces is tabulated.
     scattering : ScatteringPoints or None
@@ -92,17 +91,12 @@ class BandAtmosphere:
 
         Parameters
         ----------
-        grid : PathGrid
         source_irradiance : (P,) array
             Irradiance of the source outside the atmosphere, normal to the beam, at `band.points`, W m^-2 (cm^-1)^-1.
         quantities : names out of `QUANTITIES`
             Only these are computed; the others are None.
         progress : callable, optional
             Called with the number of lines of sight done since the last call; there are A * E.
-
-        Returns
-        -------
-        AtmosphericQuantities
 
         Raises
         ------
@@ -166,7 +160,6 @@ class BandAtmosphere:
         lines : LinesOfSight
             Lines of sight to the faces (n,), with the source.
         source_irradiance : (P,) array
-        faces : Facets
         """
         irradiance = _checked(source_irradiance, self.band)
         ranges, altitude, elevation, source, _ = _in_si(*lines.place)
@@ -236,10 +229,6 @@ class BandAtmosphere:
         """The spectra whose integrals the quantities are, at n single points; arguments as in `at_points`.
 
         With n faces, the sky irradiance is that of each, by all around it, instead of that of a level surface.
-
-        Returns
-        -------
-        SpectralLines
         """
         irradiance = _checked(source_irradiance, self.band)
         points = _in_si(*(np.asarray(part, float) for part in lines.place))

@@ -48,7 +48,6 @@ class Facets:
         K.
     altitude : (n,) array or None
         m, at which the light around is computed; by default where their lines of sight end.
-    walls : Walls or None
     """
 
     normal: Floats
@@ -72,13 +71,11 @@ def light_among_walls(
 
     Parameters
     ----------
-    air : SpectralAir
     altitude, source_elevation : (n,) arrays
         m; geometric, rad.
     irradiance : (P,) array
         Irradiance of the source outside the atmosphere, normal to the beam, W m^-2 (cm^-1)^-1; the ambient light
         excludes the direct beam.
-    faces : Facets
     """
     if not len(faces.normal):
         return np.zeros((0, irradiance.size))

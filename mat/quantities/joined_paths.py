@@ -22,7 +22,6 @@ class JoinedPaths:
 
     Attributes
     ----------
-    paths : sequence of LineOfSight
     segments : Segments
         Segments of all lines, K in number: a segment without air separates two lines.
     depths : Depths

@@ -127,8 +127,6 @@ def radiance_along(
 
     Parameters
     ----------
-    air : SpectralAir
-    band : BandPoints
     lines : JoinedPaths
         L of them, through that air.
     sources : sequence of LineSources

@@ -38,7 +38,6 @@ class Directions:
         Cosine of the zenith angle, and its weight; the weights of a hemisphere sum to 1.
     edges : (D, 2) array
         Bounds of the cells in that cosine.
-    azimuths : int
     """
 
     cosine: Floats

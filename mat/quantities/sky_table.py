@@ -48,7 +48,6 @@ class SkyTable:
 
     Attributes
     ----------
-    air : SpectralAir
     altitude : (Z,) array
         m, increasing, inside the atmosphere.
     log_irradiance : (Z, SE, P) array
@@ -65,7 +64,6 @@ class SkyTable:
 
         Parameters
         ----------
-        air : SpectralAir
         altitude : (any,) array
             m, in any order; altitudes in space count as the top of the atmosphere.
         source_elevation : (SE,) array

@@ -26,10 +26,8 @@ def ambient(path: LineOfSight, weight: Floats, sky: SkyTable) -> Floats:
 
     Parameters
     ----------
-    path : LineOfSight
     weight : (R, P) array
         Weights from `radiance_weight`.
-    sky : SkyTable
     """
     radiance: Floats = np.einsum("rp,rsp->rs", weight, sky.at(path.surface_altitude))
     return radiance
@@ -40,8 +38,6 @@ def direct(air: SpectralAir, path: LineOfSight, weight: Floats, source_elevation
 
     Parameters
     ----------
-    air : SpectralAir
-    path : LineOfSight
     weight : (R, P) array
         Weights from `radiance_weight`.
     source_elevation : (SE,) array

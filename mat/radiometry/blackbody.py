@@ -189,7 +189,6 @@ def band_radiance(response: SpectralResponse, temperature: npt.ArrayLike) -> Flo
 
     Parameters
     ----------
-    response : SpectralResponse
     temperature : array_like
         [K], any shape; finite and not negative.
 
@@ -222,7 +221,6 @@ def brightness_temperature(response: SpectralResponse, radiance: npt.ArrayLike) 
 
     Parameters
     ----------
-    response : SpectralResponse
     radiance : array_like
         [W m^-2 sr^-1], any shape; finite and not negative.
 

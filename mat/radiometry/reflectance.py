@@ -35,8 +35,6 @@ def band_reflectance(
 
     Parameters
     ----------
-    material : Material
-    response : SpectralResponse
     weighting : str
         "flat": by the response alone; "planck": by blackbody radiance too; "solar": by irradiance too.
     temperature : array_like, optional
@@ -88,8 +86,6 @@ def band_emissivity(
 
     Parameters
     ----------
-    material : Material
-    response : SpectralResponse
     temperature : float or array
         [K], above 0, any shape.
 
@@ -106,15 +102,10 @@ def solar_absorptance(material: Material, wavelength: npt.ArrayLike, irradiance:
 
     Parameters
     ----------
-    material : Material
     wavelength : array_like, shape (k,)
         [um], increasing.
     irradiance : array_like, shape (k,)
         Per unit wavelength, any scale; not negative. Its range is the range of the mean.
-
-    Returns
-    -------
-    float
 
     Raises
     ------

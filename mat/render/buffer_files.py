@@ -24,7 +24,6 @@ def read_layer(path: Path, layer: str | None) -> npt.NDArray[Any]:
 
     Parameters
     ----------
-    path : Path
     layer : str or None
         Channels of an EXR with that name, or whose names begin with it and a dot.
 
@@ -44,7 +43,6 @@ def read_cryptomatte(path: Path, layer: str) -> tuple[npt.NDArray[np.uint32], np
 
     Parameters
     ----------
-    path : Path
     layer : str
         Such as ``ViewLayer.CryptoMaterial``.
 

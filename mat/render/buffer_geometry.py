@@ -192,7 +192,6 @@ class CameraView:
 
     Attributes
     ----------
-    rays : ViewRays
     length : (rows, columns) array
         Length of each line of sight at 1 m along the axis.
     across, upward : (columns,) and (rows,) arrays
@@ -252,8 +251,6 @@ def normals_from_depth(view: CameraView, pose: Pose, planar: Floats) -> Floats:
 
     Parameters
     ----------
-    view : CameraView
-    pose : Pose
     planar : (rows, columns) array
         Depth along the axis [m]; infinite for the sky.
     """

@@ -253,7 +253,6 @@ class MaterialTable:
 
         Parameters
         ----------
-        mark : str
         hit : (rows, columns) bool array
             Pixels that meet a surface by their depth.
 

@@ -35,7 +35,6 @@ class Face:
 
     Attributes
     ----------
-    material : str
     slope, azimuth : float
         [degree]
     shade : tuple of (begin, end)
@@ -217,13 +216,10 @@ def seen_radiance(
 
     Parameters
     ----------
-    tables : SceneTables
     read : BandTables
         One band of the tables.
-    face : Face
     code : int
         Code of the face's material in the tables.
-    sight : Sight
     hours : (T,) array
     source : {'sun', 'moon'}
 

@@ -44,7 +44,6 @@ class SceneTables:
 
     Attributes
     ----------
-    surface : TemperatureTable
     bands : tuple of BandTables
         Tables of the bands, in the order of the scene.
     """

@@ -49,7 +49,6 @@ def draw_frames(
         Frames of each band [K].
     titles : sequence of str
         Titles of the frames of a band.
-    picture : Path
     sun_elevation : sequence of float
         Elevation of the Sun in each frame [degree].
     photograph : (h, w, 3) array, optional

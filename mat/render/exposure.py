@@ -75,7 +75,6 @@ def exposure_of(
     seen, surface, caster
     sun_elevation, sun_azimuth : (T,) array
         Direction of the Sun at steps of the day [degree].
-    progress : callable, optional
     kinds : WallKinds, optional
         Register of the walls that hide the sky; without it walls are not recorded.
     """

@@ -232,13 +232,7 @@ class MeshScene(LoadedScene):
 
 @dataclass(frozen=True)
 class LoadedFrame:
-    """A frame file with its place.
-
-    Attributes
-    ----------
-    model : FrameModel
-    document : Document
-    """
+    """A frame file with its place."""
 
     model: FrameModel
     document: Document

@@ -57,8 +57,6 @@ class SeenFrame:
 
     Attributes
     ----------
-    hours : list of float
-    scene : SeenScene
     counts : dict of str to int
         Number of its pixels, and of those whose temperature is that of another slope.
     unknown : dict of str to int
@@ -77,8 +75,6 @@ class FrameMesh:
 
     Attributes
     ----------
-    surface : SurfaceMesh
-    materials : SurfaceMaterials
     codes : (2 K,) int array
         Codes of the materials in the databases, repeated for those in the shade of a photograph.
     """
@@ -97,12 +93,7 @@ class FrameMesh:
 
 
 class FrameRenderer(PictureMaker):
-    """A frame file with its databases open.
-
-    Attributes
-    ----------
-    frame : LoadedFrame
-    """
+    """A frame file with its databases open."""
 
     def __init__(self, frame: LoadedFrame, progress: Progress = silent) -> None:
         """Open all that the file names.

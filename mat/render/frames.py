@@ -52,7 +52,6 @@ class Picture:
         Local clock.
     sun_elevation : float
         Elevation of the Sun's centre [degree].
-    band : str
     wavelength : (lower, upper)
         Limits of the band [um].
     radiance : (rows, columns) array
@@ -96,8 +95,6 @@ class SeenScene:
 
     Attributes
     ----------
-    rays : ViewRays
-    points : SeenSurface
     exposure : SeenExposure or None
         None: without a mesh that casts shadows.
     lit_share, sky_view : (n,) array
@@ -106,7 +103,6 @@ class SeenScene:
         Temperatures at the hours of the frames of this place: of what is seen, or of `vertices` where there are any.
     walls : Walls or None
         Walls that hide the sky; None where the whole sky is open.
-    vertices : SeenVertices or None
     """
 
     rays: ViewRays
@@ -127,12 +123,7 @@ class SeenScene:
 
 
 class PictureMaker:
-    """Radiance of what is seen, from the tables.
-
-    Attributes
-    ----------
-    tables : SceneTables
-    """
+    """Radiance of what is seen, from the tables."""
 
     def __init__(
         self, tables: SceneTables, caster: RayCaster, codes: Integers, source: str, samples: int, refuse: Refuse
@@ -141,7 +132,6 @@ class PictureMaker:
 
         Parameters
         ----------
-        tables : SceneTables
         caster : RayCaster
             Caster of rays towards the source.
         codes : (K,) int array
@@ -291,7 +281,6 @@ class Renderer(PictureMaker):
 
     Attributes
     ----------
-    scene : LoadedScene
     tables : SceneTables
     surface : SurfaceMesh
     """

@@ -37,10 +37,8 @@ class Limit:
 
     Attributes
     ----------
-    key : str
     value : list
         Value as YAML has it.
-    reason : str
     """
 
     key: str
@@ -54,7 +52,6 @@ class SceneNeeds:
 
     Attributes
     ----------
-    limits : tuple of Limit
     replaced : dict of str to str
         Materials that are omitted, with those that replace them.
     replaced_share : float
@@ -80,9 +77,6 @@ def scene_needs(
 
     Parameters
     ----------
-    scene : LoadedScene
-    reads : SceneReads
-    library : MaterialLibrary
     loaded : LoadedJob, optional
         Job whose site and date place the source; without it the source's position has no limit.
     least_share : float

@@ -281,13 +281,7 @@ class SceneModel(StrictModel):
 
 @dataclass(frozen=True)
 class LoadedScene:
-    """A scene with the file it came from.
-
-    Attributes
-    ----------
-    model : SceneModel
-    document : Document
-    """
+    """A scene with the file it came from."""
 
     model: SceneModel
     document: Document

@@ -38,7 +38,6 @@ class SeenSurface:
         Orientation of the face [degree].
     altitude : (n,) array
         Altitude of the point [km].
-    materials : Mixtures
     """
 
     pixel: Integers

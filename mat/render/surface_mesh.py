@@ -26,7 +26,6 @@ class Covering:
 
     Attributes
     ----------
-    material : str or None
     texture : Path or None
         A ``.tmm.h5`` file.
     place : tuple
@@ -48,7 +47,6 @@ class SurfaceMesh:
         Corners, then east, north and up [m].
     covering : (F,) int array
         Index into `coverings`.
-    coverings : tuple of Covering
     uv : (F, 3, 2) array
         Texture coordinates of the corners, from the top left corner of the image; 0 where there is no texture.
     altitude : float

@@ -61,8 +61,6 @@ class SeenTemperatures:
 
         Parameters
         ----------
-        surface : TemperatureTable
-        points : SeenSurface
         exposure : SeenExposure
             Exposure at the 288 steps of the day.
         codes : (K,) int array
@@ -72,7 +70,6 @@ class SeenTemperatures:
         hours : (H,) array
         walls : Walls, optional
             Walls of `exposure.walls`; by default all that hides the sky has the temperature of the air.
-        progress : callable, optional
 
         Raises
         ------
@@ -149,8 +146,6 @@ def walls_of_day(
 
     Parameters
     ----------
-    surface : TemperatureTable
-    kinds : WallKinds
     exposed : callable
         Shade of the day and open sky of points.
     codes, shaded_sky : (K,) array

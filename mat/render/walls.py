@@ -32,13 +32,7 @@ FACES = 4  # of a wall whose heat balance is read; chosen
 
 
 class WallKinds:
-    """Numbers the walls of a surface as rays meet them.
-
-    Parameters
-    ----------
-    surface : SurfaceMesh
-    materials : SurfaceMaterials
-    """
+    """Numbers the walls of a surface as rays meet them."""
 
     def __init__(self, surface: SurfaceMesh, materials: SurfaceMaterials) -> None:
         self._surface, self._materials = surface, materials
@@ -144,7 +138,6 @@ class Walls:
 
         Parameters
         ----------
-        tables : BandTables
         shares : (n, K) array
             Shares of the hidden sky, as in `before`.
         hour : float

@@ -56,7 +56,6 @@ class View:
 
         Parameters
         ----------
-        lines : LinesOfSight
         heading : (n,) array
             Azimuth of the lines of sight, clockwise from north [degree].
         normal : (n, 3) array
@@ -163,12 +162,8 @@ def pixel_radiance(
 
     Parameters
     ----------
-    surface : TemperatureTable
-    band : BandTable
     air : AtmosphereTable
         Table of the same band and state, for the Sun or the Moon.
-    faces : Faces
-    view : View
 
     Raises
     ------
@@ -247,7 +242,6 @@ def pixel_value(radiance: npt.ArrayLike, *, bits: int, gain: float, buffer_gain:
 
     Parameters
     ----------
-    radiance : array_like
     bits : int
         N.
     gain, buffer_gain, offset : float

@@ -31,7 +31,6 @@ def shaded_temperature(
 
     Parameters
     ----------
-    surface : TemperatureTable
     material : (n,) int array
         Codes.
     sky_view : (n,) array

@@ -48,7 +48,6 @@ def wall_as_it_shines(
 
     Parameters
     ----------
-    band : BandTable
     emitted : (n,) array
         Radiance that the walls emit, in the band [W m^-2 sr^-1].
     reflectance : float or (n,) array

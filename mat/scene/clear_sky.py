@@ -37,7 +37,6 @@ class ClearLight:
 
     Attributes
     ----------
-    fluxes : BroadbandFluxes
     aureole : (AUREOLE_ELEVATIONS,) array
         `SunlitSky.aureole`.
     """
@@ -60,7 +59,6 @@ def band_model_sky(
 
     Parameters
     ----------
-    air : AtmosphericState
     highest : float, m
     ground_albedo : float
         Albedo of the ground for sunlight.

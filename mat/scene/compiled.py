@@ -38,8 +38,6 @@ def compiled_band(
     ----------
     loaded : LoadedJob
         Job on the date of the state.
-    state_of_job : State
-    response : SpectralResponse
     state : AtmosphericState
         Atmosphere of the state, over its ground.
     everything : BandPoints
@@ -71,12 +69,10 @@ class StateBand:
 
     Attributes
     ----------
-    response : SpectralResponse
     air : AtmosphericState
         Air over the state's ground.
     everything : BandPoints
         All points of the band.
-    compiled : CompiledBand
     """
 
     response: SpectralResponse

@@ -73,10 +73,8 @@ def spread_kelvin(job: Job, state: AtmosphericState, response: SpectralResponse,
 
     Parameters
     ----------
-    job : Job
     state : AtmosphericState
         Its particles are passed over.
-    response : SpectralResponse
     others : list of str
         Names of continua.
     """

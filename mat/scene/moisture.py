@@ -65,7 +65,6 @@ def open_library(
 
     Parameters
     ----------
-    library : MaterialLibrary
     leaf_area_index : float, str or tuple
         One value for all materials, or pairs of a name and a value.
     closed : frozenset of str

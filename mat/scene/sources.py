@@ -107,7 +107,6 @@ def source_tracks(site: Site, hours: Floats) -> dict[str, Floats]:
 
     Parameters
     ----------
-    site : Site
     hours : (T,) array
         Increasing; beyond 24 on the next day.
 

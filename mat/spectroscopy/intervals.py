@@ -148,12 +148,9 @@ def build_interval(
 
     Parameters
     ----------
-    sources : list of GasSources
-    continua : ContinuumModel
     training, held_out : lists of PathState
     tolerance : float
         Scaled rms error at which no further points are added.
-    max_points : int
     reference : list of PathState, optional
         States for `IntervalPoints.reference`.
     """

@@ -60,7 +60,6 @@ class Partner:
         cm^-1/atm.
     power, power_exponent : float
         ``power (296 / T)^power_exponent`` is the exponent of L (L + 1).
-    beta : float
     distance : float
         Distance of the collision, angstrom.
     """

@@ -50,7 +50,6 @@ class LineByLinePoints(SpectralPoints):
         ----------
         band : SpectralPoints
             Points of the band model, over the same range.
-        library : LineLibrary
         continua : ContinuumModel
             Continua of single gases; the continuum of water vapour is that of `band`.
         low, high, width : float

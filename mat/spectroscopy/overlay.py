@@ -26,7 +26,6 @@ def overlay(
 
     Parameters
     ----------
-    source : CrossSectionSource
     wavenumber, weight : (n,) arrays, cm^-1
     states : list of PathState
         Held-out atmospheres and paths.

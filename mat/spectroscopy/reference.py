@@ -38,9 +38,6 @@ def interval_transmittance(
 
     Parameters
     ----------
-    library : LineLibrary
-    continua : ContinuumModel
-    path : Path
     gas : str
         H2O means its lines alone, H2O_continuum the continuum alone; other gases include theirs.
     """

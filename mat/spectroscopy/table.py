@@ -89,7 +89,6 @@ class Builder:
     cross_sections : folder, optional
         Measured cross sections, see `skyshine.mat.spectroscopy.cross_sections`; used where a gas has no other source,
         at the points that were chosen for the others.
-    settings : Settings
     """
 
     def __init__(

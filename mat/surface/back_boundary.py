@@ -32,7 +32,6 @@ def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: Floats, air: 
 
     Parameters
     ----------
-    material : SurfaceMaterial
     forcing : Forcing
         The season of its ground, or else its mean air temperature, represents a temperature that the material does not
         give: the mean over all of a day or of some weeks, over the `SEASON` around each time of a longer record, whose

@@ -81,11 +81,6 @@ def skin_of(material: SurfaceMaterial, forcing: Forcing) -> Skin:
 class Balance:
     """Net heat that leaves the surfaces of some columns, as a function of their temperatures.
 
-    Parameters
-    ----------
-    forcing : Forcing
-    material : SurfaceMaterial
-
     Notes
     -----
     Convection blends forced and natural transfer by the cubes of their coefficients, as Churchill (1977), AIChE J. 23,

@@ -29,7 +29,6 @@ def canopy_admittance(canopy: Canopy, s: Complexes) -> tuple[Complexes, Complexe
 
     Parameters
     ----------
-    canopy : Canopy
     s : (n,) complex
         Laplace variable, as in `conduction.surface_admittance`.
 
@@ -56,7 +55,6 @@ class CanopyConduction:
 
     Attributes
     ----------
-    canopy : Canopy
     times : int
         N.
     period : float

@@ -47,7 +47,6 @@ def solve_canopy(
 
     Parameters
     ----------
-    material : SurfaceMaterial
     days : sequence of callables
         Functions as in `days.solve_days`; a single one repeats after the period.
     steps, fine_steps, scheme

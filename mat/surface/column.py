@@ -47,7 +47,6 @@ class ColumnResult:
     ----------
     time : list of float or str
         Times in `time_units`: hours of the local clock, or ISO 8601 (UTC).
-    time_units : str
     temperature : ndarray
         [K]
     fluxes : dict of str to ndarray
@@ -55,8 +54,6 @@ class ColumnResult:
         + conduction + melt.
     residual, energy_closure, bound_excess : float
         [W m^-2], [W m^-2], [K]; see `skyshine.mat.surface.solution.Solution`.
-    method : str
-    iterations : int
     depth_temperature : ndarray or None
         Temperature at the requested depth [K].
     notes : tuple of str
@@ -128,7 +125,6 @@ def from_record(
 
     Parameters
     ----------
-    material : SurfaceMaterial
     record : Record
         A back that is given by hour is given in UTC.
     slope, azimuth : float
@@ -137,7 +133,6 @@ def from_record(
         Solar elevation and azimuth [degree] at UTC times; needed where the slope is not 0, with
         `surroundings`, and for a record of direct and diffuse light. Without it gaps of a canopy take all light as
         even.
-    ground_albedo : float
     depth : float, optional
         Below the skin [m], at which the temperature is wanted too.
     surroundings : Surroundings, optional

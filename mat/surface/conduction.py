@@ -121,7 +121,6 @@ def stack_response(stack: ThermalStack, s: Complexes) -> tuple[Complexes, Comple
 
     Parameters
     ----------
-    stack : ThermalStack
     s : (n,) complex
         Laplace variable, as in `surface_admittance`.
 
@@ -187,7 +186,6 @@ def depth_response(stack: ThermalStack, s: npt.ArrayLike, depth: float) -> tuple
 
     Parameters
     ----------
-    stack : ThermalStack
     s : (n,) complex
         [1/s]
     depth : float
@@ -278,10 +276,8 @@ def delayed_responses(stack: ThermalStack, step: float, lags: int, scheme: str) 
 
     Parameters
     ----------
-    stack : ThermalStack
     step : float
         [s]
-    lags : int
     scheme : str
         "bdf2" or "euler"; see `frequencies`.
 
@@ -349,8 +345,6 @@ class Conduction:
 
     Attributes
     ----------
-    stack : ThermalStack
-    steps : int
     period : float
         [s]
     scheme : str

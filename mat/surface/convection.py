@@ -81,12 +81,10 @@ def forced_coefficient(
 
     Parameters
     ----------
-    wind : Wind
     pressure : array_like
         [Pa]
     air_temperature : array_like
         [K]
-    surface : SurfaceProperties
 
     Returns
     -------
@@ -168,7 +166,6 @@ def natural_coefficients(
         1 face up, 0 a wall, -1 face down.
     pressure : array_like
         [Pa]
-    surface : SurfaceProperties
 
     Returns
     -------

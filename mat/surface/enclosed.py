@@ -78,10 +78,6 @@ def solved_enclosure(
     steps : int
         Solver times of a day.
 
-    Returns
-    -------
-    Enclosure
-
     Raises
     ------
     CheckFailed

@@ -62,7 +62,6 @@ class Enclosure:
 
     Attributes
     ----------
-    ground, walls : Emitter
     horizon : Horizon
         Walls reach from the level up to it, and hide the direct light of the Sun behind them.
     sky_view : float
@@ -123,7 +122,6 @@ class Enclosure:
             View factors of the planes.
         slope : (P,) ndarray
             [degree]
-        sun : SunPath
         direct, diffuse : (A, P, SUN_STEPS) ndarray
             Light of Sun and sky without the enclosure [W m^-2].
         level : (A, SUN_STEPS) ndarray

@@ -40,7 +40,6 @@ def film_of(
 
     Parameters
     ----------
-    skin : FilmSkin
     gain : (columns, N) ndarray
         Rain and dew in the step that ends at each time [kg m^-2 s^-1].
     potential : (columns, N) ndarray

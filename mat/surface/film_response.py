@@ -69,7 +69,6 @@ def film_response(
 
     Parameters
     ----------
-    material : SurfaceMaterial
     forcing : Forcing
         Forcing with rain, at H hours.
     temperatures : sequence of O ndarray, shape (columns, H)

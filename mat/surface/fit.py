@@ -33,10 +33,8 @@ class Fit:
 
     Attributes
     ----------
-    parameters : tuple of FreeParameter
     shares : (p,) ndarray
         Positions of the parameters between their bounds, 0 to 1.
-    uncertainty : Uncertainty
     notes : tuple of str
         What the record cannot tell.
     measured, predicted : (N,) ndarray
@@ -78,7 +76,6 @@ def fit_record(
     ----------
     material : SurfaceMaterial
         Gives the start, and all that is not free.
-    measured : MeasuredRecord
     parameter_names : sequence of str
         Names out of `free_parameters.PARAMETERS`.
     held_out : float or str

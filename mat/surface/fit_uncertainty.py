@@ -60,10 +60,6 @@ def uncertainty(residual: Floats, derivatives: Floats, step: float) -> Uncertain
     step : float
         [s]
 
-    Returns
-    -------
-    Uncertainty
-
     Notes
     -----
     Errors are taken as a first-order autoregression: their correlation falls by one factor from step to step. What is

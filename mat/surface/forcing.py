@@ -95,7 +95,6 @@ class Sky:
 
         Parameters
         ----------
-        sun : SunPath
         cloud_fraction : float or (SUN_STEPS,) ndarray
             0 to 1.
         altitude : (A,) ndarray
@@ -178,7 +177,6 @@ def plane_irradiance(
         [degree]
     direct, diffuse : array_like
         Direct normal and diffuse horizontal irradiance [W m^-2].
-    ground_albedo : float
     aureole : array_like
         Share of the diffuse irradiance that comes from around the Sun.
 

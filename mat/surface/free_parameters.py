@@ -48,8 +48,6 @@ class FreeParameter:
 
     Attributes
     ----------
-    name, units : str
-    start, low, high : float
     logarithmic : bool
         Whether it is searched, and its uncertainty stated, by its logarithm.
     """
@@ -85,7 +83,6 @@ def free_parameters(material: SurfaceMaterial, names: Sequence[str], mean_air: f
 
     Parameters
     ----------
-    material : SurfaceMaterial
     names : sequence of str
         Names out of `PARAMETERS`.
     mean_air : float

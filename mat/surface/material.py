@@ -19,8 +19,6 @@ class SurfaceMaterial:
     ----------
     name : str
         Name, for messages.
-    thermal : ThermalStack
-    surface : SurfaceProperties
     solar_absorptance, thermal_emissivity : float
         0 to 1.
     film : FilmSkin or None

@@ -45,7 +45,6 @@ class MeasuredRadiation:
         ----------
         hours, total, longwave : (n,) ndarray
             Arrays as the attributes, `total` global horizontal irradiance [W m^-2].
-        sun : SunPath
 
         Notes
         -----
@@ -90,7 +89,6 @@ class MeasuredRadiation:
 
         Parameters
         ----------
-        sun : SunPath
         direct, diffuse : (SUN_STEPS,) ndarray
             Irradiance of the clear sky at the altitude of the weather [W m^-2], by which light is distributed within an
             interval.

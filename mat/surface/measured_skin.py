@@ -33,7 +33,6 @@ class MeasuredRecord:
 
     Attributes
     ----------
-    record : Record
     skin : (N,) ndarray
         Surface temperature [K] or upwelling longwave [W m^-2]; NaN where there is none.
     radiometric : bool

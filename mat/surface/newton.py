@@ -87,8 +87,6 @@ def solve_newton(
 
     Parameters
     ----------
-    balance : HeatLoss
-    conduction : HeatFlux
     source : (columns, N or 1) ndarray
         [W m^-2]
     start : (columns, N) ndarray

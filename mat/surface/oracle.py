@@ -43,7 +43,6 @@ def solve_oracle(
 
     Parameters
     ----------
-    material : SurfaceMaterial
     forcing_at : callable
         Gives the `Forcing` of one column at times (n,) [s].
     period : float

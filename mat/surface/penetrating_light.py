@@ -40,7 +40,6 @@ def light_response(stack: ThermalStack, s: Complexes) -> Complexes:
 
     Parameters
     ----------
-    stack : ThermalStack
     s : (n,) complex
         [1/s]
 
@@ -87,7 +86,6 @@ def light_at_depth(stack: ThermalStack, s: Complexes, depth: float) -> Complexes
 
     Parameters
     ----------
-    stack : ThermalStack
     s : (n,) complex
         [1/s]
     depth : float

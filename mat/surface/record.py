@@ -197,7 +197,6 @@ def record_forcing(
 
     Parameters
     ----------
-    record : Record
     shortwave : tuple of (N,) ndarray
         Direct, diffuse and ground-reflected irradiance on the plane [W m^-2].
     slope : float

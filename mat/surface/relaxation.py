@@ -127,9 +127,6 @@ class Relaxation:
 
         Parameters
         ----------
-        material : SurfaceMaterial
-        forcing : Forcing
-        conduction : Conduction
         source : (columns, N or 1) ndarray
             [W m^-2]
 
@@ -213,8 +210,6 @@ class Relaxation:
 
         Parameters
         ----------
-        balance : Balance
-        conduction : Conduction
         source : (columns, N or 1) ndarray
             [W m^-2]
 
@@ -306,12 +301,10 @@ class Relaxation:
 
         Parameters
         ----------
-        balance : Balance
         source : (columns, N or 1) ndarray
             Less C of the origin [W m^-2].
         unknown : (columns, N) ndarray
             Initial values, less the origin [K].
-        max_iterations : int
         tolerance : float
             Largest change of an unknown [K] at which the iteration ends.
         origin : (1, N) ndarray or float

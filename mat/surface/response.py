@@ -124,7 +124,6 @@ def surface_response(
 
     Parameters
     ----------
-    material : SurfaceMaterial
     days : sequence of callables
         Functions as in `skyshine.mat.surface.days.solve_days`.
     steps : int
@@ -295,7 +294,6 @@ def response_table(
     Parameters
     ----------
     materials : sequence of M SurfaceMaterial
-    scene : Scene
     steps : int
         Solver times of a day.
     prescribed : collection of str

@@ -102,10 +102,6 @@ def sea_surface(
     wind_height, air_height, layer_depth : float
         Heights of measurement, and depth of the convective layer whose gusts stir calm air [m].
 
-    Returns
-    -------
-    SeaSurface
-
     Examples
     --------
     Air of 15 C and 80 % over a sea of the same temperature, 6 m/s:

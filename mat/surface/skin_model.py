@@ -32,8 +32,6 @@ class SkinModel:
     ----------
     material : SurfaceMaterial
         Does not melt.
-    record : Record
-    parameters : tuple of FreeParameter
 
     Notes
     -----

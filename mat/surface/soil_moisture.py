@@ -94,7 +94,6 @@ def conductivity(soil: Soil, moisture: npt.ArrayLike, frozen: bool = False) -> F
 
     Parameters
     ----------
-    soil : Soil
     moisture : array_like
         Volume fraction of water, 0 to the porosity.
     frozen : bool
@@ -237,7 +236,6 @@ def moist_stack(stack: ThermalStack, soil: Soil, moisture: float, frost: float =
     ----------
     stack : ThermalStack
         Stack with dry skin and dry first layer.
-    soil : Soil
     moisture : float
         Volume fraction of water, 0 to the porosity.
     frost : float

@@ -65,7 +65,6 @@ def solve_columns(
 
     Parameters
     ----------
-    material : SurfaceMaterial
     forcing_at : callable
         Gives the `Forcing` of all columns at k / N of the period for a number of steps N.
     steps : int
@@ -116,7 +115,6 @@ def by_sturdier_schemes(
     ----------
     scheme : str
         Scheme of the first attempt.
-    columns : int
     solve : callable
         Solves an index array of columns by a scheme.
     """
@@ -158,10 +156,6 @@ def solve_by(
 
     Parameters
     ----------
-    material : SurfaceMaterial
-    forcing : Forcing
-    conduction : Conduction
-    back_flux : BackFlux
     method : Method
         Method of the scheme, without Newton iterations.
     names : (columns,) ndarray
@@ -284,10 +278,8 @@ def bound_excess(balance: HeatLoss, temperature: Floats, loss: Reals, back_flux:
 
     Parameters
     ----------
-    balance : HeatLoss
     temperature, loss : (columns, N) ndarray
         [K], and f of it [W m^-2].
-    back_flux : BackFlux
     cap : float or None
         Melting point of a surface that cannot exceed it [K].
 

@@ -58,7 +58,6 @@ class Stability:
 
         Parameters
         ----------
-        wind : Wind
         air_temperature : array_like
             [K]
         cos_slope : array_like

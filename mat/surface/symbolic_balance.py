@@ -27,8 +27,6 @@ class SymbolicMaterial:
 
     Attributes
     ----------
-    thermal : ThermalStack
-    surface : SurfaceProperties
     solar_absorptance, thermal_emissivity : float or casadi.SX
     trees : bool
         Whether the roughness length is that of trees, over which stability has no effect.
@@ -112,7 +110,6 @@ def loss(ca: Any, material: SymbolicMaterial, surface: Any, parameter: Any) -> A
     ----------
     ca : module
         casadi.
-    material : SymbolicMaterial
     surface : casadi.SX
         Temperature of the surface [K].
     parameter : casadi.SX

@@ -45,7 +45,6 @@ def cell_shares(material: SymbolicMaterial, cells: int, period: float, infinity:
 
     Parameters
     ----------
-    material : SymbolicMaterial
     cells : int
         Number of cells in each layer.
     period : float
@@ -87,7 +86,6 @@ def rate_function(
         casadi.
     material : SymbolicMaterial
         Its numbers may depend on `parameters`.
-    cells : sequence of Cell
     parameters : casadi.SX
         Column of parameters, or of none.
     drive : casadi.SX, optional

@@ -100,10 +100,6 @@ def temperature_table(
     progress : callable, optional
         Called with 1 after each material, or with parts of 1 where they are solved in parts.
 
-    Returns
-    -------
-    SurfaceTemperatures
-
     Raises
     ------
     InputError

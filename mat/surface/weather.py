@@ -148,7 +148,6 @@ def from_extremes(
 
     Parameters
     ----------
-    sun : SunPath
     low, high : float
         [K]
     relative_humidity : float
@@ -193,7 +192,6 @@ def from_hours(
         [K], [percent], [m/s], [1]
     pressure : float or (n,) array_like, optional
         [Pa]; None takes that of the atmospheric state.
-    radiation : MeasuredRadiation, optional
     """
     air_temperature = np.asarray(air_temperature, float)
     vapour = np.asarray(relative_humidity) / 100.0 * saturation_pressure(air_temperature)

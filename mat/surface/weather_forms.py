@@ -45,7 +45,6 @@ class Form:
 
     Attributes
     ----------
-    title : str
     mark : str
         Regular expression that its text begins with, at the latest in the line of column names.
     columns : dict of str to (str, str)
@@ -144,12 +143,10 @@ class FormTable:
 
     Attributes
     ----------
-    form : Form
     readings : Readings
         Time in seconds since 1970, UTC; cells that are missing are NaN.
     location : (3,) tuple of float or None
         Latitude, longitude [degree] and altitude [m] that the file states.
-    notes : tuple of str
     """
 
     form: Form

@@ -42,10 +42,6 @@ _HUMIDITY_ERROR = 0.1  # between the humidity and that of the dew point, half of
 def read_history(file: Path) -> Readings:
     """Readings of the second day in seconds since its midnight, in SI and percent.
 
-    Parameters
-    ----------
-    file : path
-
     Raises
     ------
     InputError

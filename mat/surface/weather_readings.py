@@ -108,7 +108,6 @@ class Readings:
 
     Attributes
     ----------
-    file : Path
     lines : list of int
         Line of each reading in the file, counted from 1.
     time : (n,) ndarray

@@ -34,7 +34,6 @@ class FilmSkin:
 
     Attributes
     ----------
-    solar_absorptance, thermal_emissivity : float
     capacity : float
         Amount of water [kg m^-2, mm].
     """
@@ -59,7 +58,6 @@ class MoistSkin:
         Texture of the soil grains.
     moisture : tuple of float
         Moisture from 0 to the porosity.
-    solar_absorptance, thermal_emissivity : tuple of float
     """
 
     texture: str

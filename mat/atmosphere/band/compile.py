@@ -68,7 +68,6 @@ class CompiledBand:
 
     Attributes
     ----------
-    band : BandPoints
     index : (k,) int array
         The points' places among all points of the band.
     total_points : int
@@ -123,7 +122,6 @@ class FittedBand:
 
     Attributes
     ----------
-    chosen : ChosenPoints
     exact, approximate : targets.Responses
         Responses of all points and of the chosen ones, on paths that the points were not fitted to.
     """
@@ -141,10 +139,6 @@ class FittedBand:
             K, of the ground.
         source_irradiance : (P,) or (B, P) array
             Irradiance as in `compile_band`.
-
-        Returns
-        -------
-        CompiledBand
         """
         chosen, (irradiance, brightness) = self.chosen, _light(source_irradiance)
         exact = self.exact.mean(surface_temperature, irradiance, brightness)
@@ -193,7 +187,6 @@ def compile_band(
 
     Parameters
     ----------
-    state : AtmosphericState
     band : BandPoints
         All points, from `band_points`.
     grid : PathAxes
@@ -203,15 +196,10 @@ def compile_band(
         the same at all points of an interval.
     tolerance : float
         Relative rms error.
-    max_points : int
     seed : int
         Seed of the choice of paths and of `select_points`.
     scope : PathScope, optional
         What the axes are of those of the job; by default all.
-
-    Returns
-    -------
-    CompiledBand
     """
     fit = fit_band(
         over_air(state),
@@ -249,10 +237,6 @@ def fit_band(
     ----------
     state, band, grid, source_irradiance, tolerance, max_points, seed, scope
         As `compile_band`.
-
-    Returns
-    -------
-    FittedBand
     """
     sampled = SampledBand.of(state, band, grid, source_irradiance, seed, scope)
     return sampled.fitted(tolerance, max_points)
@@ -336,10 +320,6 @@ def choose_points(
         Their sample of paths is about as large together as that of one state in `compile_band`.
     band, grid, source_irradiance, tolerance, max_points, seed, scope
         As `compile_band`.
-
-    Returns
-    -------
-    ChosenPoints
     """
     irradiance, brightness = _light(source_irradiance)
     airs, generator = [_air(state, band, grid, scope) for state in states], np.random.default_rng(seed)
@@ -366,15 +346,10 @@ def points_in_air(
 
     Parameters
     ----------
-    chosen : ChosenPoints
     state, band, grid, seed, scope
         As `compile_band`.
     sources : int
         Number of sources.
-
-    Returns
-    -------
-    FittedBand
     """
     air = _air(state, band, grid, scope)
     test = _test(air, grid, seed, scope, _SHARED_TEST_RAYS, skies=_SHARED_TEST_SKIES)
@@ -479,10 +454,6 @@ def negligible_gases(
         Air at all points of the band.
     band, grid, tolerance, seed, scope
         As `compile_band`.
-
-    Returns
-    -------
-    dict of str to float
     """
     generator = np.random.default_rng(seed)
     training = [_training(air, grid, len(airs), generator, scope) for air in airs]

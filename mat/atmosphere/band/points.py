@@ -47,7 +47,6 @@ class BandPoints:
 
     Attributes
     ----------
-    points : SpectralPoints
     weight : (P,) array
         um; sum(weight) is the integral of phi dlambda, and sum(weight * f) that of phi f dlambda.
     gases : tuple of str or None
@@ -106,7 +105,6 @@ def band_points(points: SpectralPoints, response: SpectralResponse) -> BandPoint
     ----------
     points : SpectralPoints
         Points of every interval that the response overlaps.
-    response : SpectralResponse
 
     Returns
     -------

@@ -37,11 +37,6 @@ _SUM_WEIGHT = 30.0  # of the row of a fit that is the sum of the weights
 def points_of_band(table: AbsorptionTable, response: SpectralResponse) -> BandPoints:
     """All points of a band.
 
-    Parameters
-    ----------
-    table : AbsorptionTable
-    response : SpectralResponse
-
     Returns
     -------
     BandPoints
@@ -82,7 +77,6 @@ class _Cells:
 
     Attributes
     ----------
-    reference : ReferenceSpectra
     width : float
         Width of a cell, cm^-1.
     micron : (C,) array

@@ -36,7 +36,6 @@ class SampledLine:
 
     Attributes
     ----------
-    segments : Segments
     node : (R,) int array
         Segment ends at its ranges, without the observer's place.
     to_source, deflection : (K+1, 1) arrays
@@ -58,7 +57,6 @@ class Sample:
 
     Attributes
     ----------
-    lines : tuple of SampledLine
     surface_altitude, direct_altitude : (Z,), (Y,) arrays
         m.
     sky_elevation, direct_elevation : (S,), (D,) arrays
@@ -83,11 +81,8 @@ class Sample:
 
         Parameters
         ----------
-        shells : Shells
-        grid : PathAxes
         count : int
             Lines of sight; those that meet no air are omitted. Where none meets air, they start near the ground.
-        rng : numpy.random.Generator
         scope : PathScope, optional
             Surfaces lie up to its highest; by default up to 10 km.
         """

@@ -116,9 +116,6 @@ def _with_one_more(
         Scalar products of the candidates' distances from the reference, and of the rows of the fit.
     moment : (P,) array
         Scalar products of the rows of the fit with the reference.
-    chosen : list of int
-    short_list : int
-    rng : numpy.random.Generator
     """
     # Cholesky factor of the chosen, and the rows below it that each further candidate and the reference would have.
     factor = _factor(gram[np.ix_(chosen, chosen)])

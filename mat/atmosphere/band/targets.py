@@ -164,7 +164,6 @@ def fitted_and_tested(
         Irradiance of the sources, W m^-2 (cm^-1)^-1.
     brightness : (B,) array
         Direct light counts relative to it.
-    fit, test : Sample
     candidates : (C,) int array, increasing
         Points whose targets of `fit` are returned.
 
@@ -238,13 +237,8 @@ def responses(air: SpectralAir, share: Floats, sample: Sample, sources: int) -> 
         Air at P points.
     share : (P,) array
         Weights of the points; those of the whole band sum to 1.
-    sample : Sample
     sources : int
         Number of sources.
-
-    Returns
-    -------
-    Responses
     """
     interval_start = _first_of_intervals(air.optics.wavenumber)
     unlit, ground, light = (_empty_parts() for _ in range(3))

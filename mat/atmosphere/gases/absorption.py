@@ -127,7 +127,6 @@ class AbsorptionTable:
 
         Parameters
         ----------
-        path : path, optional
         water_continuum : str, optional
             The table's own, which is the default, or one of `WATER_CONTINUA`.
 
@@ -222,7 +221,6 @@ class AbsorptionTable:
 
         Parameters
         ----------
-        low, high : float
         choose : callable, optional
             Which of them are read, by increasing places among all, of which it gets all but the gases; default: all.
 

@@ -18,7 +18,6 @@ class ReferenceSpectra:
 
     Attributes
     ----------
-    states : tuple of PathState
     fitted : (M,) bool array
         Rows of the states to which weights are fitted.
     emission : (M,) bool array

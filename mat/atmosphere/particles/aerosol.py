@@ -35,7 +35,6 @@ class AerosolModel:
 
     Attributes
     ----------
-    name : str
     humidity : (H,) array
         Percent; one node for a model that does not depend on humidity.
     wavelength : (W,) array
@@ -99,10 +98,6 @@ class AerosolModel:
             cm^-1, at most 50,000 (0.2 um).
         relative_humidity : (L,) array
             Percent.
-
-        Returns
-        -------
-        AerosolOptics
 
         Raises
         ------

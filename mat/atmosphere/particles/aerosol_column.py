@@ -248,7 +248,6 @@ def aerosol_layers(
         Above sea level, m.
     aerosol : Aerosol
         Its models; visibility and season, which it may leave open, are those that follow.
-    visibility_km : float
     season : str
         One of `SEASONS`.
     ground_altitude : float

@@ -43,10 +43,6 @@ def parse_aerosol(text: str, file: str | Path) -> HenyeyGreensteinModel:
     file : path
         Named in messages.
 
-    Returns
-    -------
-    HenyeyGreensteinModel
-
     Raises
     ------
     InputError

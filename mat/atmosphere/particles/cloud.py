@@ -136,7 +136,6 @@ def check_phase(layer: CloudLayer, temperature: Floats) -> None:
 
     Parameters
     ----------
-    layer : CloudLayer
     temperature : array
         Temperature of the air in the layer, K.
 

@@ -37,7 +37,6 @@ class SpectralModel(ABC):
 
     Attributes
     ----------
-    name : str
     wavelength : (W,) array
         um, increasing.
     extinction, absorption : (W,) arrays

@@ -62,7 +62,6 @@ class LogNormalMode:
         Geometric standard deviation of the radius.
     number : float
         Number of spheres, in a measure common to all modes.
-    refractive_index : RefractiveIndex
     largest_radius : float
         um, beyond which there are none.
     """
@@ -141,11 +140,6 @@ def scattering_of_modes(modes: tuple[LogNormalMode, ...], wavelength: Floats, an
 @lru_cache(maxsize=16)
 def sphere_mixture(name: str, modes: tuple[LogNormalMode, ...]) -> SphereModel:
     """The aerosol of some modes together.
-
-    Parameters
-    ----------
-    name : str
-    modes : tuple of LogNormalMode
 
     Returns
     -------

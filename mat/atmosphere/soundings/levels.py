@@ -42,7 +42,6 @@ class Levels:
 
     Attributes
     ----------
-    file : Path
     time : datetime or None
         UTC, where the file says.
     altitude, pressure, temperature : (N,) arrays

@@ -71,7 +71,6 @@ class Cell:
 
     Attributes
     ----------
-    value : float
     unit : str
         Letter of the unit, number 1 to 6 of the model whose value is meant, or empty.
     line, column : int
@@ -90,7 +89,6 @@ class ModtranAir:
 
     Attributes
     ----------
-    file : Path
     model : int
         Value of MODEL: 1 to 6, `BY_ALTITUDE` or `BY_PRESSURE`.
     instead : dict of str to int

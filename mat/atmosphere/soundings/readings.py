@@ -24,10 +24,8 @@ class Readings:
 
     Attributes
     ----------
-    file : Path
     values : dict of str to (N,) array
         Values by quantity (`units.UNITS`) or gas; NaN where a row has none.
-    order : str
     time : datetime or None
         UTC; None where the file does not say.
     raw : dict of str to (N,) array

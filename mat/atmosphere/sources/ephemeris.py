@@ -62,10 +62,6 @@ def position(
     height : float
         Above sea level, m.
 
-    Returns
-    -------
-    SourcePosition
-
     Raises
     ------
     InputError

@@ -80,10 +80,6 @@ def lunar_irradiance(
     width : (P,) array or float, optional
         cm^-1, over which sunlight is averaged, see `solar_irradiance`.
 
-    Returns
-    -------
-    LunarIrradiance
-
     Raises
     ------
     InputError

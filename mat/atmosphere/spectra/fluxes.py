@@ -148,10 +148,6 @@ def broadband_fluxes(
     points : BroadbandPoints, optional
         Spectral points; by default the packaged ones.
 
-    Returns
-    -------
-    BroadbandFluxes
-
     Raises
     ------
     InputError
@@ -188,11 +184,8 @@ def sunlight_shares(
 
     Parameters
     ----------
-    state : AtmosphericState
-    points : SpectralPoints
     altitude : (A,) array, m
     source_elevation : (S,) array, degree
-    ground_albedo : float
 
     Returns
     -------

@@ -50,7 +50,6 @@ class LevelFluxes:
         ----------
         state : AtmosphericState
             State with ground temperature and albedo.
-        points : SpectralPoints
         source_elevation : (S,) array
             Geometric, at each level, degree; may be empty.
 

@@ -81,8 +81,6 @@ def line_spectrum(
 
     Parameters
     ----------
-    state : AtmosphericState
-    points : SpectralPoints
     irradiance : (P,) array
         Irradiance of the source outside the atmosphere, W m^-2 (cm^-1)^-1; 0 for none.
     altitude, elevation, distance : float or arrays
@@ -93,10 +91,6 @@ def line_spectrum(
         elevation is that at the surface.
     resolution : float, optional
         Width of the bins, cm^-1, a multiple of the interval width; by default each interval is a bin.
-
-    Returns
-    -------
-    LineSpectrum
 
     Raises
     ------
@@ -200,8 +194,6 @@ class LineEnd:
     ----------
     length : float
         m; infinite into space.
-    ground : bool
-    gases : tuple of str
     """
 
     length: float

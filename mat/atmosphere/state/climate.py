@@ -26,7 +26,6 @@ def profile_weights(latitude: float, date: datetime.date) -> dict[str, float]:
     ----------
     latitude : float
         [degree], negative in the southern hemisphere.
-    date : datetime.date
 
     Returns
     -------

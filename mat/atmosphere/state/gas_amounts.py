@@ -58,7 +58,6 @@ def scaled_gases(
     ----------
     gases : mapping of str to (N,) array
         Mole fractions from the ground up.
-    amounts : GasAmounts
     altitude, pressure, temperature : (N,) arrays
         m, Pa, K.
     in_water_cloud : (N,) bool array
@@ -96,10 +95,6 @@ def gas_factors(gases: Mapping[str, Floats], scale: Mapping[str, float], ppm: Ma
         Mole fractions from the ground up.
     scale, ppm : mappings of str to float
         Amounts as in `GasAmounts`.
-
-    Returns
-    -------
-    dict of str to float
 
     Raises
     ------

@@ -68,10 +68,8 @@ def with_ground_air(profile: Profile, ground: float, air: GroundAir) -> Profile:
 
     Parameters
     ----------
-    profile : Profile
     ground : float
         Altitude of the ground, m. The air is carried there from its own altitude: 6.5 K/km, mixing ratio constant.
-    air : GroundAir
 
     Returns
     -------

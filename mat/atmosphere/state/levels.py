@@ -33,7 +33,6 @@ def level_altitudes(surface_altitude: float, profile: Profile, edges: Sequence[f
     ----------
     surface_altitude : float
         Above sea level, m.
-    profile : Profile
     edges : sequence of float
         Altitudes that must be levels, m.
 

@@ -77,7 +77,6 @@ class Profile:
 
     Attributes
     ----------
-    name : str
     altitude : (N,) array
         Geometric altitude above sea level, m, increasing.
     pressure : (N,) array

@@ -80,10 +80,8 @@ def with_sea_air(profile: Profile, ground: float, sea: SeaAir) -> tuple[Profile,
 
     Parameters
     ----------
-    profile : Profile
     ground : float
         Altitude of the water [m].
-    sea : SeaAir
 
     Returns
     -------
@@ -142,10 +140,6 @@ def bending_near_water(altitude: Floats, pressure: Floats, temperature: Floats) 
     ----------
     altitude, pressure, temperature : (N,) arrays
         Levels from the water up [m, Pa, K].
-
-    Returns
-    -------
-    Bending
     """
     height = np.array([0.0, *HEIGHTS, 75.0, 100.0])
     log_index = np.log1p(

@@ -54,7 +54,6 @@ class AerosolComponent:
 
     Attributes
     ----------
-    model : ParticleModel
     extinction_550 : (N,) array
         Extinction at 0.55 um, m^-1, at the levels of the state.
     """
@@ -72,13 +71,11 @@ class AtmosphericState:
 
     Attributes
     ----------
-    name : str
     altitude : (N,) array
         Above sea level, m, increasing; the first is the ground, the last the top of the atmosphere.
     pressure, temperature : (N,) arrays
         Pa, K.
     mole_fraction : dict of (N,) arrays
-    aerosols : tuple of AerosolComponent
     surface_temperature : float
         K, of the ground below the paths.
     surface_albedo : float or SpectralAlbedo
@@ -156,8 +153,6 @@ class AtmosphericState:
             Aerosol; by default rural, of 23 km visibility.
         aerosol_layers : sequence of AerosolLayer
             Layers in addition to that aerosol; its optical depth and Angstrom exponent exclude them.
-        clouds : sequence of CloudLayer
-        rain : RainLayer, optional
         surface_temperature : float, optional
             K; that of the lowest air by default.
         surface_albedo : float

@@ -38,7 +38,6 @@ class TypicalAerosol:
         Above the ground, mm, of the standard profiles of latitude and season.
     optical_depth : float
         Vertical, at 0.55 um, a multiple of 0.01.
-    month : int
     """
 
     linke_turbidity: float

@@ -16,7 +16,6 @@ def sunlight(
 
     Parameters
     ----------
-    ordinates : Ordinates
     depth : (N-1, P) array
         Optical depth of the layers, from the ground up.
     weighted : (N-1, L, P) array

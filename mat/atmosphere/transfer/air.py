@@ -35,11 +35,8 @@ class SpectralAir:
 
     Attributes
     ----------
-    state : AtmosphericState
     shells : Shells
         Refracting as at the mean wavenumber of the points.
-    optics : SpectralOptics
-    source_rays : SourceRays
     scatters : bool
         Light of the source is scattered; with False, path and sky radiance are thermal only and surfaces receive direct
         light.
@@ -79,8 +76,6 @@ class SpectralAir:
 
         Parameters
         ----------
-        state : AtmosphericState
-        points : SpectralPoints
         gases : sequence of str, optional
             Those that absorb; by default all.
         weight : (P,) array, optional
@@ -138,11 +133,6 @@ class SpectralAir:
     def thermal_radiance(self, segments: Segments, depths: Depths) -> Reals:
         """Thermal radiance of each segment of a ray at the observer, (K, P) W m^-2 sr^-1 (cm^-1)^-1, in the depths'
         precision.
-
-        Parameters
-        ----------
-        segments : Segments
-        depths : Depths
         """
         real = depths.per_segment.dtype
         if real not in self._thermal_light:

@@ -59,7 +59,6 @@ class ScaledLayers:
 
     Attributes
     ----------
-    ordinates : Ordinates
     lower, upper : (N-1, P) arrays
         The parts of the layers' optical depth, from the ground up, that follow from the properties of each layer's
         lower and upper level.
@@ -97,8 +96,6 @@ class ScaledLayers:
 
         Parameters
         ----------
-        shells : Shells
-        optics : SpectralOptics
         moments : (L, N, C) array
             `solved_moments` of the particles.
         fraction : (N, P) array

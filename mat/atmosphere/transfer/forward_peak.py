@@ -69,7 +69,6 @@ class ForwardPeak:
 
     Attributes
     ----------
-    optics : SpectralOptics
     fraction : (N, P) array
         `diffuse_field.delta_fraction`.
     solved : (2 n, N, C) array

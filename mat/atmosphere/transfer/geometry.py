@@ -138,17 +138,12 @@ def trace(shells: Shells, altitude: Floats, elevation: Floats, ranges: Floats | 
 
     Parameters
     ----------
-    shells : Shells
     altitude, elevation : (M,) arrays
         Altitudes of the observers, m, at least the ground's, the highest may be in space; elevations of the (apparent)
         lines of sight at the observer, rad, -pi/2 to pi/2.
     ranges : (M, R) array, optional
         Distances [m] that are to be segment ends; beyond the end of the ray they are taken as its end. Without them the
         segments are the layers in order, all down, then all up.
-
-    Returns
-    -------
-    Rays
 
     Raises
     ------
@@ -359,7 +354,6 @@ def source_cosine(rays: Rays, elevation: Floats, azimuth: Floats) -> Floats:
 
     Parameters
     ----------
-    rays : Rays
     elevation, azimuth : (S,) arrays
         Geometric, at the observer, rad; azimuth from that of the line of sight.
 

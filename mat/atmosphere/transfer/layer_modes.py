@@ -34,7 +34,6 @@ class LayerModes:
 
     Attributes
     ----------
-    ordinates : Ordinates
     depth : (N-1, P) array
         Optical depth of the layers, from the ground up.
     weighted : (N-1, P, 1, L) array

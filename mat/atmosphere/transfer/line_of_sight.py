@@ -24,10 +24,8 @@ class LineOfSight:
     ----------
     elevation : float
         Elevation of the line at the observer, rad.
-    segments : Segments
     ends : geometry.Rays
         Ends of the segments, as one ray.
-    segment_depths : Depths
     depth : (R, P) array
         Optical depth to each range.
     length, beyond : (R,) arrays
@@ -66,9 +64,6 @@ class LineOfSight:
 
         Parameters
         ----------
-        air : SpectralAir
-        rays : Rays
-        row : int
         altitude, elevation : float
             Altitude of the observer and elevation of the line there, m and rad.
         ranges : (R,) array
@@ -154,7 +149,6 @@ def lines_of_sight(air: SpectralAir, ranges: Floats, altitude: Floats, elevation
 
     Parameters
     ----------
-    air : SpectralAir
     ranges : (n, R) array
         Increasing along each line, m.
     altitude, elevation : (n,) arrays

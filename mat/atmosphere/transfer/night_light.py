@@ -20,7 +20,6 @@ def night_irradiance(air: SpectralAir, altitude: Floats) -> Floats:
 
     Parameters
     ----------
-    air : SpectralAir
     altitude : (Z,) array
         [m]; above the airglow, the layer is taken just above.
 

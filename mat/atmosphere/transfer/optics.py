@@ -102,14 +102,8 @@ def spectral_optics(
 
     Parameters
     ----------
-    state : AtmosphericState
-    points : SpectralPoints
     gases : sequence of str, optional
         Those that absorb; by default every one the absorption table and the state contain.
-
-    Returns
-    -------
-    SpectralOptics
     """
     wavenumber = points.interval_edges.mean(axis=1)[points.interval]
     absorption = gas_absorption(state, points, gases)

@@ -52,8 +52,6 @@ class OrdinateLight:
         Sine of the source's geometric elevation at the point of scattering, increasing.
     extinction, scaled : (N, P) arrays
         All, and delta-scaled, m^2 per molecule.
-    ordinates : Ordinates
-    parts : LayerParts
     source : (Q, U, B, P) array
         Source function of the scaled layers, by `Ordinates.functions` of the direction in which light leaves; those of
         azimuthal moment m times the cosine of m times the azimuth between that direction and the beam; single
@@ -97,9 +95,6 @@ class OrdinateLight:
 
         Parameters
         ----------
-        state : AtmosphericState
-        shells : Shells
-        optics : SpectralOptics
         fraction : (N, P) array
             `diffuse_field.delta_fraction` of the optics.
         source_paths : source_paths.SourcePaths

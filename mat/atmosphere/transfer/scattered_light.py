@@ -84,12 +84,10 @@ class ScatteredLight:
 
     Parameters
     ----------
-    optics : SpectralOptics
     paths : SourcePaths
         Paths through the delta-scaled extinction.
     peak : ForwardPeak or None
         None where no particles scatter.
-    diffuse : OrdinateLight
     """
 
     def __init__(
@@ -139,8 +137,6 @@ class ScatteredLight:
 
         Parameters
         ----------
-        segments : Segments
-        depths : Depths
         to_source, deflection : (K+1, S) arrays
             Cosines of the source's zenith angle and of the scattering angle at the segment ends.
         weight : (P,) array

@@ -45,17 +45,12 @@ def sky_irradiance(
 
     Parameters
     ----------
-    air : SpectralAir
     altitude : (Z,) array
         m.
     source_elevation : (S,) array
         Geometric elevations of the source at those points, rad.
     zeniths : int
         Directions of the quadrature.
-
-    Returns
-    -------
-    SkyIrradiance
     """
     altitude, elevation = np.asarray(altitude, dtype=float), np.asarray(source_elevation, dtype=float)
     thermal = _thermal(air, altitude, zeniths)
@@ -100,7 +95,6 @@ def direct_transmittance(source_paths: SourcePaths, altitude: npt.ArrayLike, sou
 
     Parameters
     ----------
-    source_paths : SourcePaths
     altitude : (Z,) array
         m.
     source_elevation : (S,) array
@@ -121,7 +115,6 @@ def forward_scattered(air: SpectralAir, altitude: Floats, elevation: Floats, dir
 
     Parameters
     ----------
-    air : SpectralAir
     altitude, elevation : (Z,), (S,) arrays
         Altitudes and elevations as in `direct_transmittance`.
     direct : (Z, S, P) array

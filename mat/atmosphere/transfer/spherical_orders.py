@@ -46,7 +46,6 @@ class LowSun:
 
     Attributes
     ----------
-    paths : SphericalPaths
     ordinates : Ordinates
         Directions of the lines, and azimuthal moments of what is scattered along them.
     """
@@ -79,7 +78,6 @@ class LowSun:
         ----------
         plane : two (N, M, n, U, P) arrays
             Radiances rising and falling at the levels of plane layers, for M azimuthal moments.
-        layers : ScaledLayers
         extinction : (N, P) array
             Delta-scaled, m^2 per molecule.
         source_paths : SourcePaths

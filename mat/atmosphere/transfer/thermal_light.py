@@ -36,7 +36,6 @@ class ThermalLight:
 
     Parameters
     ----------
-    source : ThermalSource
     real : dtype
         float32 or float64.
     """

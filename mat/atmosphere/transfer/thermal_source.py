@@ -123,7 +123,6 @@ class ThermalField:
     ----------
     ordinates : Ordinates
         Ordinates of radiation that does not depend on azimuth.
-    parts : LayerParts
     extinction, scaled : (N, P) arrays
         All, and delta-scaled, m^2 per molecule.
     source : (Q, B, P) array

@@ -58,7 +58,6 @@ def compare(loaded: LoadedJob, folder: Path, seed: int) -> Comparison:
 
     Parameters
     ----------
-    loaded : LoadedJob
     folder : Path
         Empty; for `kept` and `whole`.
     seed : int
@@ -188,10 +187,8 @@ def air_differences(
 
     Parameters
     ----------
-    trimmed, full : AtmosphereTable
     grid : PathGrid
         Axes whose ends the lines and sources lie between.
-    generator : Generator
     """
     ends = dict(zip(AXES, (getattr(grid, field)[[0, -1]] for field in FIELDS), strict=True))
     nearest, farthest = np.maximum(ends["range"], _NEAREST_KM)

@@ -148,7 +148,6 @@ def choose(
         Such that ``rows @ weight`` are fluxes, W m^-2.
     tolerance : float
         Rms of the errors over 1 W m^-2 and 1 % of the flux.
-    max_points : int
 
     Returns
     -------

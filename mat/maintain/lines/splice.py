@@ -44,10 +44,6 @@ class _Table:
 def splice(table: PathLike, part: PathLike, out: PathLike) -> str:
     """Write a table whose intervals are those of `part` where it has them and those of `table` elsewhere, bit for bit.
 
-    Parameters
-    ----------
-    table, part, out : path
-
     Returns
     -------
     str

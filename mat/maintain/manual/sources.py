@@ -36,7 +36,6 @@ def gather(checkout: Path, tree: Path) -> None:
 
     Parameters
     ----------
-    checkout : Path
     tree : Path
         An empty folder.
     """

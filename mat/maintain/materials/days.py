@@ -48,7 +48,6 @@ class Day:
 
     Attributes
     ----------
-    name : str
     hours : ndarray
         Local clock [h].
     before, after, air : ndarray

@@ -53,12 +53,10 @@ class Comparison:
 
     Attributes
     ----------
-    material, quantity : str
     value : float
         Value of the library.
     lower, upper : float
         Range of all handbooks that list the material.
-    rows : tuple of HandbookRow
     reason : str
         Why it lies outside, where it does; "" otherwise.
     """

@@ -19,7 +19,6 @@ def read_ecostress(file: Path, unit: str) -> tuple[Floats, Floats]:
 
     Parameters
     ----------
-    file : Path
     unit : str
         "percent" or "fraction". Some files of the library hold fractions under a header that says percent, so the
         unit is stated by the recipe and checked against the values here.
@@ -73,7 +72,6 @@ def read_nist_skin(file: Path, sample: str = "") -> tuple[Floats, Floats]:
 
     Parameters
     ----------
-    file : Path
     sample : str
         "lightest" or "darkest": the tenth of the subjects that reflect most or least of 0.4 to 0.7 um; "" for all.
     """

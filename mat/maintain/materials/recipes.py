@@ -41,7 +41,6 @@ class Level(StrictModel):
     over : str
         "sunlight": the mean of absorptance over sunlight at the ground; "300 K": over blackbody radiation. Both within
         the stretch.
-    absorptance : float
     source : str
         Reference of the number.
     """

@@ -26,12 +26,10 @@ def end_rise(rays: RayCoordinates, root: float, elevation: float, path: LineOfSi
 
     Parameters
     ----------
-    rays : RayCoordinates
     root : float
         Cube root of the observer's height [km^(1/3)].
     elevation : float
         Elevation of the line at the observer, degree.
-    path : LineOfSight
     """
     ranges = (path.length + path.beyond) / 1e3
     higher = path.surface_altitude / 1e3 - rays.ground_km - rays.straight_height(ranges, root, elevation)
@@ -54,7 +52,6 @@ def largest_change_of_beam(
     ----------
     atmosphere : BandAtmosphere
         Prepared.
-    rays : RayCoordinates
     irradiance : (P,) array
         Irradiance of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
     source_elevation : pair of float

@@ -120,8 +120,6 @@ class LightOver:
 
     Attributes
     ----------
-    atmosphere : BandAtmosphere
-    lines : JoinedPaths
     depth : (L, R, P) array
         Optical depth from `depth_of`.
     """
@@ -178,12 +176,8 @@ def path_fields(
 
     Parameters
     ----------
-    atmosphere : BandAtmosphere
-    rays : RayCoordinates
-    nodes : ChannelNodes
     absorbers : Parts
         Absorbers of the band's points.
-    light : BandLight
     source_elevation, scattering_angle : (K,) arrays
         Directions of the source, rad.
     other_source : PathFields, optional

@@ -59,8 +59,6 @@ def sampled_radiance(
 
     Parameters
     ----------
-    atmosphere : BandAtmosphere
-    light : BandLight
     elevation, angle : (S,) arrays
         Source elevation and scattering angle, degree.
     lines : altitude, elevation (n,), ranges (n, R)
@@ -108,10 +106,6 @@ def source_parts(
     allowed : float
         Root mean square error of path radiance on the lines that only test [W m^-2 sr^-1]; the largest is within
         `_WORST` times.
-
-    Returns
-    -------
-    SourceParts
     """
     if not samples:
         return SourceParts(elevation, angle, np.zeros(0), np.zeros(0), np.zeros((0, elevation.size, angle.size)))

@@ -212,14 +212,12 @@ def surface_light(
 
     Parameters
     ----------
-    atmosphere : BandAtmosphere
     irradiance : (P,) array
         Irradiance of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
     source_elevation : (SE,) array
         Nodes for diffuse light, degree.
     through : (m, P) array
         Transmittances of sample paths.
-    emitted : EmittedLight
     allowed : float
         What each light may miss of what a path lets through, W m^-2 sr^-1.
     """

@@ -101,7 +101,6 @@ class WavelengthShares:
         ----------
         wavelength : (B,) array
             um.
-        paths : SamplePaths
         exact, channels : pairs of SpectralAir and PartedLight
             All points of the band, and those of the channels.
         """

@@ -50,7 +50,6 @@ class Levels:
 
     Attributes
     ----------
-    j : int
     energy : (L,) array, cm^-1
     state : (L,) int array
         Number of the vibrational state that prevails.

@@ -95,7 +95,6 @@ class Band:
 
     Attributes
     ----------
-    lower : str
     upper : tuple of str
         One state, or two that Coriolis coupling joins.
     operators : tuple of Moment

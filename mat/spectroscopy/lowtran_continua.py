@@ -1,6 +1,6 @@
 """Continua of LOWTRAN7: water vapour, nitrogen and oxygen, in the public domain.
 
-The packaged tables are derived by `mat.maintain.atmospheres.lowtran_continua` (Kneizys et al. 1988,
+`atmospheres/continuum/README.md` says how the packaged tables follow from those of LOWTRAN7 (Kneizys et al. 1988,
 AFGL-TR-88-0177). The water vapour continuum is that of Clough et al. 1980 (Proc. SPIE 277, 152) with LOWTRAN7's
 corrections. It belongs to lines cut at 25 cm^-1 less their value there, as MT_CKD's does. There is no continuum of CO2,
 and none of O2 in the near infrared and the visible.

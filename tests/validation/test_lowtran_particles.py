@@ -5,7 +5,8 @@ import pytest
 
 pytestmark = pytest.mark.validation
 
-from mat.maintain.atmospheres.fortran import block_data
+from fortran_data import block_data
+
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import cloud_type
 from skyshine.mat.atmosphere.particles.rain import RainLayer

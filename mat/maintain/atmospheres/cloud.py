@@ -1,6 +1,6 @@
-"""Derive optical properties of water cloud, ice cloud and rain from Mie theory, and LOWTRAN7's types of cloud.
+"""Derive optical properties of water cloud, ice cloud and rain from Mie theory.
 
-    python -m mat.maintain.atmospheres.cloud FOLDER lowtran7.f --out atmospheres/cloud
+    python -m mat.maintain.atmospheres.cloud FOLDER --out atmospheres/cloud
 
 FOLDER contains H2O__Segelstein.yml (Segelstein 1981: water at 25 C) and H2O__Warren-2008.yml (Warren and Brandt 2008:
 ice at -7 C) of the refractiveindex.info database. Droplets and crystals have gamma distributions of effective variance
@@ -20,7 +20,6 @@ import numpy.typing as npt
 import yaml
 from scipy.integrate import trapezoid
 
-from mat.maintain.atmospheres.fortran import block_data
 from skyshine.mat.atmosphere.particles.crystals import JOIN, crystal_asymmetry, crystal_coalbedo
 from skyshine.mat.atmosphere.particles.mie import sphere_efficiencies
 from skyshine.mat.atmosphere.particles.rain import SLOPE_EXPONENT, SLOPE_PER_CM
@@ -46,20 +45,6 @@ WAVELENGTHS = np.unique(
 )
 # Radii integrated over, um: enough of them to smooth the ripple of single spheres.
 RADII, DROPS = np.geomspace(0.1, 500, 1500), np.geomspace(20, 4500, 300)
-# Cloud types of LOWTRAN7: its number of the liquid water profile (BLOCK DATA MDTA), and liquid water per extinction at
-# 0.55 um, g m^-3 per km^-1 (SUBROUTINE EXABIN), which gives the effective radius.
-TYPES = {
-    "cumulus": (1, 7.683e-3),
-    "altostratus": (2, 4.509e-3),
-    "stratus": (3, 5.272e-3),
-    "stratocumulus": (4, 4.177e-3),
-    "nimbostratus": (5, 7.518e-3),
-}
-# Heights of the liquid water profiles, km above the ground (SUBROUTINE LAYCLD).
-HEIGHTS = np.array([0.0, 0.16, 0.33, 0.66, 1.0, 1.5, 2.0, 2.4, 2.7, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0])
-# Cirrus of LOWTRAN7 (SUBROUTINE CIRR18): base in mid-latitudes, thickness, km, and 0.14 km^-1 times the thickness in km
-# as extinction at 0.55 um. The radii represent its two distributions, with modes of 64 and 4 um (BLOCK DATA EXTDTA).
-CIRRUS = {"cirrus": (10.0, 1.0, 64.0), "thin_cirrus": (10.0, 0.2, 5.0)}
 # Beyond the fit of rough aggregates: roughened crystals scatter sunlight with an asymmetry near 0.76 (Yang et al. 2013,
 # J. Atmos. Sci. 70, 330), spheres with 0.87. The difference lies in light that has passed through the crystal; where
 # ice is black, spheres and crystals agree (diffraction).
@@ -68,9 +53,8 @@ ROUGHNESS = 0.11
 
 @click.command(help=__doc__)
 @click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
-@click.argument("source", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="Folder to write to.")
-def main(folder: Path, source: Path, out: Path) -> None:
+def main(folder: Path, out: Path) -> None:
     water, ice = (refractive_index(folder / f"H2O__{name}.yml") for name in ("Segelstein", "Warren-2008"))
     droplets = cloud_table(water, WATER_RADII, DENSITY["water"])
     write_table(
@@ -98,7 +82,6 @@ def main(folder: Path, source: Path, out: Path) -> None:
         RAIN_RATES,
         rain_table(water),
     )
-    write_types(out / "types.csv", block_data(source, "MDTA"), droplets[0][:, WAVELENGTHS == 0.55][:, 0])
 
 
 def refractive_index(file: Path, wavelengths: Floats = WAVELENGTHS) -> npt.NDArray[np.complex128]:
@@ -186,35 +169,6 @@ def write_table(path: Path, particles: str, source: str, axis: str, nodes: Seque
         for j, wavelength in enumerate(WAVELENGTHS)
     ]
     write_csv(path, header, columns, rows)
-
-
-def write_types(path: Path, data: dict[str, Floats], extinction: Floats) -> None:
-    """The cloud types: phase, heights of base and top, optical depth at 0.55 um and effective radius.
-
-    The liquid water profiles are replaced by even layers of the same water path between their lowest and highest level
-    in cloud, which gives the extinctions that the manual of MODTRAN lists (Berk et al. 1989, GL-TR-89-0122: 92.6 km^-1
-    for cumulus ...).
-    """
-    rows: list[tuple[str, str, float, float, float, float]] = []
-    for name, (number, per_extinction) in TYPES.items():
-        content = data[f"CLD{number}"][: HEIGHTS.size]  # g m^-3
-        inside = np.flatnonzero(content)
-        depth = trapezoid(content, HEIGHTS) / per_extinction
-        effective_radius = np.interp(
-            -1 / per_extinction, -extinction, WATER_RADII
-        )  # m^2 kg^-1, which falls with radius
-        base, top = HEIGHTS[inside[[0, -1]]]
-        rows.append((name, "water", base, top, depth, round(float(effective_radius), 1)))
-    for name, (cirrus_base, thickness, radius) in CIRRUS.items():
-        rows.append((name, "ice", cirrus_base, cirrus_base + thickness, 0.14 * thickness**2, radius))
-    header = (
-        (
-            "Types of cloud of LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177), a work of the US Government: heights"
-            " above the ground,"
-        ),
-        "optical depth at 0.55 um. Derived by mat.maintain.atmospheres.cloud.",
-    )
-    write_csv(path, header, ("type", "phase", "base[km]", "top[km]", "optical_depth", "effective_radius[um]"), rows)
 
 
 if __name__ == "__main__":

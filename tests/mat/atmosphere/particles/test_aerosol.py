@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from mat.maintain.atmospheres.aerosol import normalised, sphere_mean
 from skyshine.mat.atmosphere.particles import aerosol_column, windblown
 from skyshine.mat.atmosphere.particles.aerosol import FOGS, MODELS, AerosolModel
 from skyshine.mat.atmosphere.particles.aerosol_column import SEASONS, Aerosol, aerosol_extinction_550, aerosol_layers
@@ -202,23 +201,6 @@ def test_no_aerosol():
 def test_bad_input(call, message):
     with pytest.raises(InputError, match=message):
         call()
-
-
-def test_sphere_mean_of_closed_forms():
-    """Mean of exp(-b theta) over the sphere: (1 + exp(-b pi)) / (2 (1 + b^2)); of a constant, itself."""
-    angles = np.linspace(0, 180, 7)
-    assert sphere_mean(angles, np.full(7, 3.0)) == pytest.approx(3.0)
-    values = np.exp(-2 * np.radians(angles))
-    assert sphere_mean(angles, values) == pytest.approx((1 + np.exp(-2 * np.pi)) / 10)
-
-
-def test_normalisation_mends_the_forward_peak_alone():
-    angles = np.array([0.0, 2.0, 10.0, 60.0, 180.0])
-    broad = np.array([3e4, 50.0, 5.0, 0.3, 0.2])
-    mended = normalised(angles, broad)
-    assert sphere_mean(angles, mended) == pytest.approx(1.0)
-    assert mended[0] < broad[0]
-    assert np.ptp(mended[1:] / broad[1:]) == pytest.approx(0, abs=1e-12)
 
 
 # LOWTRAN7's own table (BLOCK DATA DSTDTA): extinction at 0.55 and 10.591 um for winds of 10 and 20 m/s, km^-1.

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from fortran_data import block_data
 
-from mat.maintain.atmospheres.fortran import block_data
 from skyshine.mat.atmosphere.state.profiles import PROFILES, halocarbons, load_profile
 from skyshine.schemas.errors import InputError
 

@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.band.compile import EVERYWHERE, CompiledBand
-from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.state.ground_albedo import SpectralAlbedo
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.bounds import Scattering
@@ -32,13 +31,12 @@ from skyshine.mat.quantities.channels.nodes import ChannelNodes
 from skyshine.mat.quantities.channels.wavelength_shares import PartedLight
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.band_wavelengths import band_wavelengths
-from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
+from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.scene.air_cells import shared_cell
-from skyshine.mat.scene.atmosphere import atmospheric_state
-from skyshine.mat.scene.bands import absorption_table, all_points, response_of
-from skyshine.mat.scene.compiled import compiled_band
+from skyshine.mat.scene.bands import absorption_table, response_of
+from skyshine.mat.scene.compiled import StateBand
 from skyshine.mat.scene.grids import path_grid, path_scope, table_grid
-from skyshine.mat.scene.ground import band_albedo, ground_albedo, over_ground
+from skyshine.mat.scene.ground import band_albedo, ground_albedo
 from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
 from skyshine.mat.scene.summary import state_attributes
@@ -120,27 +118,25 @@ class AtmosphereProduct:
     def compute(self, context: Context, report: TaskReport) -> Iterator[Group]:
         """The tables of each source, of one compiled band."""
         task, loaded, job = context.task, context.loaded, context.loaded.trimmed
-        state_of_job, response = job.states[task.index - 1], response_of(job.bands[task.band - 1])
-        state = over_ground(atmospheric_state(job.site, state_of_job), state_of_job, response, context.library)
         with report.stage("compile"):
-            everything = all_points(response, job.water_continuum)
-            compiled, origin = compiled_band(loaded, state_of_job, response, state, everything)
+            of_band = StateBand.of(loaded, task.index, task.band)
+        everything, compiled = of_band.everything, of_band.compiled
         judged = "not measured: no reference spectra over the whole band"
         if everything.line_by_line is not None:
             judged = everything.line_by_line.text
         report.notes.append(f"{compiled.index.size} of {compiled.total_points} spectral points")
         report.notes.append(f"all points against line by line: {judged}")
-        report.notes.append(origin.value)
+        report.notes.append(of_band.origin.value)
         if shortfall := _missed(compiled, job.accuracy.spectral_tolerance):
             report.notes.append(f"spectral_tolerance {job.accuracy.spectral_tolerance:g} is missed: {shortfall}")
         if compiled.dropped:
             report.notes.append(f"gases omitted: {_gases_left_out(compiled)}")
         scope = path_scope(loaded)
-        air = BandAtmosphere.of(state, compiled.band, scope=scope)
+        air = BandAtmosphere.of(of_band.air, compiled.band, scope=scope)
         light = Scattering.of(air.air).radiance(
             irradiance_of_sources(job, compiled.band), compiled.band.radiance_weight
         )
-        left_out = Omission.of(job, job.sources, state, response, light)
+        left_out = Omission.of(job, job.sources, of_band.air, of_band.response, light)
         reference: tuple[ChannelTables, ChannelNodes] | None = None
         for source in job.sources:
             source_air = replace(air, air=replace(air.air, scatters=False)) if source in left_out.scattered else air
@@ -156,7 +152,7 @@ class AtmosphereProduct:
             if text:
                 report.notes.append(f"{source}: omitted {text}")
             names = {"band": job.band_name(task.band), "date": job.site.date.isoformat()}
-            tables = _SourceTables(loaded, state_of_job, source, source_air, compiled, response, everything, reference)
+            tables = _SourceTables(loaded, job.states[task.index - 1], source, source_air, of_band, reference)
             group, nodes = tables.group(names, notes, report)
             reference = reference or (tables.channels, nodes)
             yield group
@@ -189,15 +185,13 @@ class _SourceTables:
     state: State
     source: str
     air: BandAtmosphere
-    compiled: CompiledBand
-    response: SpectralResponse
-    all_points: BandPoints
+    of_band: StateBand
     reference: tuple[ChannelTables, ChannelNodes] | None
 
     @cached_property
     def irradiance(self) -> npt.NDArray[np.float64]:
         """Irradiance of the source outside the atmosphere, (P,) W m^-2 (cm^-1)^-1."""
-        band = self.compiled.band
+        band = self.of_band.compiled.band
         return source_irradiance(self.loaded.trimmed, self.source, band.wavenumber, band.width)
 
     @cached_property
@@ -216,7 +210,7 @@ class _SourceTables:
             job.ambient_harmonics,
             job.accuracy.seed,
             self._at_all_points(),
-            band_wavelengths(self.response),
+            band_wavelengths(self.of_band.response),
         )
 
     def group(self, names: dict[str, str], notes: dict[str, Any], report: TaskReport) -> tuple[Group, ChannelNodes]:
@@ -227,7 +221,7 @@ class _SourceTables:
         base, axes = path_grid(job), job.atmosphere_grid
         irradiance, channels = self.irradiance, self.channels
         with report.stage("similar airs"):
-            common = shared_nodes(self.loaded, self.state, self.response, self.source, self.all_points)
+            common = shared_nodes(self.loaded, self.state, self.of_band.response, self.source, self.of_band.everything)
         sampled, count, whose = None, (SHARED_LINES, SHARED_SKY), "similar airs"
         if common is None and self.reference is not None:
             with report.stage("channels"):
@@ -256,7 +250,7 @@ class _SourceTables:
             measures = self._with_spectral(measures)
         report.notes.append(f"{self.source}: {channels.words(sampled)}")
         notes = notes | {"tolerance": axes.tolerance} | channels.notes(sampled)
-        groups = {"accuracy": _accuracy(measures, self.compiled, seed, notes)}
+        groups = {"accuracy": _accuracy(measures, self.of_band.compiled, seed, notes)}
         if axes.writes_tables:
             with report.stage("grid"):
                 tables = tables_on_axes(sampled.table, table_grid(job))
@@ -269,7 +263,7 @@ class _SourceTables:
         """Errors of interpolation with those of the chosen spectral points, on random paths against all points, in the
         worst region.
         """
-        absolute, sources = self.compiled.absolute, list[str](self.loaded.trimmed.sources)
+        absolute, sources = self.of_band.compiled.absolute, list[str](self.loaded.trimmed.sources)
         number = sources.index(self.source)
 
         def spectral(quantity: str, scale: Scale) -> dict[str, dict[str, float]]:
@@ -310,7 +304,7 @@ class _SourceTables:
 
     def _at_all_points(self) -> tuple[SpectralAir, PartedLight]:
         """The air of the tables at all points of the band, and the light there."""
-        all_points = self.all_points
+        all_points = self.of_band.everything
         if self.reference is not None:
             air = self.reference[0].all_points[0]
         else:
@@ -320,7 +314,7 @@ class _SourceTables:
 
     def _attributes(self, names: dict[str, str]) -> dict[str, Any]:
         """Root attributes: source, state, band, and the ground where faces may be tilted."""
-        edges = [self.response.lower, self.response.upper]
+        edges = [self.of_band.response.lower, self.of_band.response.upper]
         attributes = {"source": self.source, **state_attributes(self.state), **names, "wavelength_um": edges}
         if isinstance(self.air.air.state.surface_albedo, SpectralAlbedo):
             attributes["ground_below_paths"] = (
@@ -332,12 +326,13 @@ class _SourceTables:
     def _scale(self, text: str, irradiance: npt.NDArray[np.float64]) -> tuple[Scale, float]:
         """In what a tolerance counts, and its number."""
         tolerance, unit = tolerance_parts(text)
-        return Scale.of_unit(unit, self.response, float(self.compiled.band.radiance_weight @ irradiance)), tolerance
+        in_band = float(self.of_band.compiled.band.radiance_weight @ irradiance)
+        return Scale.of_unit(unit, self.of_band.response, in_band), tolerance
 
     def _scales(self, irradiance: npt.NDArray[np.float64]) -> tuple[Scale, Scale]:
         """In what errors are stated beside the quantities' own units: kelvin and percent."""
-        in_band = float(self.compiled.band.radiance_weight @ irradiance)
-        return Scale.kelvin(self.response), Scale.of_unit("%", self.response, in_band)
+        in_band = float(self.of_band.compiled.band.radiance_weight @ irradiance)
+        return Scale.kelvin(self.of_band.response), Scale.of_unit("%", self.of_band.response, in_band)
 
     def _ground(self) -> dict[str, Any]:
         """Root attributes of the ground around tilted faces: that of the air."""

@@ -73,12 +73,15 @@ class StateBand:
         Air over the state's ground.
     everything : BandPoints
         All points of the band.
+    origin : Origin
+        Where the compiled band comes from.
     """
 
     response: SpectralResponse
     air: AtmosphericState
     everything: BandPoints
     compiled: CompiledBand
+    origin: Origin
 
     @classmethod
     def of(cls, loaded: LoadedJob, state: int, band: int) -> StateBand:
@@ -87,8 +90,7 @@ class StateBand:
         state_of_job, response = job.states[state - 1], response_of(job.bands[band - 1])
         air = over_ground(atmospheric_state(job.site, state_of_job), state_of_job, response, job_library(job))
         everything = all_points(response, job.water_continuum)
-        compiled, _ = compiled_band(loaded, state_of_job, response, air, everything)
-        return cls(response, air, everything, compiled)
+        return cls(response, air, everything, *compiled_band(loaded, state_of_job, response, air, everything))
 
 
 def band_of_airs(loaded: LoadedJob, airs: Sequence[AtmosphericState], everything: BandPoints) -> BandPoints:

@@ -9,12 +9,11 @@ are those of JURASSIC's validation (`test_limb_line_by_line`); its channels are 
 window's mean takes half of those at its ends.
 """
 
-import json
 from pathlib import Path
 
 import numpy as np
 from limb_rays import C1, C2, CARBON_DIOXIDE, NITROGEN, air, emerging, shells
-from result_blocks import with_block
+from result_blocks import keep
 
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, default_water_continuum
 from skyshine.mat.radiometry.constants import BOLTZMANN
@@ -96,6 +95,4 @@ def block(rows):
 
 
 if __name__ == "__main__":
-    found = computed()
-    RESULTS.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    PAGE.write_text(with_block(PAGE.read_text(encoding="utf-8"), RESULTS.name, block(found)), encoding="utf-8")
+    keep(computed(), RESULTS, PAGE, block)

@@ -6,7 +6,6 @@ ozone is compared with RFM at 50 km. The limb's rays and air are those of `limb_
 otherwise, whose lines the other folder holds.
 """
 
-import json
 import os
 import sys
 from pathlib import Path
@@ -14,7 +13,7 @@ from pathlib import Path
 import limb_results
 import numpy as np
 from limb_rays import C1, C2, air, emerging, shells
-from result_blocks import with_block
+from result_blocks import keep
 
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.radiometry.constants import BOLTZMANN
@@ -135,6 +134,9 @@ def block(results):
 if __name__ == "__main__":
     from skyshine.mat.spectroscopy.gases import LineLibrary
 
-    found = computed(Path(os.environ["SKYSHINE_DATA"])) | {"ozone": ozone(LineLibrary(Path(sys.argv[1])))}
-    RESULTS.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    PAGE.write_text(with_block(PAGE.read_text(encoding="utf-8"), RESULTS.name, block(found)), encoding="utf-8")
+    keep(
+        computed(Path(os.environ["SKYSHINE_DATA"])) | {"ozone": ozone(LineLibrary(Path(sys.argv[1])))},
+        RESULTS,
+        PAGE,
+        block,
+    )

@@ -6,7 +6,7 @@ Run by itself it writes the table of the page from `needs_results.json` beside t
 import json
 from pathlib import Path
 
-from result_blocks import with_block
+from result_blocks import keep
 
 from mat.maintain.bench.scene_needs import shares
 
@@ -30,5 +30,4 @@ def block(results):
 
 
 if __name__ == "__main__":
-    found = json.loads(RESULTS.read_text(encoding="utf-8"))
-    PAGE.write_text(with_block(PAGE.read_text(encoding="utf-8"), RESULTS.name, block(found)), encoding="utf-8")
+    keep(json.loads(RESULTS.read_text(encoding="utf-8")), RESULTS, PAGE, block)

@@ -10,7 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from result_blocks import with_block
+from result_blocks import keep
 
 RESULTS = Path(__file__).with_name("report_results.json")
 PAGE = Path(__file__).parents[2] / "mat" / "physics.md"
@@ -98,6 +98,4 @@ def _rounded(value):
 
 
 if __name__ == "__main__":
-    found = measured(sys.argv[1])
-    RESULTS.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    PAGE.write_text(with_block(PAGE.read_text(encoding="utf-8"), RESULTS.name, block(found)), encoding="utf-8")
+    keep(measured(sys.argv[1]), RESULTS, PAGE, block)

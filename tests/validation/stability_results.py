@@ -8,7 +8,7 @@ import json
 import sys
 from pathlib import Path
 
-from result_blocks import with_block
+from result_blocks import keep
 
 RESULTS = Path(__file__).with_name("stability_results.json")
 PAGE = Path(__file__).parents[2] / "mat" / "physics.md"
@@ -55,6 +55,4 @@ def block(result):
 
 
 if __name__ == "__main__":
-    found = kept(json.load(sys.stdin))
-    RESULTS.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    PAGE.write_text(with_block(PAGE.read_text(encoding="utf-8"), RESULTS.name, block(found)), encoding="utf-8")
+    keep(kept(json.load(sys.stdin)), RESULTS, PAGE, block)

@@ -6,11 +6,10 @@ atmospheres/continuum/README.md. A test holds the page to the file, and the file
 others say of the windows is text of the page: their figures are not in the file.
 """
 
-import json
 from pathlib import Path
 
 import numpy as np
-from result_blocks import with_block
+from result_blocks import keep
 
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.radiometry.constants import BOLTZMANN
@@ -103,6 +102,4 @@ def block(rows):
 
 
 if __name__ == "__main__":
-    found = computed()
-    RESULTS.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    PAGE.write_text(with_block(PAGE.read_text(encoding="utf-8"), RESULTS.name, block(found)), encoding="utf-8")
+    keep(computed(), RESULTS, PAGE, block)

@@ -40,8 +40,9 @@ def test_errors_of_the_spectral_points_count_as_a_scene_sees_them():
     compiled = CompiledBand(None, np.arange(7), 1158, {}, {}, np.zeros(7), absolute)
     kelvin, percent = Scale(50.0, 2.0, 0.3), Scale(50.0, 4.0, 0.3)
     job = SimpleNamespace(trimmed=SimpleNamespace(sources=["sun", "moon"]))
+    of_band = SimpleNamespace(compiled=compiled)
     asked = SimpleNamespace(
-        compiled=compiled, loaded=job, source="sun", irradiance=None, _scales=lambda _: (kelvin, percent)
+        of_band=of_band, loaded=job, source="sun", irradiance=None, _scales=lambda _: (kelvin, percent)
     )
     none, sky = np.zeros(1), {"sky": np.ones(1, bool)}
     exact = [measure(name, none, none, none, regions=sky) for name in (*QUANTITIES, AMBIENT_HARMONICS)]

@@ -12,7 +12,6 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import click
@@ -151,29 +150,6 @@ def allow_outside_option(function: Command) -> Command:
 
     text = "Let the job name paths that lead out of its folder."
     return click.option("--allow-outside", is_flag=True, expose_value=False, callback=allow, help=text)(function)
-
-
-def write_measured(path: Path, result: dict[str, Any], draw: Callable[[Path], None]) -> None:
-    """Write what was measured as JSON, and its picture beside it.
-
-    Parameters
-    ----------
-    path : Path
-        Ends in ``.json``; folders that are missing are made.
-    draw : callable
-        Draws the picture into the file that it is given.
-
-    Raises
-    ------
-    InputError
-        The place cannot be written.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        draw(path.with_suffix(".png"))
-        path.write_text(json.dumps(result, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}; name another place", file=path) from None
 
 
 def emit_json(result: dict[str, Any]) -> None:

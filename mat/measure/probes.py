@@ -30,16 +30,6 @@ class Readable(Protocol):
 OF_PATHS = ("beta_star", "path_radiance_ratio")
 
 
-@dataclass(frozen=True, eq=False)
-class _Known:
-    """What a quantity was read as at the points of its probes."""
-
-    values: Floats
-
-    def read(self, coordinates: dict[str, Floats]) -> Floats:
-        return self.values
-
-
 LINES = 500  # lines of sight on which tables are measured by default
 PIXELS = 120  # lines to the ground alone, of one range each, on which errors are stated beside
 _SOURCES = 2  # of each line

@@ -1,7 +1,7 @@
 """The nonlinear heat balance of a surface as casadi expressions, in which numbers of the material may be symbols.
 
-It is written independently of `balance`, for checks of the solver (`oracle`) and for fits, which need exact derivatives
-by the material's parameters (`fit`).
+It is written independently of `balance`, for checks of the solver (`tests/validation/surface_oracle.py`) and for fits,
+which need exact derivatives by the material's parameters (`fit`).
 """
 
 from __future__ import annotations

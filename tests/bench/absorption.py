@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from skyshine.schemas.commands import echo_table, emit_json, json_option, progress, write_measured
+from skyshine.schemas.commands import echo_table, emit_json, json_option, progress
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
 
@@ -49,6 +49,7 @@ def absorption(
       python tests/bench/absorption.py --lines hitran --continua mt_ckd --lowtran lowtran7.f --out bench
     """
     import absorption_ladder as bench
+    import ladders
 
     from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
     from skyshine.mat.bench import lowtran
@@ -74,7 +75,9 @@ def absorption(
         "bands": {band.band: describe(band) for band in measured},
     }
     if out:
-        write_measured(Path(out) / "absorption-bench.json", result, lambda picture: bench.plot(measured, picture))
+        ladders.write_measured(
+            Path(out) / "absorption-bench.json", result, lambda picture: bench.plot(measured, picture)
+        )
     if as_json:
         emit_json(result)
         return

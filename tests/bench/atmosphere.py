@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from skyshine.schemas.commands import echo_table, emit_json, json_option, progress, write_measured
+from skyshine.schemas.commands import echo_table, emit_json, json_option, progress
 from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
@@ -31,13 +31,16 @@ def atmosphere(out: str | None, quick: bool, as_json: bool) -> None:
       python tests/bench/atmosphere.py --quick
     """
     import atmosphere_ladder as bench
+    import ladders
 
     bands = bench.QUICK_BANDS if quick else bench.BANDS
     with progress(4 * len(bands), "measuring") as advance:
         measured = [bench.bench_band(name, limits, advance=advance) for name, limits in bands.items()]
     result = {"atmosphere": bench.PROFILE, "bands": {band.band: describe(band) for band in measured}}
     if out:
-        write_measured(Path(out) / "atmosphere-bench.json", result, lambda picture: bench.plot(measured, picture))
+        ladders.write_measured(
+            Path(out) / "atmosphere-bench.json", result, lambda picture: bench.plot(measured, picture)
+        )
     if as_json:
         emit_json(result)
         return

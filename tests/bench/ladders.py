@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -113,3 +116,10 @@ def compiled(state: AtmosphericState, points: SpectralPoints, response: Spectral
 def with_continuum(gases: Sequence[str]) -> list[str]:
     """Names as `SpectralPoints.cross_sections` takes them: the water vapour continuum follows water vapour."""
     return [part for gas in gases for part in ((gas, CONTINUUM) if gas == "H2O" else (gas,))]
+
+
+def write_measured(path: Path, result: dict[str, Any], draw: Callable[[Path], None]) -> None:
+    """Write what was measured as JSON, and its picture beside it; folders that are missing are made."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    draw(path.with_suffix(".png"))
+    path.write_text(json.dumps(result, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -7,7 +7,7 @@ import re
 import click
 import pytest
 
-from skyshine.schemas.commands import CommandGroup, emit_json, log_lines, write_measured
+from skyshine.schemas.commands import CommandGroup, emit_json, log_lines
 from skyshine.schemas.errors import CheckFailed, InputError
 from skyshine.schemas.quantity import quantity
 
@@ -79,11 +79,3 @@ def test_lines_of_the_log_reach_standard_error_while_a_command_works(capsys):
     heard = capsys.readouterr().err
     assert re.fullmatch(r"\d\d:\d\d:\d\d s01.htt.h5, state 1 of 3\n", heard)
     assert not logging.getLogger("skyshine").handlers
-
-
-def test_measured_figures_and_their_picture_stand_side_by_side(tmp_path):
-    write_measured(tmp_path / "new" / "a.json", {"b": 1}, lambda picture: picture.write_bytes(b"png"))
-    assert json.loads((tmp_path / "new" / "a.json").read_text()) == {"b": 1}
-    assert (tmp_path / "new" / "a.png").read_bytes() == b"png"
-    with pytest.raises(InputError, match="cannot be written"):
-        write_measured(tmp_path / "new" / "a.json" / "b.json", {}, lambda picture: None)

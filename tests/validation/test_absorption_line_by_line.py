@@ -11,11 +11,12 @@ pytestmark = [pytest.mark.validation, pytest.mark.shared_data]
 pytest.importorskip("numba")
 pytest.importorskip("hapi")
 
+from line_by_line_reference import Path, interval_transmittance
+
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.spectroscopy import linebyline
 from skyshine.mat.spectroscopy.continua import Continua
 from skyshine.mat.spectroscopy.gases import LineLibrary
-from skyshine.mat.spectroscopy.reference import Path, interval_transmittance
 from skyshine.mat.spectroscopy.sources import LineSource
 
 

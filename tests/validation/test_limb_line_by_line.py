@@ -17,12 +17,12 @@ pytest.importorskip("numba")
 pytest.importorskip("hapi")
 
 from limb_rays import C1, C2, CARBON_DIOXIDE, NITROGEN, air, emerging, shells
+from line_by_line_reference import water_continuum
 
 from skyshine.mat.radiometry.constants import BOLTZMANN
 from skyshine.mat.spectroscopy import line_mixing, linebyline
 from skyshine.mat.spectroscopy.continua import Continua
 from skyshine.mat.spectroscopy.gases import LineLibrary
-from skyshine.mat.spectroscopy.reference import water_continuum
 
 pytestmark = [pytest.mark.validation, pytest.mark.shared_data]  # 60 s
 

@@ -7,6 +7,8 @@ pytestmark = [pytest.mark.validation, pytest.mark.shared_data]
 
 pytest.importorskip("numba")
 
+from line_by_line_reference import horizontal_path, interval_transmittance
+
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
@@ -14,7 +16,6 @@ from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.bench import lowtran
 from skyshine.mat.spectroscopy.continua import Continua
 from skyshine.mat.spectroscopy.gases import LineLibrary
-from skyshine.mat.spectroscopy.reference import horizontal_path, interval_transmittance
 
 REGIONS = {
     "15 um": (500, 800),

@@ -5,11 +5,11 @@ from collections import Counter
 import numpy as np
 import pytest
 from showers import random_rain
+from surface_oracle import solve_oracle
 
 from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.film import TOLERANCE as FILM_TOLERANCE
 from skyshine.mat.surface.film import evaporated
-from skyshine.mat.surface.oracle import solve_oracle
 from skyshine.mat.surface.solution import Method
 from skyshine.mat.surface.solver import DAY, TOLERANCE, solve_columns
 from skyshine.mat.surface.stress import random_forcing, random_material

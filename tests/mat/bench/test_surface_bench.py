@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from surface_oracle import solve_oracle
 
 from mat.maintain.bench import energyplus
 from skyshine.mat.api.examples import starter_files
@@ -14,7 +15,6 @@ from skyshine.mat.scene.surface import surface_inputs, surface_materials
 from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.oracle import solve_oracle
 from skyshine.mat.surface.solver import solve_columns
 from skyshine.mat.surface.sun_path import SUN_STEPS
 from skyshine.materials.library import load_library

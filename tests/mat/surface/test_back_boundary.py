@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from surface_oracle import solve_oracle
 
 from skyshine.mat.api.own_material import new_material
 from skyshine.mat.bench.marching import march
@@ -15,7 +16,6 @@ from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.conduction import depth_response
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.oracle import solve_oracle
 from skyshine.mat.surface.solution import Method
 from skyshine.mat.surface.solver import solve_columns
 from skyshine.mat.surface.table import temperature_table

@@ -6,13 +6,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from showers import random_rain
+from surface_oracle import solve_oracle
 
 from skyshine.mat.surface.balance import Balance, skin_of
 from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.film import LATENT_HEAT, TOLERANCE, _root, aitken, evaporated, film_of
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.oracle import solve_oracle
 from skyshine.mat.surface.solver import DAY, solve_columns
 from skyshine.mat.surface.stress import random_forcing, random_material
 from skyshine.mat.surface.vapour import saturation_pressure, surface_vapour

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from surface_oracle import solve_oracle
 
 from skyshine.mat.surface.balance import Balance
 from skyshine.mat.surface.column_forcing import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.oracle import solve_oracle
 from skyshine.mat.surface.solver import solve_columns
 from skyshine.mat.surface.symbolic_balance import FORCING, SymbolicMaterial, forcing_rows, loss
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack

@@ -1,6 +1,6 @@
 """One fixed colour a material, by which pictures and exported palettes show it.
 
-It is the colour that the material has in daylight, by its reflectance spectrum, moved as little as it takes to be told
+It is the colour that the material has in daylight, by its reflectance spectrum, moved as little as it takes to differ
 from the packaged materials before it. So a picture of a material map looks like a photograph, and the same material has
 the same colour in every picture.
 """

@@ -107,7 +107,7 @@ class MaterialLibrary:
         self._places = {entry.entry.name: entry for entry in sorted(entries, key=lambda entry: entry.entry.code)}
         self._names = {entry.entry.code: name for name, entry in self._places.items()}
         self._loaded: dict[str, Material] = {}
-        self._given: dict[str, Material] = {}  # of no files
+        self._given: dict[str, Material] = {}  # materials of no files
         self._change: Callable[[Material], Material] = lambda material: material
 
     @property
@@ -269,7 +269,7 @@ def _refuse_repeats(document: Document, index: Index) -> None:
 
 
 def _refuse_shared_codes(entries: Iterable[_Place]) -> None:
-    """A user's addition must not take the code of another material: codes stand in textures."""
+    """A user's addition must not take the code of another material: textures contain codes."""
     owners: dict[int, _Place] = {}
     for entry in entries:
         owner = owners.setdefault(entry.entry.code, entry)

@@ -24,7 +24,7 @@ from skyshine.schemas.errors import InputError
 
 LEAST_POINTS = 10  # wavelengths of a spectrum
 DELETED = -1e30  # the USGS writes -1.23e34 in deleted channels
-HIGHEST = 1.1  # of a reflectance: noise of a bright sample against a white standard
+HIGHEST = 1.1  # highest reflectance: noise of a bright sample against a white standard
 # Where a file says no scale and its largest value lies between both, it may be a bright fraction or a dark percentage.
 DARKEST_PERCENT = 5.0
 _IN_UM = {"um": 1.0, "nm": 1e-3, "angstrom": 1e-4, "m": 1e6}
@@ -338,7 +338,7 @@ def _envi_library(header: Path, file: Path) -> tuple[dict[str, Any], npt.NDArray
     data = file if file != header else _data_file(header)
     try:
         with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of names of fields in capitals
+            warnings.simplefilter("ignore")  # warnings of names of fields in capitals
             plain = Path(folder, "header.hdr")  # Spectral Python reads the encoding of the system alone
             plain.write_text(read_text(header), encoding=locale.getencoding(), errors="replace")
             fields = dict(envi.read_envi_header(str(plain)))

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-BLOCK = 256  # of each of the first two axes; another number changes every digest
+BLOCK = 256  # block of each of the first two axes; another number changes every digest
 
 
 def block_shape(shape: Sequence[int]) -> tuple[int, ...]:

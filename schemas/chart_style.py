@@ -33,10 +33,10 @@ BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILLION, PURPLE = (
     "#D55E00",
     "#CC79A7",
 )
-COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY)  # of lines; black is for what stands out
+COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY)  # colours of lines; black is for emphasis
 HEAT, AMOUNT = "inferno", "viridis"  # maps of temperatures, and of everything else; both grow evenly in lightness
 WHITE_HOT = "gray"  # map of what a camera sees
-_DASHES = ("-", (0, (5, 2)), (0, (1.2, 1.2)))  # of lines beyond the colours
+_DASHES = ("-", (0, (5, 2)), (0, (1.2, 1.2)))  # dashes of lines beyond the colours
 _SMALL = 8  # points
 _POINTS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 _SETTINGS: dict[str, Any] = {

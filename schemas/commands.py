@@ -39,7 +39,7 @@ EXTRAS = {
     "sklearn": "train",
     "xarray": "xarray",
 }
-LINES = logging.Formatter("%(asctime)s %(message)s", "%H:%M:%S")  # of `mat build --verbose`
+LINES = logging.Formatter("%(asctime)s %(message)s", "%H:%M:%S")  # lines of `mat build --verbose`
 # Objects between garbage collections of a command: imports make many that stay, and to look through them again and
 # again takes a fifth of the start.
 _COLLECTED = 50_000
@@ -100,7 +100,7 @@ class CommandGroup(click.Group):
             if error.filename is not None or error.errno not in (errno.ENOSPC, errno.EIO, errno.EDQUOT):
                 raise
             status = self._complain(f"the output cannot be written: {error.strerror}; check free space", INPUT_WRONG)
-            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what the buffer still holds is not written again at the end
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is still in the buffer is not written again at the end
         sys.exit(status if isinstance(status, int) else 0)
 
     def _run(self, *args: Any, **settings: Any) -> Any:

@@ -194,7 +194,7 @@ def _at(node: yaml.Node, file: Path, message: str) -> InputError:
 
 
 class _Builder:
-    """Turns YAML nodes into plain data and notes where each value stands."""
+    """Turns YAML nodes into plain data and notes the place of each value."""
 
     def __init__(self, file: Path) -> None:
         self.file, self.count = file, 0
@@ -319,7 +319,7 @@ def mapping_document(data: Mapping[str, Any], folder: StrPath) -> Document:
 
 @cache
 def _plain_dumper() -> type[yaml.SafeDumper]:
-    """A dumper of YAML that also takes what holds plain values: of numpy, paths, tuples, mappings."""
+    """A dumper of YAML that also takes containers of plain values: of numpy, paths, tuples, mappings."""
     import numpy as np  # not by the commands, which read files
 
     class PlainDumper(yaml.SafeDumper):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import StrPath
 
-FORMAT_VERSION = "1.0"  # of databases, catalogue, flat and graphics exports, and packaged tables
+FORMAT_VERSION = "1.0"  # format version of databases, catalogue, flat and graphics exports, and packaged tables
 FORMAT_MAJOR = FORMAT_VERSION.split(".")[0]
 
 

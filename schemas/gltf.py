@@ -23,7 +23,7 @@ from skyshine.schemas.regular_files import refuse_special_file
 
 # "glTF", and chunk types "JSON" and "BIN" (glTF 2.0, section 4.4).
 MAGIC, VERSION, JSON_CHUNK, BINARY_CHUNK = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
-BYTE_LIMIT = 1 << 31  # of a mesh with all that it names
+BYTE_LIMIT = 1 << 31  # byte limit of a mesh with all that it names
 
 # Extensions that change triangles or texture coordinates, and are decoded.
 DECODED = {

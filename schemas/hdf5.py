@@ -189,7 +189,7 @@ def write_file(path: StrPath, root: Group, header: Header, fill: Callable[[h5py.
         path.parent.mkdir(parents=True, exist_ok=True)
         # Made in memory unless it is streamed: HDF5 cannot close a file on a full disk without writing to standard
         # error. Not by its core driver, whose image has a wrong checksum before HDF5 2.0. What is streamed comes in
-        # whole chunks, so that a cache of chunks for each array would only hold memory.
+        # whole chunks, so that a cache of chunks for each array would only take memory.
         image = io.BytesIO()
         target, cache = (image, {}) if fill is None else (part, {"rdcc_nbytes": 0})
         # Everything that HDF5 1.10 keeps of arrays and groups has a checksum; the indexes of chunks before it have
@@ -248,7 +248,7 @@ def _write_group(target: h5py.Group, group: Group) -> dict[str, bytes]:
 
 
 _REFERENCE, _HEADER_LIMIT = 16, 60_000  # bytes of one to a text; that fit into a header, which has 64 KB
-_MOST_ATTRIBUTES = 64  # of an array that are kept in its header
+_MOST_ATTRIBUTES = 64  # largest number of attributes of an array that are kept in its header
 _SMALL = 512  # bytes of an array that takes less room in its header than as a chunk of its own
 
 
@@ -258,7 +258,7 @@ def _describe(dataset: h5py.Dataset, attributes: Mapping[str, Any]) -> None:
         if not 0 < len(text) <= _HEADER_LIMIT or b"\0" in text:
             dataset.attrs[name] = value
             continue
-        # Of fixed length: a heap of texts takes far more room.
+        # The text has a fixed length: a heap of texts takes far more room.
         kind = h5py.string_dtype("utf-8", len(text))
         dataset.attrs.create(name, np.array(text, kind), dtype=kind)
 

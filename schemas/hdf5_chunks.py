@@ -22,7 +22,7 @@ import numpy.typing as npt
 from skyshine.schemas.array_digest import block_digest, block_shape, byte_planes, digest_of_blocks, is_constant
 
 _ADLER = 65521  # RFC 1950: the largest prime below 2^16
-_HEADER, _END = b"\x78\x9c", b"\x03\x00"  # of a zlib stream with the usual window; an empty last block
+_HEADER, _END = b"\x78\x9c", b"\x03\x00"  # start of a zlib stream with the usual window; an empty last block
 _WORD = 65535  # Fletcher's modulus
 
 
@@ -122,7 +122,7 @@ def packed(planes: Sequence[npt.NDArray[np.uint8]], packing: Packing) -> bytes:
         number, value = len(plane), int(plane[0])
         if is_constant(plane):
             parts.append(_constant(value, number))
-            # Of the same byte n times, both sums follow in closed form.
+            # Both sums of the same byte n times follow in closed form.
             high = (high + number * low + value * (number * (number + 1) // 2)) % _ADLER
             low = (low + number * value) % _ADLER
             continue

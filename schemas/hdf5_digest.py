@@ -106,7 +106,7 @@ def dims_of(dataset: h5py.Dataset, axes: Mapping[int, str] = MappingProxyType({}
 def _axis_of(dataset: h5py.Dataset, number: int, axes: Mapping[int, str]) -> str:
     if not h5py.h5ds.get_num_scales(dataset.id, number):
         return ""
-    address = h5py.h5ds.iterate(dataset.id, number, _address)  # of the first
+    address = h5py.h5ds.iterate(dataset.id, number, _address)  # address of the first
     name: str = axes.get(address) or dataset.dims[number][0].name.rsplit("/", 1)[-1]
     return name
 

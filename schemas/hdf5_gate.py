@@ -20,9 +20,9 @@ from skyshine.schemas.paths import StrPath
 from skyshine.schemas.plain_numbers import plain_number
 
 OBJECT_LIMIT = 20_000  # groups and arrays of a file; a texture of 17 levels has 150
-DEPTH_LIMIT = 16  # of groups in groups
+DEPTH_LIMIT = 16  # depth limit of groups in groups
 RANK_LIMIT = 8  # axes of an array
-ATTRIBUTE_LIMIT = 10_000  # of one object; a texture has one for each of its seed files
+ATTRIBUTE_LIMIT = 10_000  # attribute limit of one object; a texture has one for each of its seed files
 ATTRIBUTE_BYTES = 1 << 20  # 1 MiB
 SHORT_TEXT = 4096  # characters of an attribute that is one line
 JOB_LIMIT = 16_000_000  # bytes of a job's text, those of a job file at most

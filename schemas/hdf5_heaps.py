@@ -10,7 +10,7 @@ import struct
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import StrPath
 
-# Global heaps hold the text of a file (HDF5 File Format Specification 3.0, III.E): signature, version 1, three zero
+# Global heaps contain the text of a file (HDF5 File Format Specification 3.0, III.E): signature, version 1, three zero
 # bytes, size.
 _COLLECTION = re.compile(rb"GCOL\x01\0\0\0")
 _HEAD = 16  # bytes before the first object; and of the head of each object
@@ -43,7 +43,7 @@ def largest_text(path: StrPath) -> int:
 
 
 def _largest_object(content: mmap.mmap, start: int) -> int | None:
-    """Bytes of the largest object of a collection; None where the walk through its objects stands still."""
+    """Bytes of the largest object of a collection; None where the walk through its objects does not advance."""
     if start + _HEAD > len(content):
         return 0
     end = min(start + struct.unpack_from("<Q", content, start + 8)[0], len(content))

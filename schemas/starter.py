@@ -10,7 +10,7 @@ from pathlib import Path
 from skyshine import schemas
 from skyshine.schemas.errors import InputError
 
-# The schema of a YAML file by a key of its root; the first that it has counts, for a job of mat may hold textures too.
+# The schema of a YAML file by a key of its root; the first that it has counts, for a job of mat may have textures too.
 SCHEMA_OF_KEY = {
     "skyshine_frame": "mat-frame.schema.json",
     "skyshine_scene": "mat-scene.schema.json",

@@ -108,7 +108,7 @@ def seconds_in_python(tables: list[Any], frame: dict[str, Any], *, own: bool) ->
     return min(runs) / SIDE**2
 
 
-# Of each language: its tool, the commands that build its program in a folder, and the command of the program.
+# Parts of each language: its tool, the commands that build its program in a folder, and the command of the program.
 PROGRAMS = {
     "C": (
         "cmake",

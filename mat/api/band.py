@@ -63,7 +63,7 @@ def band(
         assert response is not None
         name = os.fspath(response)
         sensor = parse_response(read_text(name), name)
-    library = open_library(load_library(), "library")  # stands as jobs have them
+    library = open_library(load_library(), "library")  # stands of leaves as jobs have them
     chosen = list(library) if materials is None else [library[material] for material in materials]
     group = band_group(sensor, sorted(chosen, key=lambda material: material.code), solar_spectrum())
     return BandTable(

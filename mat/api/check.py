@@ -52,7 +52,7 @@ class JobCheck(Result):
     surfaces : list of str
         What the job changes in materials of the library, with numbers.
     sites : tuple of str
-        Names of the sites, of a job that has several; times of sources and what is left out are of the first.
+        Names of the sites, of a job that has several; times of sources and what is omitted are those of the first.
     """
 
     loaded: LoadedJob

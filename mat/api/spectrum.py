@@ -96,7 +96,7 @@ class Spectrum(Result, LineSpectrum):
         Raises
         ------
         InputError
-            There are more lines of sight than can be told apart.
+            There are more lines of sight than a chart can distinguish.
         """
         if self.coords:
             return super().plot()

@@ -14,7 +14,7 @@ from skyshine.mat.tables.spectrum_file import RADIANCE
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
-_ROUNDING = 1e-9  # of a wavenumber [cm^-1], so that equal ends of two grids overlap
+_ROUNDING = 1e-9  # fraction of a wavenumber [cm^-1], so that equal ends of two grids overlap
 
 
 @dataclass(frozen=True, eq=False)

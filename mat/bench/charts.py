@@ -14,7 +14,7 @@ from itertools import pairwise
 from skyshine.schemas.chart_style import BLACK, BLUE, ORANGE, PURPLE, SKY, VERMILLION, YELLOW
 
 GREY, PALE = "#8A8A8A", "#DDDDDD"
-WIDTH = 720.0  # of every chart, in units of its own
+WIDTH = 720.0  # width of every chart, in units of its own
 _FINE = tuple(digit / 10 for digit in range(10, 100, 2))  # where all values lie close together
 _LETTER, _LINE = 5.6, 12.0  # room of a letter and of a line of text of 10 units
 _LEFT, _RIGHT, _TOP, _BOTTOM = 56.0, 14.0, 12.0, 40.0  # margins, px

@@ -42,7 +42,7 @@ from skyshine.schemas.errors import InputError
 _ROUNDING = 5e-5  # relative: attenuation along lines of sight is kept and summed in single precision
 _SCALE_HEIGHT = 287.05 / 9.80665 * 1e-3  # km/K: gas constant of dry air over gravity (US Standard Atmosphere 1976)
 _POINTS = 6  # lines of sight of an atmosphere
-_SPECTRAL_POINTS = 3  # of a band, at most: light scattered often takes most of a case, and is solved for each
+_SPECTRAL_POINTS = 3  # points of a band, at most: light scattered often takes most of a case, and is solved for each
 _SOLAR = 1367.0  # W m^-2, no less than the total solar irradiance of any spectrum in use
 _FARTHEST_DAYS = 73_000  # from 2000, 200 years either way
 
@@ -227,7 +227,7 @@ def _random_sounding(generator: np.random.Generator, name: str) -> Profile:
         288.0 - 6.5 * np.minimum(levels, 11.0) + generator.normal(0.0, 12.0, levels.size), 190.0, 320.0
     )
     humidity = np.where(generator.random(levels.size) < 0.2, 0.0, generator.uniform(0.0, 100.0, levels.size))
-    scale = _SCALE_HEIGHT * (temperature[1:] + temperature[:-1]) / 2  # of the air between two levels, km
+    scale = _SCALE_HEIGHT * (temperature[1:] + temperature[:-1]) / 2  # scale height of the air between two levels, km
     pressure = 1013.0 * np.exp(-levels[0] / 7.5 - np.cumsum(np.append(0.0, np.diff(levels) / scale)))
     rows = (f"{z},{p:.6f},{t:.2f},{u:.2f}" for z, p, t, u in zip(levels, pressure, temperature, humidity, strict=True))
     text = "\n".join(["altitude[km],pressure[hPa],temperature[K],relative_humidity[%]", *rows]) + "\n"

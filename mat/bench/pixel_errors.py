@@ -52,7 +52,7 @@ class Truths:
     folder : Path
         Keeps the radiances, for the next run.
     say : callable
-        Told what is computed.
+        Called with a line of text that says what is computed.
     prepared : dict of (int, int) to Prepared
         Prepared atmospheres by state and band, as far as they were needed.
     """
@@ -156,7 +156,7 @@ def _common(axes: Sequence[Floats]) -> Floats:
     return np.unique([low, high, *nodes[(nodes > low) & (nodes < high)]])
 
 
-TablesOf: TypeAlias = Callable[[int, int, str], Tables]  # of a state, a band and a source
+TablesOf: TypeAlias = Callable[[int, int, str], Tables]  # tables of a state, a band and a source
 AirOf: TypeAlias = Callable[[Prepared], BandAtmosphere]
 
 

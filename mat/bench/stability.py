@@ -30,7 +30,7 @@ Measures: TypeAlias = dict[str, tuple[float, float]]  # value and upper limit of
 Outcome: TypeAlias = Measures | str  # or, in a word, what ended a case that was rightly refused
 CaseFunction: TypeAlias = Callable[[np.random.Generator], Outcome]
 SURFACE_BOUND = 0.5  # K beyond the instantaneous equilibria, for a solver with a time step
-FEWEST_CASES = 5  # of each kind, before the kinds share the time
+FEWEST_CASES = 5  # fewest cases of each kind, before the kinds share the time
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.errors import InputError
 
-# Of these the error of a pixel is made.
+# The error of a pixel is made of these.
 PIXEL_SOURCES = {
     "reflectance": "reflectance for emitted light, from its table by temperature",
     "emitted_transmittance": "transmittance of emitted light by wavelength, with its interpolation beyond 100 m",
@@ -108,7 +108,7 @@ class Budget:
     notes: list[str] = field(default_factory=list)
 
 
-STEPS = 10  # of a budget, each reported when it is finished
+STEPS = 10  # steps of a budget, each reported when it is finished
 
 
 def error_budget(

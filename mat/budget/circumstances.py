@@ -9,14 +9,14 @@ import numpy as np
 from skyshine.mat.surface.surroundings import Interval, Surroundings
 from skyshine.schemas.arrays import Booleans, Floats
 
-SHADED_NOW = 0.4  # share of the faces that stand in a shadow, as in a street
-SHADED_BEFORE = 0.2  # of the faces that a shadow has left
-WALLED = 0.3  # of the faces beside a wall, in a shadow or not
+SHADED_NOW = 0.4  # share of the faces that lie in a shadow, as in a street
+SHADED_BEFORE = 0.2  # fraction of the faces that a shadow has left
+WALLED = 0.3  # fraction of the faces beside a wall, in a shadow or not
 SHADE_H = (0.5, 6.0)  # length of a shadow up to now, or of one that has left
 LEFT_H = (0.25, 6.0)  # how long ago it left
 SKY_VIEWS = (0.3, 0.9)
-WALL_EXCESS_K = (-5.0, 20.0)  # of a wall over the day's mean of the air
-WALL_EMISSIVITIES = (0.85, 0.97)  # of plaster, brick, concrete, paint and leaves in the bands, from side to side
+WALL_EXCESS_K = (-5.0, 20.0)  # excess of a wall over the day's mean of the air
+WALL_EMISSIVITIES = (0.85, 0.97)  # plaster, brick, concrete, paint and leaves in the bands, from side to side
 WALLS_LIT = 0.5  # share of the walls on which the Sun shines
 
 

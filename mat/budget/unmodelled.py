@@ -22,7 +22,7 @@ from skyshine.mat.tables.response import DAY_H, FORCING_STEPS, forcing_hours
 from skyshine.mat.tables.shade import AUREOLE, DIFFUSE, SUN_ELEVATION
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 
-DEPTH_BITS = 24  # of the depth buffers of today's graphics hardware; section 3.2 of the note has 23
+DEPTH_BITS = 24  # bits of the depth buffers of today's graphics hardware; section 3.2 of the note has 23
 PIXEL_RAD = 0.5e-3  # angle of a pixel: 640 across 18 degrees
 OBSTACLES_DEG = (30.0, 52.0)  # half widths of the buildings before the Sun, seen from a shaded face
 

@@ -14,7 +14,7 @@ from skyshine.tmm.database.reader import TmmFile, open_tmm
 
 # Texel of which a vertex has the material.
 CENTRE, NEAREST = "vertices_centre", "vertices_nearest"
-SHORTEST_TEXELS = 8  # of a face; its length is even in the logarithm from there to the shorter side of the texture
+SHORTEST_TEXELS = 8  # side of a face; its logarithm is even from there to that of the shorter side of the texture
 FACES = 20_000  # drawn in each texture; the standard error of a share is then below 0.004
 
 

@@ -20,18 +20,18 @@ from skyshine.schemas.arrays import Booleans, Floats
 
 RANGES_KM = (0.1, 40.0)  # drawn evenly in their logarithm, as far as the tables reach
 NEAR_KM = (0.001, 0.1)  # likewise, of the views from nearby
-NEAR_SHARE = 0.25  # of the views
+NEAR_SHARE = 0.25  # fraction of the views
 # Heights above the surface of observers [km], even in their logarithm, as far as the tables reach: of drones, aircraft
 # and satellites. Half of the views that are not near are theirs, in equal parts; the others start anywhere on the axis.
 OBSERVERS_KM = {"drones": (0.02, 0.5), "aircraft": (1.0, 12.0), "satellites": (200.0, 2000.0)}
 OBSERVER_SHARE = 0.5
 _FLATTEST = 0.02  # sine of the elevation of their lines from the horizon: a degree
-# Faces that stand at one place at one time, under one sky: the light around them is computed once.
+# Faces at one place at one time, under one sky: the light around them is computed once.
 FACES_OF_A_PLACE = 4
 FACES_M = (1.0, 100.0)  # lengths of faces, likewise
 BEND_DEG = 15.0  # between the normals at the two ends of a face, at most
 GLINT_DEG = 10.0  # spread of the normals of surfaces that mirror the source
-LEAST_COSINE = 0.05  # of the angle between normal and view: flatter faces fill no pixel
+LEAST_COSINE = 0.05  # smallest cosine of the angle between normal and view: flatter faces fill no pixel
 _PLACES, _CANDIDATES, _TRIES = 16, 16, 60  # places of a batch and candidates of each; batches
 
 
@@ -158,7 +158,7 @@ def _candidates(
     sine = _sine_of_elevation(altitude, surface, distance)
     elevation = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
     heading = generator.uniform(0.0, 360.0, count)
-    # With query limits the table holds only the hours asked for; those after midnight count beyond 24.
+    # With query limits the table has only the hours asked for; those after midnight count beyond 24.
     limited = job.query_limits is not None and job.query_limits.hours is not None
     start, stop = (axes["time"][0], axes["time"][-1]) if limited else (0.0, 24.0)
     one_time = axes["time"].size == 1

@@ -96,7 +96,7 @@ def draw_file(identity: Identity[Any], folder: Path) -> None:
     part = part_file(picture)
     part = part.with_name(f"{part.name}.png")
     try:
-        job_path(folder, PICTURES, for_output=True)  # a link that stands there leads nowhere else
+        job_path(folder, PICTURES, for_output=True)  # an existing link there leads nowhere else
         picture.parent.mkdir(parents=True, exist_ok=True)
         identity.draw(folder, part)
         os.replace(part, picture)

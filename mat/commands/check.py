@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from skyshine.mat.plan.resources import Resources
 
 MANY_STATES = 12  # beyond these their files are not listed one by one
-_LINES = 4  # of states and of warnings, without --verbose
+_LINES = 4  # lines of states and of warnings, without --verbose
 
 
 @click.command(epilog="Example: mat check demo/job.yaml --scene demo/scene.yaml --out demo/less.yaml")

@@ -19,7 +19,7 @@ from skyshine.schemas.quantity import quantity
 if TYPE_CHECKING:
     from skyshine.mat.render.contrast import Contrast
 
-SHOWN_STEPS = 12  # of the computed ones between the rows of the text
+SHOWN_STEPS = 12  # computed steps between the rows of the text
 
 
 @click.command(epilog="Example: mat contrast demo/built asphalt_road grass_green --range 2 --out contrast.png")

@@ -21,7 +21,7 @@ from skyshine.schemas.hdf5 import Header, read_file, write_file
 
 CHANNEL_K = 288.0  # K, of the black body in `thermal_reference`
 DIRECT_PLACES = 90.0, 60.0  # elevations, degree: of a line of sight, and of a source that lights a surface there
-SEED = 1  # of random numbers, so that the same call gives the same file
+SEED = 1  # seed of random numbers, so that the same call gives the same file
 
 
 @dataclass(frozen=True)

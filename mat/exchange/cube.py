@@ -136,7 +136,7 @@ def _temperatures(path: Path, axes: Axes) -> tuple[Axes, Arrays]:
     stored = table.root.axes
     codes, times = np.asarray(stored["material"].values), stored["time"]
     hours = HOURS
-    if times.attributes["interpolation"] == LINEAR:  # of a part of the day
+    if times.attributes["interpolation"] == LINEAR:  # times are a part of the day
         hours = HOURS[(times.values[0] <= HOURS) & (times.values[-1] >= HOURS)]
     cube_axes: Axes = {
         "material": (np.asarray(table.root.variables[NAMES].data).astype(str), "1", "material"),

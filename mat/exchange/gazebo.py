@@ -25,8 +25,8 @@ from skyshine.tmm.database.levels import WEIGHT_TOTAL
 from skyshine.tmm.exchange.files import write_bytes, write_json
 from skyshine.tmm.exchange.image import MaterialImage, read_levels
 
-WHITE = 255  # of 8 bit grey
-ROWS = 256  # of a texture that are computed together: bounds memory
+WHITE = 255  # white of 8 bit grey
+ROWS = 256  # rows of a texture that are computed together: bounds memory
 PLUGIN = """<!-- Inside the <visual> whose surface has this texture. -->
 <plugin filename="gz-sim-thermal-system" name="gz::sim::systems::Thermal">
   <heat_signature>{image}</heat_signature>

@@ -40,7 +40,7 @@ FILETYPE = "isofit_lut"
 ALBEDO = 0.5
 _REACH = 1.5  # full widths from the middle of a channel to where its Gaussian ends, at 1/500 of the peak
 _MICROWATT = 100.0  # uW cm^-2 in a W m^-2
-_NOTHING = 1e-12  # of the light outside the atmosphere: what arrives at the ground below this has no effect on anything
+_NOTHING = 1e-12  # share of the light outside the atmosphere: less than this at the ground has no effect
 LONG_NAMES = {
     "rhoatm": "path reflectance, of scattered sunlight over black ground",
     "sphalb": "spherical albedo of the atmosphere from below, mean over the light that reaches ground and sensor",

@@ -32,7 +32,7 @@ NAMESPACE = uuid.UUID("6f5c2a52-5a8e-4b0c-9b0e-2f6d3c1a7e41")
 ZENITHS, AZIMUTHS = (0.0, 1.570796), (0.0, 6.283185)  # rad; the limits of the standard
 OWNER = "the skyshine authors"
 LICENCE = "Apache-2.0"
-WAVELENGTH_DIGITS = 12  # of a wavelength in m: 1e-6 um
+WAVELENGTH_DIGITS = 12  # digits of a wavelength in m: 1e-6 um
 EMISSION = (
     "Planck mean at this temperature of 1 - hemispherical reflectance at near-normal incidence, which replaces"
     " hemispherical emissivity"

@@ -23,10 +23,10 @@ from skyshine.mat.tables.htt import TemperatureTable
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
-TOLERANCE_K = 0.004  # of nodes, and of the components left out
-FRAME_BYTES = 64_000  # of one altitude and source elevation
-_HEADER_BYTES = 6000  # of a frame's JSON header; the rest of `FRAME_BYTES` is for textures
-DAY_TEXELS = 4000  # of the textures of a whole day
+TOLERANCE_K = 0.004  # tolerance of nodes, and of the omitted components
+FRAME_BYTES = 64_000  # largest size for one altitude and source elevation
+_HEADER_BYTES = 6000  # bytes of a frame's JSON header; the rest of `FRAME_BYTES` is for textures
+DAY_TEXELS = 4000  # texels of the textures of a whole day
 _MOST_NODES, _MOST_LAYERS = 128, 24  # nodes of range and direction; layers of altitude
 _LEAST_TEXELS, _COMPONENTS = 400, (4, 8, 12, 16)
 _ELEVATIONS_TRIED = (3.0, 20.0, 60.0)  # degree, of the source

@@ -19,7 +19,7 @@ from skyshine.schemas.arrays import Floats
 
 _SHARES = np.unique(np.concatenate([[0.0], np.geomspace(1e-5, 0.05, 80), np.linspace(0.05, 1.0, 120)]))
 _STEEP = np.geomspace(1e-6, 0.2, 120)  # directions; at 5 km above the ground those of -88 to -2 degree
-_HEIGHTS = 25  # of the observer, among which layers are chosen
+_HEIGHTS = 25  # heights of the observer, among which layers are chosen
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from skyshine.mat.tables.band import BandTable
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
-_SLACK = 1e-4  # degree, of numbers that a header holds in single precision
+_SLACK = 1e-4  # degree, of numbers that a header has in single precision
 
 
 @dataclass(frozen=True, eq=False)

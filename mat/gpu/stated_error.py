@@ -18,9 +18,9 @@ from skyshine.schemas.arrays import Floats
 
 PIXELS = 4000  # random pixels, so that 40 lie beyond the 99th percentile
 _FRAMES = 16  # random hours and altitudes
-_SEED = 17  # of random numbers, so that an export is the same bytes
+_SEED = 17  # seed of random numbers, so that an export is the same bytes
 _FARTHEST_KM, _NEAREST_KM = 50.0, 0.05  # ranges of a ground scene [km]
-_SPREAD_K = 25.0  # of surface temperatures about 295 K
+_SPREAD_K = 25.0  # spread of surface temperatures about 295 K
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,7 +30,7 @@ from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
 
 PAGE = "viewer.html.j2"
 SCRIPTS = ("tables.js", "surfaces.js", "viewer.js")  # in the order in which the page loads them
-TEXELS = 14_000  # of the air at one altitude, for differences from the library below 0.05 K
+TEXELS = 14_000  # texels of the air at one altitude, for differences from the library below 0.05 K
 LARGEST = 2048  # columns or rows of a plan; larger textures are shown by a mip level
 PALETTE_STEPS = 64  # colours, between which a palette is linear: Inferno within 2 of 255
 FARTHEST_KM, _ABOVE_KM, _HOUR = 30.0, 1.0, 14.0
@@ -243,7 +243,7 @@ def bands_of(sets: list[AirSet]) -> list[dict[str, Any]]:
         }
         bands.setdefault(name, entry)
         airs.setdefault(name, {})[str(air_set.air.attributes.get("source", "sun"))] = air_set.name
-    # The Sun first: it stands where no source is chosen.
+    # The Sun first: it is taken where no source is chosen.
     return [
         entry | {"air": dict(sorted(airs[name].items(), key=lambda item: item[0] != "sun"))}
         for name, entry in bands.items()
@@ -257,7 +257,7 @@ def _script(name: str, content: GpuFile) -> str:
 
 
 def _json(value: Any) -> str:
-    """JSON that may stand in a script of a page."""
+    """JSON that a script of a page may contain."""
     return json.dumps(value, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 

@@ -16,10 +16,10 @@ from pydantic import Field
 from skyshine.mat.job.fields import Tolerance, tolerance, tolerance_parts
 from skyshine.schemas.documents import StrictModel
 
-# Of the pixel's kelvin: relative error of a compiled band (in 3-5 um 3e-3 leave 0.016 K and 1e-2 0.1 K of 99 % of
-# pixels), ambient light on tilted faces, and what is omitted.
+# Shares of the pixel's kelvin: relative error of a compiled band (in 3-5 um 3e-3 leave 0.016 K and 1e-2 0.1 K of 99 %
+# of pixels), ambient light on tilted faces, and what is omitted.
 _SPECTRAL, _FACES, _NEGLIGIBLE = 6e-3, 0.5, 1 / 15
-_PATHS, _TEMPERATURES = 1.0, 1.0  # of the pixel's kelvin, which the nodes of atmospheric tables and of T may miss
+_PATHS, _TEMPERATURES = 1.0, 1.0  # shares of the pixel's kelvin for the nodes of atmospheric tables and of T
 # Steps of the heat balance a day, from the pixel's kelvin on: 99 % of the temperatures are within 0.04 K with 96,
 # 0.015 K with 144, 0.006 K with 192 (`surface.solver`).
 _STEPS = ((0.3, 96), (0.1, 144), (0.0, 192))

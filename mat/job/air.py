@@ -17,7 +17,7 @@ from skyshine.mat.job.surface import Weather
 from skyshine.schemas.documents import mapping_document, parse_model
 from skyshine.schemas.errors import InputError, nearest
 
-WIND = "wind_speed_m_s"  # of the weather; the others are keys of the state itself
+WIND = "wind_speed_m_s"  # wind of the weather; the others are keys of the state itself
 KEYS = (
     "preset",
     "profile",
@@ -41,7 +41,7 @@ KEYS = (
     "surface_albedo",
     WIND,
 )
-PROFILE, PROFILE_ABOVE = "midlatitude_summer", "us_standard"  # of air without a place; above a sounding
+PROFILE, PROFILE_ABOVE = "midlatitude_summer", "us_standard"  # profiles of air without a place; above a sounding
 _PLACE = Site(latitude_deg=0.0, longitude_deg=0.0, date=datetime.date(2000, 1, 1), utc_offset_h=0.0)
 _ANY_C = 15.0  # temperature of a weather whose temperature nothing reads
 

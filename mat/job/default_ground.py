@@ -8,7 +8,7 @@ from skyshine.materials.records import Material
 from skyshine.tmm.database.usage import library_usage
 
 # m, roughness length of plants some 0.7 m high (0.13 of their height, Brutsaert 1982): higher ones are no ground
-# to look at, but stand on it.
+# to look at, but are placed on it.
 _ROUGHEST_GROUND = 0.09
 
 

@@ -17,7 +17,7 @@ from skyshine.mat.surface.ground_year import YEAR, GroundSeason, annual_harmonic
 from skyshine.mat.surface.weather import LAPSE_RATE
 from skyshine.schemas.documents import StrictModel
 
-_ANY_YEAR = 2001  # of 365 days
+_ANY_YEAR = 2001  # any year of 365 days
 
 
 class GroundYear(StrictModel):

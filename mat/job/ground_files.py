@@ -17,8 +17,8 @@ from skyshine.mat.surface.weather_readings import WEATHER_COLUMNS, read_readings
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
-# Of soil where an EPW header gives none: 0.025 ft2/h, with which its temperatures were computed (EnergyPlus Auxiliary
-# Programs, "Ground Temperatures" of the weather converter) [m^2 s^-1].
+# Diffusivity of soil where an EPW header gives none: 0.025 ft2/h, with which its temperatures were computed (EnergyPlus
+# Auxiliary Programs, "Ground Temperatures" of the weather converter) [m^2 s^-1].
 _DIFFUSIVITY = 0.025 * 0.3048**2 / 3600
 _BEFORE_MONTH = np.cumsum([0, 31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30])  # days, of a year without 29 February
 _MIDDLES = (np.arange(12) + 0.5) * YEAR / 12  # day of the middle of each month

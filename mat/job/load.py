@@ -291,7 +291,7 @@ def _materials_of(job: Job, library: MaterialLibrary) -> list[str]:
 
 
 def _check_soil_moisture(job: Job, document: Document, library: MaterialLibrary) -> None:
-    """Refuse moisture of what has no pores, and more of it than they hold."""
+    """Refuse moisture of what has no pores, and more of it than they can take."""
     moisture = job.soil_moisture
     if moisture is None:
         return

@@ -22,7 +22,7 @@ from skyshine.schemas.errors import InputError
 
 FIRST_CODE, LAST_CODE = 1001, 65535  # beyond the codes of the library, up to 16 bits
 BORDER = 2.5  # um; sunlight below, heat beyond
-ROUNDS = 4  # of the two levels, each of which moves the other by the little light beyond its side of the border
+ROUNDS = 4  # rounds of the two levels, each of which moves the other by the little light beyond its side of the border
 THERMAL = ("conductivity", "density", "heat_capacity", "thickness")
 
 

@@ -12,10 +12,10 @@ from skyshine.mat.job.site import Site
 from skyshine.mat.job.surface import SUNLIGHT, TOTAL, HourlyWeather, Weather
 from skyshine.schemas.arrays import Floats
 
-FARTHEST_ZONE_H = 3.0  # of a clock from the Sun's: western China keeps 2.9 h
+FARTHEST_ZONE_H = 3.0  # farthest zone of a clock from the Sun's: western China keeps 2.9 h
 _STRAY = 20.0  # W m^-2 that instruments may show at night
 _NIGHT = -1.5  # degree, of the Sun's centre: refraction, the disc's radius, and the error of its place here
-_OFF_NOON_H = 2.5  # of the middle of the day's light from noon: clouds of half a day shift it by less
+_OFF_NOON_H = 2.5  # distance of the middle of the day's light from noon: clouds of half a day shift it by less
 _LEAST_LIGHT = 500.0  # W h m^-2 of a day of which the middle is compared
 _LEAST_RANGE = 6.0  # K between the coldest and the warmest air of a day that has a course
 _DEEP_NIGHT = -8.0  # degree: the warmest air of a clear day comes before

@@ -16,7 +16,7 @@ from skyshine.mat.job.fields import Span, TimeOfDay, span
 from skyshine.schemas.documents import StrictModel
 from skyshine.tmm.job.materials import MaterialName
 
-# Of a face: slope, and azimuth from north over east, degree.
+# Orientation of a face: slope, and azimuth from north over east, degree.
 Face = tuple[Annotated[float, Field(ge=0, le=180)], Annotated[float, Field(ge=0, le=360)]]
 MOST_ORIENTATIONS = 4096
 _ROUND_DEG = 6  # decimals of a slope and an azimuth

@@ -17,8 +17,8 @@ from skyshine.schemas.documents import Document, StrictModel, parse_model, probl
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import job_path
 
-NAME_IN_TEXTS = "{site}"  # of a site, in the texts of states
-_ALTITUDE_STEP_KM = 0.05  # of tiles: those of one step share their air
+NAME_IN_TEXTS = "{site}"  # mark of a site's name in the texts of states
+_ALTITUDE_STEP_KM = 0.05  # altitude step of tiles: those of one step share their air
 _LOWEST_KM, _HIGHEST_KM = -0.5, 5.9  # altitude of ground [km], from the shore of the Dead Sea to high mountain stations
 _OWN = ("latitude_deg", "longitude_deg", "date", "utc_offset_h", "altitude_km")
 _NEEDED = ("latitude_deg", "longitude_deg", "date", "utc_offset_h")

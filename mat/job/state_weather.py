@@ -19,7 +19,7 @@ from skyshine.schemas.paths import job_path
 
 Location = tuple[str | int, ...]
 
-# A weather file of a station further away than this is worth a warning.
+# `mat check` warns of a weather file of a station further away than this.
 FARTHEST_STATION_KM, HIGHEST_STATION_KM = 50.0, 0.2
 
 

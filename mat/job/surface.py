@@ -53,7 +53,7 @@ Irradiance = Annotated[float, Field(ge=0, le=1500)]
 Longwave = Annotated[float, Field(ge=20, le=800)]
 Speed = Annotated[float, Field(ge=0, le=60)]
 Pressure = Annotated[float, Field(ge=200, le=1100)]
-# Of masts: above the roughness of open ground, below the depth of the surface layer.
+# Heights of masts: above the roughness of open ground, below the depth of the surface layer.
 MastHeight = Annotated[float, Field(ge=0.1, le=200)]
 
 
@@ -344,7 +344,7 @@ class Weather(StrictModel):
         return float(np.mean(np.asarray(self.air_temperature_c, float)))
 
 
-# Of a thing that is heated from inside: an exhaust pipe at most, liquid nitrogen at least.
+# Temperature of a thing that is heated from inside: an exhaust pipe at most, liquid nitrogen at least.
 OperatedCelsius = Annotated[float, Field(ge=-200, le=1500)]
 OperatedHeat = Annotated[float, Field(ge=-1e4, le=1e4)]
 

@@ -13,7 +13,7 @@ from skyshine.mat.job.surface import OperatedCelsius
 from skyshine.schemas.documents import StrictModel
 from skyshine.tmm.job.materials import MaterialName
 
-WALL_EMISSIVITY, WALL_ALBEDO = 0.95, 0.2  # of masonry and foliage; Oke (1987), Boundary Layer Climates, table 8.1
+WALL_EMISSIVITY, WALL_ALBEDO = 0.95, 0.2  # masonry and foliage; Oke (1987), Boundary Layer Climates, table 8.1
 _OF_MATERIAL = ("temperature_c", "emissivity", "albedo")
 
 Elevation = Annotated[float, Field(ge=0, le=90)]

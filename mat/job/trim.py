@@ -14,7 +14,7 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.job.query_limits import QueryLimits
 from skyshine.mat.job.site import local_times_utc
 
-# The source stands elsewhere at the far end of a line of sight, and in another second: degree beyond its own
+# The source is elsewhere in the sky at the far end of a line of sight, and in another second: degree beyond its own
 # elevations.
 SOURCE_MARGIN = 5.0
 STEP_H = 1 / 12  # between the times at which the sources are placed

@@ -28,7 +28,7 @@ _INSTEAD = {
     "pressure_hpa": "that of the state's profile is taken",
     "longwave_down_w_m2": "that of the state is taken",
 }
-_SAID_MM = 0.1  # of a day's rain: less wets nothing for an hour
+_SAID_MM = 0.1  # least rain of a day that is reported: less wets nothing for an hour
 _READ = ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa")
 
 

@@ -24,7 +24,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.plain_numbers import plain_number
 
 Kind = Literal["EPW", "TMY3"]
-_GROUND_CELLS = 16  # of a depth in the header of EPW
+_GROUND_CELLS = 16  # ground cells of a depth in the header of EPW
 _NO_GROUND = 90.0  # Celsius: beyond, a code for a missing value
 _BYTE_LIMIT = 64_000_000  # bytes; a year of hours has 2 MB
 _EPW_HEADER = 8  # lines, where none of them says where it ends
@@ -33,7 +33,7 @@ _DATES = {"EPW": ("year", "month", "day", "hour"), "TMY3": ("Date (MM/DD/YYYY)",
 
 @dataclass(frozen=True)
 class _Field:
-    """Column of a quantity, by number in EPW and by name in TMY3; what stands there for a missing value, and above;
+    """Column of a quantity, by number in EPW and by name in TMY3; its mark of a missing value, and above;
     factor to the job's unit; limits of a value in that unit.
     """
 

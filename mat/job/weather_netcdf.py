@@ -137,7 +137,7 @@ def _series(variable: Any, clock: str, point: dict[str, int], file: Path) -> Flo
 
 
 def _checked(values: dict[str, Floats], file: Path) -> dict[str, Floats]:
-    """Quantities of `WEATHER_COLUMNS` within the limits that hold on Earth."""
+    """Quantities of `WEATHER_COLUMNS` within the limits of the Earth."""
     if "eastward" in values and "northward" in values:
         values["wind_speed"] = np.hypot(values.pop("eastward"), values.pop("northward"))
     if "dew_point" in values:
@@ -146,7 +146,7 @@ def _checked(values: dict[str, Floats], file: Path) -> dict[str, Floats]:
     values = {name: column_values for name, column_values in values.items() if name in WEATHER_COLUMNS}
     for name in ("sw_down", "rain", "cloud_fraction"):
         if name in values:
-            values[name] = np.maximum(values[name], 0.0)  # of rounding in packed files
+            values[name] = np.maximum(values[name], 0.0)  # negative values of rounding in packed files
     for name, column_values in values.items():
         column = WEATHER_COLUMNS[name]
         wrong = column_values[(column_values < column.low) | (column_values > column.high + 1e-6)]

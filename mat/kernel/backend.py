@@ -49,7 +49,7 @@ TARGETS = {
     "macosx_10_12_x86_64": "x86_64-macos.10.12",
     "win_amd64": "x86_64-windows-gnu",
 }
-MACOS_LIBRARY = "lib/libc/darwin/libSystem.tbd"  # of the package ziglang: names the system's library and its functions
+MACOS_LIBRARY = "lib/libc/darwin/libSystem.tbd"  # in the package ziglang: names the system's library and its functions
 SUFFIX = {"linux": ".so", "macos": ".dylib", "windows": ".dll"}
 
 # No contraction and no fast mathematics: every compiler and processor gives the same bytes. Distributions switch the

@@ -40,7 +40,7 @@ TERMS = (
     "temperature", "blackbody_radiance", "beta_star", "transmittance", "thermal", "path", "skyshine", "diffuse",
     "specular", "radiance",
 )  # fmt: skip
-STEPS = 288  # of a day
+STEPS = 288  # steps of a day
 _CODES = {"material", "ground_material"}
 _ALIGNMENT = 64  # bytes, of a vector of eight doubles
 

@@ -4,7 +4,7 @@ Run ``python -m mat.maintain.figures FOLDER`` after a fresh build of the starter
 ``examples/manual/figures.json`` from ``build.json`` of that folder and from the results of the validations, and every
 figure of every page again: a page quotes one as ``0.80<!-- figure texture.asked_6.mean_iou -->``, and tables of the
 starter's files and of ways to classify textures are between marks. Without FOLDER the starter's figures stay. A test
-holds pages to the file.
+compares pages with the file.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ FILES = {
     "b02.band.h5": ("black-body radiance, reflectance, emissivity, specular lobe of each material", ""),
     "yellowstone_road.tmm.h5": ("material, mixture, confidence and cast shade of each texel", ""),
 }
-WAYS = {  # of classifying textures: words of the table, way in the file of results
+WAYS = {  # ways of classifying textures: words of the table, way in the file of results
     "random": ("seeds alone, at random", "default, random"),
     "fast": ("the same, `speed: fast`", "speed fast, random"),
     "qda": ("scikit-learn's QDA on the colours of the same clicks", "scikit-learn QDA, random"),
@@ -64,8 +64,8 @@ def of_validations() -> Figures:
                 source = "tests/validation/test_texture_suggest.py"
                 value = f"{textures[f'{way}, {clicks}'][measure]:.2f}"
                 figures[f"texture.{short}_{clicks}.{measure}"] = {"value": value, "unit": "1", "source": source}
-    of_air: Figures = json.loads((VALIDATION / "air_results.json").read_text(encoding="utf-8"))
-    return figures | of_air
+    quoted: Figures = json.loads((VALIDATION / "quoted_results.json").read_text(encoding="utf-8"))
+    return figures | quoted
 
 
 def of_build(folder: Path) -> Figures:

@@ -21,7 +21,7 @@ PAGE = CHECKOUT / "examples" / "manual" / "gallery.md"
 PICTURES = CHECKOUT / "examples" / "pictures" / "gallery"
 WIDTHS = (1000, 800, 640, 500)  # pixels; the widest of which a palette fits
 LARGEST = 60_000  # bytes of a picture
-COLOURS = ((256, 128), (64, 32))  # of a palette: with 64 or fewer colour bars have steps, so they come last
+COLOURS = ((256, 128), (64, 32))  # colours of a palette: with 64 or fewer colour bars have steps, so they come last
 
 
 def sections() -> Iterator[tuple[str, str, str]]:
@@ -62,7 +62,7 @@ def draw(folder: Path) -> None:
 def shrink(source: Path, target: Path) -> None:
     """Write a picture, or the middle of an animated one, as wide and with as many colours as fit the limit of bytes."""
     with Image.open(source) as opened:
-        opened.seek(getattr(opened, "n_frames", 1) // 2)  # of an animated day: noon
+        opened.seek(getattr(opened, "n_frames", 1) // 2)  # frame of an animated day: noon
         original = opened.convert("RGB")
     for palettes, widest in product(COLOURS, WIDTHS):
         width = min(widest, original.width)

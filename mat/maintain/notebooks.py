@@ -14,7 +14,7 @@ import nbformat
 from nbclient import NotebookClient
 
 FOLDER = Path(__file__).parents[2] / "examples" / "notebooks"
-DOTS_PER_INCH = 72  # of figures; a notebook stays below 400 kB
+DOTS_PER_INCH = 72  # dots per inch of figures; a notebook stays below 400 kB
 SETTINGS = f"import matplotlib.pyplot as plt\nplt.rcParams['figure.dpi'] = {DOTS_PER_INCH}"
 TIMEOUT = 900  # s of a cell, on a busy machine
 

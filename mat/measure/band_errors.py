@@ -24,8 +24,8 @@ NORMALISATIONS = {
     "source_angle": ("normalisation", "normalisation_by_angle"),
     "incidence_angle": ("normalisation_fine",),
 }
-COLD_K, HOT_K = 250.0, 350.0  # of which errors are stated apart
-_SMALLEST = float(np.finfo(np.float32).tiny)  # W m^-2 sr^-1, of light that an array of 4-byte floats can hold
+COLD_K, HOT_K = 250.0, 350.0  # at both, errors are stated separately
+_SMALLEST = float(np.finfo(np.float32).tiny)  # W m^-2 sr^-1, of light that an array of 4-byte floats can represent
 _STEP = 1e-4  # relative, of a temperature, over which the slope of radiance is taken
 
 METHOD = (

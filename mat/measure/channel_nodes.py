@@ -29,16 +29,16 @@ from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 _PASSES = 8  # refinements at most
 WORST = 3.0  # tolerances, which the worst reads may err
-_MARGIN, _WORST = 0.95, 2.8  # tolerances that 99 % of the reads hold, and nearly all: others are a little worse
+_MARGIN, _WORST = 0.95, 2.8  # tolerances that 99 % of the reads are within, and nearly all: others are a little worse
 _NEARLY_ALL = 99.98  # % of the reads
-_PART = 0.4  # of the tolerance, which an interval of a part may leave in 99 % of its reads
-_TIGHTER = 0.7  # of that part, once, where a pass has gained too little
+_PART = 0.4  # fraction of the tolerance, which an interval of a part may leave in 99 % of its reads
+_TIGHTER = 0.7  # fraction of that part, once, where a pass has gained too little
 _WORST_SHARE = 2.0  # tolerances that it may leave in its worst read, over what it may leave in 99 %
 _THINNED, _GROWTH = 0.7, 4.0  # intervals for one, in one pass
-_IDLE = 0.5  # of the nodes that an interval has: where it needs fewer, it is thinned
-_STEADY = 0.75  # of its neighbours' growth, which an interval grows by at least
-_WORTH = 0.8  # of the nodes, at most, for which those that hold the tolerance are thinned once more
-_GAIN = 0.85  # of the error of the pass before, which more nodes must leave at most
+_IDLE = 0.5  # fraction of the nodes that an interval has: where it needs fewer, it is thinned
+_STEADY = 0.75  # fraction of its neighbours' growth, which an interval grows by at least
+_WORTH = 0.8  # fraction of the nodes, at most, for which those within the tolerance are thinned once more
+_GAIN = 0.85  # fraction of the error of the pass before, which more nodes must leave at most
 _WORST_LINES, _OTHER_LINES = 80, 160  # on which parts are blamed
 _SOURCE = ("source_elevation", "scattering_angle")  # axes of path radiance alone
 
@@ -140,7 +140,7 @@ def placed_channels(
             closest, closest_excess = PlacedChannels(table, nodes, p99, largest), over
         if not over <= _GAIN * before:
             if part < _PART or not np.isfinite(over):
-                break  # what errs is not what nodes hold
+                break  # nodes cannot reduce these errors
             part *= _TIGHTER
         nodes = _placed_anew(nodes, table, probes, scale, part * tolerance)
     result = result or (None if insist else closest)

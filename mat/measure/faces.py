@@ -29,7 +29,7 @@ LINES, FEWEST_LINES, FACES = 16, 6, 24  # lines of sight in the full scope and a
 GROUND_K = (250.0, 340.0)  # temperatures of the ground, at random between
 WALLED = 0.5  # share of the faces beside a wall
 SKY_VIEWS = (0.3, 0.9)  # open share of the sky above them, at random between
-WALL_EXCESS_K = (-5.0, 20.0)  # of the wall's temperature over that of the air, at random between
+WALL_EXCESS_K = (-5.0, 20.0)  # excess of the wall's temperature over that of the air, at random between
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,8 +23,8 @@ from skyshine.schemas.arrays import Floats
 
 LINES, TEST_LINES = 6000, 4000  # places on which cells are halved in each pass, and on which the table is measured
 PASSES = 12  # rounds at most, each of which halves the cells that are too wide
-PART = 0.4  # of the tolerance, which one axis may leave in 99 % of the reads of a cell
-_NEAREST_KM = 1e-3  # of the range axis, and of the height of the lowest observer, in whose logarithm places are drawn
+PART = 0.4  # fraction of the tolerance, which one axis may leave in 99 % of the reads of a cell
+_NEAREST_KM = 1e-3  # least range and height of the lowest observer, in whose logarithm places are drawn
 _START = {"range": 6, "altitude": 4, "elevation": 9, "source_elevation": 5, "source_azimuth": 4}
 _HORIZON = 10.0  # degree, within which half of the lines lie that do not end at the ground
 

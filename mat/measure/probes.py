@@ -32,7 +32,7 @@ OF_PATHS = ("beta_star", "path_radiance_ratio")
 
 LINES = 500  # lines of sight on which tables are measured by default
 PIXELS = 120  # lines to the ground alone, of one range each, on which errors are stated beside
-_SOURCES = 2  # of each line
+_SOURCES = 2  # sources of each line
 # Lines on which sky light is computed too, which takes as long as all the other quantities: its errors have no such
 # tail.
 AMBIENT = 96
@@ -40,7 +40,7 @@ AMBIENT = 96
 GRAZING = 100
 _NEARLY_LEVEL, _LOW, _AHEAD = (-1.5, 1.5), (-3.0, 4.0), (0.0, 12.0)
 _SKIES = 12  # elevations of the source for which sky light is computed
-# Of the source, where civil twilight ends: lower down, scattered light is below a thousandth of the day's.
+# Elevation of the source at which civil twilight ends: lower down, scattered light is below a thousandth of the day's.
 NIGHT_DEG = -6.0
 # What a file says of its probes and their regions.
 DRAWN = (

@@ -8,7 +8,7 @@ import numpy as np
 
 from skyshine.schemas.arrays import Floats, Integers
 
-ALLOWED_SHARE = 0.01  # of the candidates in a cell may exceed the allowed error, up to twice
+ALLOWED_SHARE = 0.01  # fraction of the candidates in a cell that may exceed the allowed error, up to twice
 
 
 def fewest_nodes(candidates: Floats, error: Callable[[int, int], Floats], allowed: float) -> Integers:

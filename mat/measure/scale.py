@@ -11,10 +11,10 @@ from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.radiometry.equivalent_temperature import SHORTEST, kelvin_per_radiance, reference_radiance
 from skyshine.schemas.arrays import Floats
 
-# Of the surface whose reflected light counts in kelvin: nine in ten materials of the library reflect less in 3-5 and in
-# 8-12 um (tests/mat/radiometry/test_reflectance.py).
+# Reflectance of the surface whose reflected light counts in kelvin: nine in ten materials of the library reflect less
+# in 3-5 and in 8-12 um (tests/mat/radiometry/test_reflectance.py).
 REFLECTANCE = 0.3
-PERCENT_PER_KELVIN = 3.0  # of light, in bands in which a scene emits almost nothing
+PERCENT_PER_KELVIN = 3.0  # percent per kelvin of light, in bands in which a scene emits almost nothing
 UNITS = ("K", "%", "W m^-2 sr^-1")
 
 

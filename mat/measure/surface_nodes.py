@@ -21,15 +21,15 @@ PERIODS = {"azimuth_deg": 360.0, "time_h": 24.0}
 # Greatest distance between the candidates for nodes.
 _SPACING = {"altitude_km": 0.25, "azimuth_deg": 2.4, "slope_deg": 2.25, "time_h": 0.075}
 _OTHERS = {"altitude_km": 3, "azimuth_deg": 6, "slope_deg": 5, "time_h": 24}
-# Of the tolerance, which the nodes of each axis alone may miss: errors of time cost no columns to mend, those of
+# Shares of the tolerance, which the nodes of each axis alone may miss: errors of time cost no columns to mend, those of
 # azimuth and slope, which multiply them, cost most. Shares measured on four materials at 0.3 K.
 _SHARES = {"altitude_km": 0.48, "azimuth_deg": 1.0, "slope_deg": 0.8, "time_h": 0.33}
 _PASSES, _MARGIN = 6, 0.9  # refinements; share of the tolerance aimed at, so that other random points meet it too
 _COARSER, _MOST_PASSES = 1.4, 24  # shares of a tolerance that is not insisted on, until the table is small enough
-_WORST, _NEARLY_ALL = 3, 99.98  # times the tolerance, which so many % of the reads hold
+_WORST, _NEARLY_ALL = 3, 99.98  # times the tolerance, within which this percentage of the reads is
 _TESTS = {"altitude_km": 2, "azimuth_deg": 14, "slope_deg": 14, "time_h": 24}
 _LEAST_K, _MOST_K, _HALVINGS = 0.003, 50.0, 10  # between which errors of so many times are sought, in logarithm
-_DECIMALS = 9  # of a node, so that clock times and angles stay plain numbers
+_DECIMALS = 9  # decimals of a node, so that clock times and angles stay plain numbers
 
 
 TemperatureOn = Callable[[dict[str, Floats]], Floats]

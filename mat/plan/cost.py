@@ -36,7 +36,8 @@ CELL = 2.6  # times as much of a choice for the airs of a cell
 CHANNEL, CHANNEL_LONG, LONGEST_SUN, FURTHER_SOURCE = 0.20, 0.11, 5.5, 0.45
 # Times as much for a band in the window around 3.8 um alone, of which reflected sunlight is the most.
 WINDOW, SUNLIT = (3.3, 4.25), 5.0
-# Of that, what remains at a coarse tolerance, and the tolerance [K] and the finest for which the constants hold.
+# Share of that which remains at a coarse tolerance, and the tolerance [K] and the finest for which the constants are
+# valid.
 FIXED, FINEST, FINEST_PRICED = 0.62, 0.5, 0.05
 CELL_NODES, SHARED = 5.5, 0.45  # times as much for the nodes of similar airs, and for a state on them
 PROBES, SHARED_PROBES, PROBES_OF_SOURCE = 0.6, 2.0, 0.2  # s for measured errors, on shared nodes so many times as much

@@ -21,9 +21,9 @@ from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.database.usage import read_usage
 from skyshine.tmm.inputs.named_materials import job_materials, refuse_without_materials
 
-FLOAT_BYTES = 4  # of single precision
-_VALUES_IN_CHANNELS = 300_000  # of tables in channels, whose nodes a tolerance places: those of 0.5 K in 3-5 um
-_VALUES_OF_RESPONSE = RESPONSE_HOURS.size * (LAG_STARTS.size + OFFSETS.size + 3)  # of a plane
+FLOAT_BYTES = 4  # bytes of a float of single precision
+_VALUES_IN_CHANNELS = 300_000  # values of tables in channels, whose nodes a tolerance places: those of 0.5 K in 3-5 um
+_VALUES_OF_RESPONSE = RESPONSE_HOURS.size * (LAG_STARTS.size + OFFSETS.size + 3)  # values of response of a plane
 
 
 class Kind(StrEnum):

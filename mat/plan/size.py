@@ -6,7 +6,7 @@ from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.plan import FLOAT_BYTES, Kind, Plan
 
 GIGABYTE = 1e9  # bytes
-_GRIDS = {Kind.TEMPERATURE: "surface_grid"}  # of the other kinds: atmosphere_grid
+_GRIDS = {Kind.TEMPERATURE: "surface_grid"}  # the other kinds have atmosphere_grid
 
 
 def check_size(loaded: LoadedJob, plan: Plan, sites: int = 1) -> None:

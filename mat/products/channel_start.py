@@ -11,7 +11,7 @@ from skyshine.mat.quantities.channels.nodes import ChannelNodes, NodeCounts
 from skyshine.mat.quantities.grid import PathGrid
 
 FEWEST = 0.5  # share of `NodeCounts` from which placing starts where the tolerance is coarse
-# Of observers whose heights are limited: the fewest from which placing starts, and the span of the cube roots of
+# Limits of observers whose heights are limited: the fewest from which placing starts, and the span of the cube roots of
 # heights [km^(1/3)], 0 to 40 km, over which all of `NodeCounts` are spread.
 _FEWEST_HEIGHTS, _HEIGHT_SPAN = 3, 3.42
 

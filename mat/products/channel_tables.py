@@ -50,26 +50,27 @@ _SAMPLE_LINES = 150  # on which absorbers are fitted
 # On which directions of the source are chosen: lines of observers below and from above this height [km], where a source
 # below the horizon lights the air down to another angle at each height; ranges of each line.
 _SOURCE_LINES, _HIGH_KM, _SOURCE_RANGES = (54, 150), 15.0, 7
-_LEVEL_SHARE = 0.25  # of those, nearly level
-_FACTOR_SHARE = 0.5  # of those, by which factors at other nodes are fitted
+_LEVEL_SHARE = 0.25  # fraction of those, nearly level
+_FACTOR_SHARE = 0.5  # fraction of those, by which factors at other nodes are fitted
 _MOST_EFFORT = 3.0  # times as many lines, at most, where the tolerance is finer than `_START`
-# Of the lines on which nodes are placed, with sky light, which hardly depends on them.
+# Number of the lines on which nodes are placed, with sky light, which hardly depends on them.
 _SKY_LINES, _FEWEST_SKY_LINES = 12, 4
-_THROUGH = 300  # of the sample's transmittances, with which light on surfaces is parted
-# Of the tolerance, which the choice of absorbers and that of directions may miss, root mean square. A low Sun along the
-# horizon errs by ten times as much as all lines do on average: 0.3 K asks for 17 directions.
+_THROUGH = 300  # number of the sample's transmittances, with which light on surfaces is parted
+# Shares of the tolerance, which the choice of absorbers and that of directions may miss, root mean square. A low Sun
+# along the horizon errs by ten times as much as all lines do on average: 0.3 K asks for 17 directions.
 _SHARE, _SOURCE_SHARE = 0.1, 0.03
-_DIGITS_SHARE = 0.1  # of the tolerance, below which digits of what a reader interpolates are not stored
+_DIGITS_SHARE = 0.1  # fraction of the tolerance, below which digits of what a reader interpolates are not stored
 # Tolerance, of the radiance seen, for which placing starts from all of `NodeCounts`: from fewer where it is coarser, as
 # linear interpolation errs with the square of the step, but for `FEWEST` of them.
 _START = 0.01
 _POINT_LINES, _POINT_SOURCES = 60, 4  # on which points for scattered light are chosen; source directions of each
 _LEVEL, _LOW_SOURCE, _ANY_SOURCE = (-2.0, 2.0), (-4.0, 6.0), (-6.0, 90.0)  # degree
-# Of the tolerance, which these points may miss, root mean square: those of tables, and those of direct computation.
+# Shares of the tolerance, which these points may miss, root mean square: those of tables, and those of direct
+# computation.
 _POINT_SHARE, _TRUTH_SHARE = 0.03, 0.01
 _SHARE_LINES = 120  # on which light is parted by wavelength
-_SHARE_ELEVATIONS = (2.0, 90.0)  # of the source there, degree: lower down its light is faint in the blue alone
-_LIGHT_SHARE = 0.1  # of the tolerance, which light on surfaces may miss at most
+_SHARE_ELEVATIONS = (2.0, 90.0)  # source there, degree: lower down its light is faint in the blue alone
+_LIGHT_SHARE = 0.1  # fraction of the tolerance, which light on surfaces may miss at most
 _END_LINES = 100  # on which the heights of the ends of paths are compared
 _LEVEL_LINES = 30  # along the horizon, on which nodes that states share are tried in each
 

@@ -31,16 +31,16 @@ from skyshine.schemas.errors import CheckFailed, InputError
 # placings for 1 to 40 materials in six days of all seasons, 0.25 to 2 K, and of three materials at 0.05 K.
 _NODES_AT_1_K, _POWER = 1.0e6, 1.5
 _MATERIALS = 12  # that are placed in some seconds
-# Of the nodes of a material, as placed for a sample of so many: all of 40 took 0.9 to 2.8 times, once 13.
+# Fraction of the nodes of a material, as placed for a sample of so many: all of 40 took 0.9 to 2.8 times, once 13.
 _OF_SAMPLE = 0.5
 _STATES = 4  # whose nodes are placed at most
-# Of a radiance seen: the finest tolerance that a build has held, and the coarsest of those that none held.
+# Fractions of a radiance seen: the finest tolerance that a build has held, and the coarsest of those that none held.
 _FINEST_HELD, _NEVER_HELD = 1.6e-4, 1.6e-5
 # Under a low Sun, where a band has more light of it than emission: in 3.7 to 3.9 um, with twice as much, builds at 0.3
 # and 0.5 K ended with 2.2 and 2.4 K in the worst read, and those at 1 and 2 K held; they held 0.2 K under a Sun above
 # 10 degree, and 0.3 K in 3 to 5 um, with 1.08 times as much.
 _LOW_SUN, _UNDER_LOW_SUN, _OUTWEIGHS = (0.0, 6.0), 1.0, 1.5  # degree; K; light of the Sun over emission
-_FIELDS = 3  # of channels at least: one absorber, thermal emission, a direction of the source
+_FIELDS = 3  # fields of channels at least: one absorber, thermal emission, a direction of the source
 
 
 def tolerance_notes(loaded: LoadedJob, materials: Sequence[str]) -> list[str]:

@@ -38,10 +38,10 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import CheckFailed
 from skyshine.schemas.kept_arrays import keep_arrays, kept_arrays, kept_folder
 
-FOLDER = "nodes"  # of the kept files
+FOLDER = "nodes"  # folder of the kept files
 HEAD = b"skyshine shared nodes 1\n"
-_SHARE = 0.8  # of the tolerance, which the cell's air is to hold: other airs err a little more
-_by_key: dict[str, SharedNodes | None] = {}  # of this process, by key
+_SHARE = 0.8  # fraction of the tolerance, which the air of the cell has to reach: other airs err a little more
+_by_key: dict[str, SharedNodes | None] = {}  # nodes of this process, by key
 
 
 def shared_nodes(
@@ -91,7 +91,7 @@ def _placed(
     source: str,
     everything: BandPoints,
 ) -> SharedNodes | None:
-    """The nodes placed for the first of some airs; None where none hold the tolerance."""
+    """The nodes placed for the first of some airs; None where none reach the tolerance."""
     job, scope, band = loaded.trimmed, path_scope(loaded), band_of_airs(loaded, airs, everything)
     irradiance = _usual(source, band)
     tolerance, unit = tolerance_parts(job.atmosphere_grid.tolerance)

@@ -117,7 +117,7 @@ def _weighted_light(
 ) -> list[Floats]:
     """Sums of the radiance around n places, each with weights (F, D, A) of its own: n of (F, P)."""
     air.prepare()
-    # Of a source so far below the horizon nothing is scattered.
+    # Light of a source so far below the horizon nothing is scattered.
     dark = replace(air, scatters=False)
     emissivity = 1 - air.state.albedo_at(air.optics.wavenumber)
 

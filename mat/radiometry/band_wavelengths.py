@@ -18,7 +18,7 @@ from skyshine.schemas.arrays import Floats
 if TYPE_CHECKING:
     from skyshine.materials.library import Material
 
-_STEP = 0.02  # of the middle wavelength: spectra of materials in 3-5 and 8-12 um to a hundredth of a kelvin
+_STEP = 0.02  # fraction of the middle wavelength: spectra of materials in 3-5 and 8-12 um to a hundredth of a kelvin
 _FEWEST, _MOST = 9, 65  # wavelengths of a band
 _PER_STEP = 40  # samples of a material's spectrum
 _TIE = 1e-6  # weight that ties numbers at wavelengths without response to the spectrum itself

@@ -33,9 +33,9 @@ _NAMES |= dict.fromkeys(("wavenumber", "wavenumbers", "wave_number", "wn", "nu")
 _QUANTUM = re.compile(r"(^|_)[ei]?qe(_|$)|quantum|photon|electron|^e[-_]?/")
 # A column of such a name is the scatter of another.
 _SCATTER = re.compile(r"(^|_)(std|stdev|stddev|sd|sigma|error|err|unc|uncertainty|deviation)(_|$)|stdev")
-# Of wavelengths without a unit: from ultraviolet to far infrared light in each.
+# Likely wavelengths without a unit: from ultraviolet to far infrared light in each.
 _LIKELY = {"um": (0.15, 100.0), "nm": (150.0, 1e5)}
-_NOISE = 0.01  # of the peak, below 0: dark noise of a monochromator; more is another quantity
+_NOISE = 0.01  # fraction of the peak, below 0: dark noise of a monochromator; more is another quantity
 _NEAR_ONE = 0.01  # by which a peak may differ from 1, or from 100 percent, without a word
 _FLAT_ROWS = 2  # that a rectangle has: more of the same value may be a column of something else
 # Between nodes of a wavenumber table the response is linear in wavenumber; a part of this ratio is linear in wavelength

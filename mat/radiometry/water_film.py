@@ -21,9 +21,9 @@ import numpy.typing as npt
 
 from skyshine.schemas.arrays import Floats
 
-SURFACE_INDEX = 2.0  # of the solid, as BSM takes it
+SURFACE_INDEX = 2.0  # surface index of the solid, as BSM takes it
 SOIL_FILM = 1.5e-4  # m: one film of BSM
-# Of BSM: no film below the first volume fraction of water; one film more, in the mean, for each 25 % beyond.
+# Films of BSM: no film below the first volume fraction of water; one film more, in the mean, for each 25 % beyond.
 _FIRST_FILM, _MOISTURE_OF_FILM = 0.05, 0.25
 _MOST_FILMS = 6  # more cover less than a thousandth of any soil
 _LEAST_INDEX = 1.02  # keeps Stern's formula away from its removable singularity at 1
@@ -70,7 +70,7 @@ def film_reflectance(
     reflectance, water = np.asarray(dry, float), np.asarray(index, complex)
     n = np.maximum(water.real, _LEAST_INDEX)
     face = np.abs((water - 1) / (water + 1)) ** 2
-    back = 1 - (1 - diffuse_reflectance(n)) / n**2  # of light from below at the water's upper face
+    back = 1 - (1 - diffuse_reflectance(n)) / n**2  # reflectance of light from below at the water's upper face
     passed = np.exp(-8 * math.pi * water.imag * thickness / (np.asarray(wavelength, float) * 1e-6))
     lower = np.maximum(SURFACE_INDEX / n, _LEAST_INDEX)
     gain = (1 - diffuse_reflectance(lower)) / (1 - diffuse_reflectance(SURFACE_INDEX))

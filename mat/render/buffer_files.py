@@ -14,9 +14,9 @@ from skyshine.mat.render.scene_file import MAX_RAYS
 from skyshine.schemas.errors import InputError, nearest
 
 _NUMBERS = "buif"  # kinds of numpy that are numbers
-_PICTURE_CHANNELS = 4  # of a file without layers: red, green, blue, alpha
-_ORDER = "rgbaxyz"  # of the channels of a layer, whatever that of the file
-_MANIFEST_BYTES = 1 << 24  # of a manifest of object names: more is another kind of file
+_PICTURE_CHANNELS = 4  # picture channels of a file without layers: red, green, blue, alpha
+_ORDER = "rgbaxyz"  # order of the channels of a layer, whatever that of the file
+_MANIFEST_BYTES = 1 << 24  # largest size of a manifest of object names: more is another kind of file
 
 
 def read_layer(path: Path, layer: str | None) -> npt.NDArray[Any]:
@@ -210,7 +210,7 @@ class _Image:
         return {}
 
     def _layers(self) -> list[str]:
-        """Names of layers, in the order of the file; channels without a dot stand for themselves."""
+        """Names of layers, in the order of the file; a channel without a dot is its own layer."""
         names = (name for spec in self._specs for name in spec.channelnames)
         return list(dict.fromkeys(name.rpartition(".")[0] or name for name in names))
 

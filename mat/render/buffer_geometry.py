@@ -272,7 +272,7 @@ def normals_from_depth(view: CameraView, pose: Pose, planar: Floats) -> Floats:
 def _gradient(inverse: Floats, tangent: Floats) -> tuple[Floats, Booleans]:
     """Derivative of an inverse depth (n, m) by the tangent (m,) of its second axis, and where there is one."""
     change, between = np.diff(inverse, axis=1), np.diff(tangent)
-    # Of a pixel of the sky the inverse is 0, which is no neighbour.
+    # The inverse of a pixel of the sky is 0, which is no neighbour.
     change[(inverse[:, 1:] == 0) | (inverse[:, :-1] == 0)] = np.inf
     border = np.full((len(inverse), 1), np.inf)
     change /= between

@@ -25,7 +25,7 @@ from skyshine.schemas.errors import InputError
 if TYPE_CHECKING:
     import xarray
 
-STEPS = 288  # of a day
+STEPS = 288  # steps of a day
 AIR_QUANTITIES = "beta_star", "path_radiance_ratio", "ambient_radiance", "direct_radiance"
 
 
@@ -262,7 +262,7 @@ def crossover_hours(hours: Floats, contrast: Floats, *, step: float) -> tuple[fl
     """Hours at which a contrast (T,) changes its sign, linear between its ascending hours, over midnight too.
 
     A contrast that is 0 over some time changes its sign where it leaves 0. Between hours that are more than a step
-    apart it is not known, and no change is told.
+    apart it is not known, and no change is reported.
     """
     hours, contrast = np.append(hours, hours[0] + 24.0), np.append(contrast, contrast[0])
     nonzero = np.flatnonzero(contrast)

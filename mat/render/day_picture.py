@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TAIL = 0.2  # % of the pixels at each end that may lie beyond the colours
-FRAME_MS = 400  # of an animated picture [ms]
+FRAME_MS = 400  # duration of a frame of an animated picture [ms]
 COLUMNS, MOST = 4, 16  # frames in a row, and frames of a band
 _PANEL, _GAP, _TITLE, _BAR = 6.0, 0.12, 0.34, 0.75  # inches: width of a frame, and heights around it
 _DPI = 100  # 600 pixels a frame

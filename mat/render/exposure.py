@@ -14,8 +14,8 @@ from skyshine.mat.render.walls import WallKinds
 from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.progress import Advance, Progress, silent
 
-SKY_RAYS = 64  # of the hemisphere above a point: 1 / 64 of the sky each
-_GOLDEN = np.pi * (3.0 - np.sqrt(5.0))  # of Vogel's spiral, Mathematical Biosciences 44, 1979
+SKY_RAYS = 64  # sky rays of the hemisphere above a point: 1 / 64 of the sky each
+_GOLDEN = np.pi * (3.0 - np.sqrt(5.0))  # golden angle of Vogel's spiral, Mathematical Biosciences 44, 1979
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.whole_files import part_file
 
-VALUES_PER_KELVIN = 100  # of the 16-bit PNG: 10 mK a step, 0 to 655.35 K
+VALUES_PER_KELVIN = 100  # values per kelvin of the 16-bit PNG: 10 mK a step, 0 to 655.35 K
 HIGHEST = (1 << 16) - 1  # largest value of 16 bits
 RENDERED = "rendered"
 

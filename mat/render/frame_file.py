@@ -340,7 +340,7 @@ class LoadedFrame:
         return patterns
 
     def _marks(self, location: tuple[str, ...], name: str) -> set[str] | None:
-        """What stands in place of the * of a name; None where it has none."""
+        """Text in place of the * of a name; None where it has none."""
         path = self._inside(location, name)
         if STAR not in path.name:
             return None

@@ -221,7 +221,7 @@ class FrameRenderer(PictureMaker):
         start = point if self._mesh is None else point + normal * start_height(self._mesh.surface)
         no_materials = Mixtures((), np.zeros((len(pixel), 1), int), np.ones((len(pixel), 1)))
         altitude = frame.model.altitude_km + point[:, 2] * 1e-3
-        face, weights = np.zeros(len(pixel), int), np.zeros((len(pixel), 3))  # of no triangle that is known
+        face, weights = np.zeros(len(pixel), int), np.zeros((len(pixel), 3))  # pixels of no triangle that is known
         return SeenSurface(
             pixel, face, weights, point, normal, start, distance * 1e-3, slope, azimuth, altitude, no_materials
         )
@@ -281,7 +281,7 @@ class FrameRenderer(PictureMaker):
         return np.where(np.isfinite(stated)[:, None], stated[:, None], kelvin)
 
     def _within(self, points: SeenSurface) -> SeenSurface:
-        """The surface with slopes and altitudes that the table of temperatures holds.
+        """The surface with slopes and altitudes that the table of temperatures has.
 
         Raises
         ------

@@ -291,7 +291,7 @@ class Renderer(PictureMaker):
         Raises
         ------
         InputError
-            A file is missing or does not fit the others, or the camera stands below the surface.
+            A file is missing or does not fit the others, or the camera is below the surface.
         """
         self.scene, self._progress = scene, progress
         self.surface: SurfaceMesh = surface_of_scene(scene)

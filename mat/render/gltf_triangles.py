@@ -40,7 +40,9 @@ _REST = {
     "ROTATION": np.array([0.0, 0.0, 0.0, 1.0]),
     "SCALE": np.array([1.0, 1.0, 1.0]),
 }
-_MOST_ZEROS = 1 << 20  # of an accessor without data: a file of few bytes must not fill the memory
+_MOST_ZEROS = (
+    1 << 20
+)  # largest number of zeros of an accessor without data: a file of few bytes must not fill the memory
 MODES = {TRIANGLES: "triangles", STRIP: "triangle strips", FAN: "triangle fans"}  # points and lines have no area
 
 

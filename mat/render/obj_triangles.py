@@ -22,8 +22,8 @@ from skyshine.schemas.plain_numbers import plain_number
 from skyshine.schemas.regular_files import refuse_special_file
 
 BYTE_LIMIT = 1 << 30  # 1 GiB
-READ = ("v", "vt", "f", "usemtl", "mtllib")  # of an OBJ; map_Kd -s -o of an MTL
-# Of curves and surfaces that are no polygons: without them a part of the scene would be missing.
+READ = ("v", "vt", "f", "usemtl", "mtllib")  # statements of an OBJ that are read; map_Kd -s -o of an MTL
+# Curves and surfaces that are no polygons: without them a part of the scene would be missing.
 FREE_FORM = ("curv", "curv2", "surf", "bzp", "bsp", "cdc", "cdp", "res", "call", "csh")
 
 _Corner = tuple[int, int | None]  # number of the vertex, and of its texture coordinates

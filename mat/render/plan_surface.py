@@ -89,7 +89,7 @@ def _heights(height_map: HeightMap) -> Floats:
 
 
 def _tiff(path: Path) -> tuple[npt.NDArray[Any], float | None]:
-    """Numbers of a TIFF file as they are stored, and the one that stands for no data."""
+    """Numbers of a TIFF file as they are stored, and the one that marks no data."""
     try:
         with tifffile.TiffFile(path) as file:
             page = file.pages[0]

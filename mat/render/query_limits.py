@@ -20,7 +20,7 @@ from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import nearest
 
-LEAST_SHARE = 1e-3  # of the pixels, of a material that is built
+LEAST_SHARE = 1e-3  # fraction of the pixels, of a material that is built
 # Beyond what is read, for a camera that moves a little: share of a range, metres, degree.
 RANGE_MARGIN, HEIGHT_MARGIN_M, ANGLE_MARGIN = 0.02, 1.0, 0.5
 FARTHEST_KM = 100_000.0
@@ -241,7 +241,7 @@ def _within(scene: LoadedScene, loaded: LoadedJob, limit: Limit) -> Limit:
     else:
         read = (low + margins, high - margins)
     if limit.key == "slope_deg" and any(state.ground_material is not None for state in job.states):
-        low = 0.0  # of the ground around the faces, which is level
+        low = 0.0  # slope of the ground around the faces, which is level
     if read[0] < nodes[0] - 1e-6 or read[1] > nodes[-1] + 1e-6:
         raise loaded.document.error(
             tuple(key.split(".")),

@@ -12,7 +12,7 @@ from skyshine.mat.render.surface_mesh import SurfaceMesh
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 
 FEW = 8  # triangles up to which all are tested, without the ray caster's package
-_START = 1e-6  # of the size of the surface, by which a ray begins before the point that it leaves
+_START = 1e-6  # fraction of the size of the surface, by which a ray begins before the point that it leaves
 _PARALLEL = 1e-12  # share of the product of edges, below which a ray is in the triangle's plane
 _EDGE = 1e-9  # beyond its edges a triangle is hit too, so that no ray passes between two
 _BLOCK = 1 << 18  # rays traced at a time

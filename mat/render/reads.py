@@ -20,9 +20,9 @@ from skyshine.mat.render.walls import WallKinds
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.progress import Progress, silent
 
-DECIMALS = 6  # of a slope and an azimuth [degree], to which tables of temperature are read
+DECIMALS = 6  # decimals of a slope and an azimuth [degree], to which tables of temperature are read
 _DAY = 24.0  # [h]
-_POINTS = 4096  # of a picture, from which rays look for walls; chosen
+_POINTS = 4096  # points of a picture, from which rays look for walls; chosen
 Key = TypeVar("Key")
 
 

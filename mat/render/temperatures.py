@@ -24,7 +24,7 @@ from skyshine.schemas.progress import Progress, silent
 Exposed = Callable[[SeenSurface], SeenExposure]
 _BLOCK = 1024  # columns computed together
 _NEAR = 1.0  # degree beyond the slopes of a table at which its last one is taken
-_DIGITS = 6  # of altitude [km], slope and azimuth [degree], to which places count as one
+_DIGITS = 6  # digits of altitude [km], slope and azimuth [degree], to which places count as one
 
 
 @dataclass(frozen=True, eq=False)

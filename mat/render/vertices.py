@@ -19,7 +19,7 @@ from skyshine.schemas.arrays import Floats, Integers
 VertexTexel = Literal["centre", "nearest"]
 
 # Weights of the corners at a vertex: slightly inside its face, whose texture may repeat or end at the edge, and beside
-# which another face may stand that hides the sky of the very edge.
+# which another face may be that hides the sky of the very edge.
 _INSIDE = 1e-3
 _CORNERS = (1 - 3 * _INSIDE) * np.eye(3) + _INSIDE
 _CENTRE = np.full(3, 1 / 3)

@@ -28,7 +28,7 @@ _SLOPE_STEP, _AZIMUTH_STEP = (
     30.0,
     45.0,
 )  # degree between the directions of walls, chosen: eight aspects, as horizons have
-FACES = 4  # of a wall whose heat balance is read; chosen
+FACES = 4  # faces of a wall whose heat balance is read; chosen
 
 
 class WallKinds:

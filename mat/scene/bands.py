@@ -45,7 +45,7 @@ def all_points(response: SpectralResponse, water_continuum: str) -> BandPoints:
     return _all_points(response.wavelength.tobytes(), response.response.tobytes(), water_continuum)
 
 
-@lru_cache(maxsize=4)  # of 7 MB in 8-12 um, 23 MB in 3-5 um
+@lru_cache(maxsize=4)  # tables of 7 MB in 8-12 um, 23 MB in 3-5 um
 def _all_points(wavelength: bytes, values: bytes, water_continuum: str) -> BandPoints:
     from skyshine.mat.atmosphere.band.response_points import points_of_band  # which a check does without
 

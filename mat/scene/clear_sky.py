@@ -19,7 +19,7 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.digest import digest_of
 from skyshine.schemas.kept_arrays import keep_arrays, kept_arrays, kept_folder
 
-FOLDER = "skies"  # of the kept files
+FOLDER = "skies"  # folder of the kept files
 HEAD = b"skyshine broadband sky 2\n"
 SKY_STEP = 250.0  # m between the altitudes at which the sky is described
 # degree: elevations of the Sun at which it is; close where the beam grows through the lowest, longest paths. Below, no
@@ -68,7 +68,7 @@ def band_model_sky(
     """
     ground = air.surface_altitude
     levels = np.arange(ground, max(highest, ground + SKY_STEP) + SKY_STEP, SKY_STEP)
-    # The air's own levels hold the edges of cloud and fog, across which light is not linear.
+    # The air's own levels contain the edges of cloud and fog, across which light is not linear.
     levels = np.union1d(levels, air.altitude[(air.altitude > ground) & (air.altitude < levels[-1])])
     light = _kept_light(air, levels, ground_albedo, water_continuum)
     fluxes = _at_distance(light.fluxes, sun_distance)

@@ -32,7 +32,7 @@ from skyshine.schemas.arrays import Floats
 
 NAMED_KELVIN = 0.3  # above which `mat check` names the spread
 _PUBLIC = "lowtran7"  # chosen for its terms, not for what was measured
-_LINES, _SEED = 16, 0  # of sight
+_LINES, _SEED = 16, 0  # lines of sight
 _BACKGROUND = 300.0  # K
 
 

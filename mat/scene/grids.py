@@ -24,7 +24,7 @@ def table_grid(job: Job) -> PathGrid:
 
 def path_scope(loaded: LoadedJob) -> PathScope:
     """The part of the paths of a job that is within its query limits, how high the surfaces at their ends lie, and how
-    low the source stands along them.
+    low the source is along them.
     """
     share, job = read_share(loaded.requested, loaded.trimmed), loaded.trimmed
     axes = job.atmosphere_axes()

@@ -17,7 +17,7 @@ from skyshine.schemas.arrays import Floats
 
 SUNLIGHT_UM, SUNLIGHT_NODES = (0.25, 25.0), 3000
 TRACK_NODE_H = 0.5  # [h], between computed positions of a source
-_HOURS = np.arange(25.0)  # of a day: cubics between them give elevations near the horizon within 0.005 degree
+_HOURS = np.arange(25.0)  # hours of a day: cubics between them give elevations near the horizon within 0.005 degree
 USUAL_PHASE = 60.0  # degree; the shape of moonlight changes little from full Moon to beyond the quarters
 MEAN_MOON_DISTANCE = 384_400e3  # m, semi-major axis
 LONGEST_WAVE = 1000.0  # um, the end of the solar table and of the band model

@@ -51,7 +51,7 @@ def _moistened(dry: Material, moist: Material, value: float | str | None) -> str
     assert dry.soil is not None and value is not None
     water = water_fraction(value, dry.name, dry.soil)
     above = 0.0 if dry.soil.layers == 1 else dry_layer(dry.soil.texture, water)
-    (conducts, holds), (conducted, dry_heat) = layer(moist), layer(dry)
+    (conducts, moist_heat), (conducted, dry_heat) = layer(moist), layer(dry)
     optical = ", ".join(
         f"{name.replace('_', ' ')} {before[name]:.3f} -> {after[name]:.3f}"
         for name in ("solar_absorptance", "thermal_emissivity")
@@ -60,6 +60,6 @@ def _moistened(dry: Material, moist: Material, value: float | str | None) -> str
     fell_dry = f"its upper {1e3 * above:.0f} mm are dry, " if above else ""
     return (
         f"soil_moisture: {dry.name} with {water:.3g} m3/m3 of water: {fell_dry}conductivity {conducted:.3g} ->"
-        f" {conducts:.3g} W/m/K, heat capacity {dry_heat:.3g} -> {holds:.3g} MJ/m3/K, {optical}, "
+        f" {conducts:.3g} W/m/K, heat capacity {dry_heat:.3g} -> {moist_heat:.3g} MJ/m3/K, {optical}, "
         f"evaporates through {resistance:.3g} s/m"
     )

@@ -36,7 +36,7 @@ FIT_TEXT = (
     "cross sections of K. Bogumil, J. Orphal and J. P. Burrows, University of Bremen (J. Photochem. Photobiol. A 157"
     " (2003) 167)"
 )
-FIT_REFERENCE = ZERO_CELSIUS  # of the polynomials
+FIT_REFERENCE = ZERO_CELSIUS  # fit reference of the polynomials
 FIT_RANGE = (203.0, 293.0)  # K, the measurements the polynomials were fitted to (Bogumil et al. 2003)
 FIT_UNIT = 1e-20  # cm2
 

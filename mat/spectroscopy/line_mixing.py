@@ -351,7 +351,7 @@ def _off_diagonal(
 @njit(cache=True)
 def _with_sum_rule(matrix: Floats, order: Integers, population: Floats, dipole: Floats, width: Floats) -> Floats:
     """The matrix with the widths as diagonal, off-diagonal elements scaled line by line, strongest first, so that the
-    sum rule holds (Niro et al. 2004).
+    sum rule is satisfied (Niro et al. 2004).
     """
     result = np.zeros_like(matrix)
     count = order.size

@@ -21,7 +21,7 @@ from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import InputError
 
 FINEST = 0.01  # cm^-1, of a bin; lines of the lower air are wider
-MOST_POINTS = 5_000_000  # of a line-by-line grid, for memory: 40 MB an array
+MOST_POINTS = 5_000_000  # largest number of points of a line-by-line grid, for memory: 40 MB an array
 
 
 @dataclass(frozen=True)

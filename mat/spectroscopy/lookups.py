@@ -24,8 +24,8 @@ from skyshine.schemas.errors import InputError
 
 STEM = "reptran_thermal_coarse"
 UNIT = 1e-20  # m2, of the lookups
-SHAPE_LIMITS = (0.2, 5.0)  # of an interval's share in its band
-# A band's representatives hold its variety already: the shape may change the transmittance of the band by this much
+SHAPE_LIMITS = (0.2, 5.0)  # shape limits of an interval's share in its band
+# A band's representatives contain its variety already: the shape may change the transmittance of the band by this much
 # through the whole atmosphere, and is flattened where it would change it more.
 SHAPE_EFFECT = 0.005
 # That atmosphere: column [m^-2] and the pressure [Pa] and temperature [K] where most of it is. O3: 350 Dobson units of
@@ -68,7 +68,7 @@ class LookupSource:
         return self._containing(low, high).size > 0
 
     def _containing(self, low: float, high: float) -> Integers:
-        """Numbers of the bands that hold all of [low, high] cm^-1."""
+        """Numbers of the bands that cover all of [low, high] cm^-1."""
         return np.flatnonzero((self._low <= low + 0.01) & (self._high >= high - 0.01))
 
     def spectrum(self, wavenumber: Floats, low: float, high: float) -> Floats:

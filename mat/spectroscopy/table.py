@@ -44,8 +44,8 @@ PART_VERSION = 2  # raised when the way from lines to points changes, so that fi
 # Steps of the packed logarithms: an error of half a step, 3.2e-4 of the cross section, is 1.2e-4 in transmittance at
 # most.
 LOG_STEP, LOG_OFFSET = 6.4e-4, -64.5
-RATIO_STEP = 1.0e-4  # of the logarithm of a ratio, which is clipped to 3 and fits int16 up to 3.28
-REFERENCE_STEP = 1.0e-4  # of transmittances, and of radiances over those of a black body; cells are averaged over bands
+RATIO_STEP = 1.0e-4  # ratio step of the logarithm of a ratio, which is clipped to 3 and fits int16 up to 3.28
+REFERENCE_STEP = 1.0e-4  # transmittances, and radiances over those of a black body; cells are averaged over bands
 # m2/molecule, the largest that fits: only centres of rotational lines of H2O above 50 km exceed it, where the air is
 # opaque (optical depth above 100) either way.
 CEILING = 1.2e-19

@@ -10,7 +10,7 @@ from numba import njit
 from skyshine.schemas.arrays import Floats
 
 SQRT_PI = math.sqrt(math.pi)
-_TERMS = 32  # of Weideman's expansion
+_TERMS = 32  # terms of Weideman's expansion
 
 
 def _weideman(terms: int) -> tuple[float, Floats]:

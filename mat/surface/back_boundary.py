@@ -60,7 +60,7 @@ def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: Floats, air: 
 
 
 def _outdoor(boundary: Back, forcing: Forcing, hours: Floats) -> Floats:
-    """Air temperature of the hour (columns, N) [K], warmer by what the heat in a cavity is worth."""
+    """Air temperature of the hour (columns, N) [K], warmer by the heat of a cavity."""
     air = np.atleast_2d(forcing.air_temperature)
     if boundary.heat_flux is not None and boundary.exchange is not None:
         air = air + at_hours(boundary.heat_flux, hours) / boundary.exchange

@@ -29,15 +29,14 @@ from skyshine.mat.surface.material import Canopy, SurfaceMaterial
 from skyshine.schemas.arrays import Floats, Integers, Reals
 from skyshine.schemas.errors import InputError
 
-PROJECTION = (
-    0.5  # of leaf area that faces all ways alike, in any direction (a sphere's: Campbell and Norman 1998, 15.4)
-)
-# Of single leaves for sunlight: 0.8 for its visible half, 0.2 for the other (Campbell and Norman 1998, section 15.2).
+PROJECTION = 0.5  # projection of leaves that face all ways alike (a sphere's: Campbell and Norman 1998, 15.4)
+# Absorptance of single leaves for sunlight: 0.8 for its visible half, 0.2 for the other (Campbell and Norman 1998,
+# section 15.2).
 LEAF_ABSORPTANCE = 0.5
 # m s^-1: of heat from soil to the air where no wind reaches it, 1 / (a' + b' u) with u = 0 (Norman et al. 1995).
 CALM_SOIL = 0.004
 _GRAZING = 1e-6  # cosine below which no light passes leaves
-# Of the hemisphere, covered by leaves: with fewer their light is not told from nothing.
+# Smallest share of the hemisphere that leaves cover: with fewer their light is negligible.
 _LEAST_COVER = 1e-9
 
 
@@ -166,7 +165,7 @@ class CanopyBalance:
         return np.concatenate([above, below], axis=1), np.concatenate([above_slope, below_slope], axis=1)
 
     def _below(self, soil: Reals) -> tuple[Reals, Reals]:
-        """Net outward flux of soil, what leaves give it left out, and its slope, each (columns, N)."""
+        """Net outward flux of soil, without what leaves give it, and its slope, each (columns, N)."""
         loss, loss_slope = self.soil.loss_and_slope(soil)
         calm, calm_slope = self.soil.given_to_air(soil, self.calm)
         return (

@@ -30,12 +30,12 @@ from skyshine.schemas.errors import InputError
 
 # Solar elevation and azimuth [degree] at UTC times.
 SunAt: TypeAlias = Callable[[npt.NDArray[np.datetime64]], tuple[Floats, Floats]]
-# Of the light of a record, of whose air nothing is known: share of diffuse light from around the Sun over the index of
-# Hay and Davies (1980), direct light over that above the atmosphere. Radiative transfer finds 0.3 to 0.9 of it under
-# Suns of 20 to 60 degrees and visibilities of 23 to 80 km.
+# Aureole of the light of a record, of whose air nothing is known: share of diffuse light from around the Sun over the
+# index of Hay and Davies (1980), direct light over that above the atmosphere. Radiative transfer finds 0.3 to 0.9 of it
+# under Suns of 20 to 60 degrees and visibilities of 23 to 80 km.
 _AUREOLE = 0.6
 _NO_DEPTH = "found a depth and leaf_area_index; allowed: one of them; remove one"
-_SHOWN_STEPS = 192  # of a day: one column costs little, and fluxes by 7.5 min are smooth
+_SHOWN_STEPS = 192  # steps of a day that are printed: one column costs little, and fluxes by 7.5 min are smooth
 LONGEST_STEP = 900.0  # s: coarser records are solved at a fraction of their step
 
 

@@ -32,14 +32,14 @@ LEAST_HEIGHT = 0.1  # m, of measurements: above the roughness of open ground
 # about 2 for vegetation, from canopies to bare fields.
 _ROUGHNESS_RATIO = np.exp(2.0)
 TREE_ROUGHNESS = 0.3  # m: roughness length of trees 3 m tall, a tenth of their height (Oke 1987)
-# m/s: no outdoor air stands stiller. Chosen: a fifth of the 0.5 m/s at which anemometers of WMO-No. 8 begin to turn.
+# m/s: no outdoor air is calmer. Chosen: a fifth of the 0.5 m/s at which anemometers of WMO-No. 8 begin to turn.
 _LEAST_WIND = 0.1
 # Multipliers of building surfaces from glass to stucco: Walton (1983). They are given by kind of surface; the lengths
 # [m] are those that the library gives to glass, sheet metal, concrete, brick and gravel.
 _ROUGHNESSES = np.array([1e-5, 1e-4, 1e-3, 2e-3, 1e-2])
 _MULTIPLIERS = np.array([1.00, 1.11, 1.52, 1.67, 2.17])
 _ROOF_HEIGHT, _ROOF_RUN = 6.0, 5.0  # m: height, and way of the wind from the edge; chosen: a house 10 m wide
-# Of air at 20 C: conductivity [W m^-1 K^-1], viscosity [Pa s], Prandtl number. Incropera and DeWitt (2002),
+# Properties of air at 20 C: conductivity [W m^-1 K^-1], viscosity [Pa s], Prandtl number. Incropera and DeWitt (2002),
 # Fundamentals of Heat and Mass Transfer, 5th ed., table A.4, between 250 and 300 K.
 _CONDUCTIVITY, _VISCOSITY, _PRANDTL = 0.0257, 1.81e-5, 0.71
 

@@ -25,7 +25,7 @@ from skyshine.schemas.arrays import Floats, Integers
 LATENT_HEAT = 2.45e6
 # Change of the heat balance [W m^-2] by which the last film may differ from that of its temperatures: below 0.05 K.
 TOLERANCE = 0.2
-ROUNDS = 40  # at most; what is left then stands in the residual
+ROUNDS = 40  # at most; what is left then is in the residual
 _CAREFUL = 4  # rounds after which the next film is taken by part
 _LEAST_PART = 0.05  # chosen: the least part of the way to the next film
 _TINY = 1e-100

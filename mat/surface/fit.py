@@ -24,7 +24,7 @@ ALTERNATE = "alternate"  # every second day is held out
 # K by which a parameter must move some temperature between its bounds, by its slope at the start: chosen, what good
 # radiometers just tell.
 _LEAST_EFFECT = 0.1
-SEARCHES = 60  # of the parameters at most: chosen, three times what takes longest in the tests
+SEARCHES = 60  # searches of the parameters at most: chosen, three times what takes longest in the tests
 
 
 @dataclass(frozen=True, eq=False)

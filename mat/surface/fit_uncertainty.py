@@ -11,15 +11,15 @@ import numpy.typing as npt
 from skyshine.mat.surface.free_parameters import FreeParameter
 from skyshine.schemas.arrays import Floats
 
-CONFIDENCE = 0.99  # that all intervals of a fit hold at once
+CONFIDENCE = 0.99  # probability that all intervals of a fit contain the truth at once
 _APART = 3 * 3600.0  # s: chosen, longer than what instruments add and shorter than the day
 _SIGNIFICANT = 2.0  # standard errors of a correlation, 1 / sqrt n of white noise, below which it counts as none
 _SLOWEST = 0.9995  # correlation of neighbours at most: chosen, of half-hours 40 days
-_HALVINGS = 40  # of the interval 0 to 1: to double precision
-_FLOOR = 1e-8  # of singular values over the largest: below, a direction has no effect on the temperatures
+_HALVINGS = 40  # halvings of the interval 0 to 1: to double precision
+_FLOOR = 1e-8  # floor of singular values over the largest: below, a direction has no effect on the temperatures
 ALIKE = 0.95  # size of a correlation from which two parameters cannot be distinguished: chosen
 SPAN = 0.5  # share of its bounds from which an interval says nothing: chosen
-_AT_BOUND = 1e-3  # of the way between the bounds
+_AT_BOUND = 1e-3  # fraction of the way between the bounds
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +89,7 @@ def uncertainty(residual: Floats, derivatives: Floats, step: float) -> Uncertain
     decay = min(decay + float(np.sqrt((1.0 - decay**2) / count)), _SLOWEST) if decay > 0 else 0.0
     between = basis.T @ _smeared(basis, decay)
     towards = directions.T / singular
-    ratio = float(np.trace(between)) / parameter_count  # of variances, to those of independent residuals
+    ratio = float(np.trace(between)) / parameter_count  # ratio of variances, to those of independent residuals
     effective = count / ratio
     freedom = max(effective - parameter_count, 1.0)
     covariance = towards @ between @ towards.T * (float(error @ error) / max(count - float(np.trace(between)), 1.0))

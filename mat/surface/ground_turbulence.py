@@ -10,7 +10,7 @@ from skyshine.mat.surface.stability import Stability
 from skyshine.schemas.arrays import Floats
 
 _ITERATIONS, _DAMPING = 40, 0.5
-_LEAST_RATIO = 1.0  # of logarithm less psi, as over the sea
+_LEAST_RATIO = 1.0  # smallest ratio of logarithm less psi, as over the sea
 _MOST_UNSTABLE = -200.0  # z / L, as over the sea
 
 
@@ -38,7 +38,7 @@ def ground_turbulence(
     Returns
     -------
     (H, T) array
-        [m^(-2/3)]; vapour is left out, which lowers it by a fifth at a Bowen ratio of 0.3. By night, values above the
+        [m^(-2/3)]; vapour is neglected, which lowers it by a fifth at a Bowen ratio of 0.3. By night, values above the
         Obukhov length are those of a stable layer that has no top.
 
     References

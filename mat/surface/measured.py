@@ -14,7 +14,7 @@ from skyshine.schemas.errors import InputError
 # times the clear one's mean: at sunrise, where a little light has no shape worth following.
 _LARGEST_CLEAR_RATIO = 10.0
 _NIGHT = -1.0  # degree: elevation of the Sun's centre below which an interval counts as night
-_DAY = 100  # of a year: any
+_DAY = 100  # day of a year: any
 _STRAY = 20.0  # W m^-2 that instruments may show then
 
 

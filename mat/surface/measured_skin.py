@@ -23,7 +23,7 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 LONGEST_MEAN = 1800.0  # s: readings at shorter steps are averaged to at most this
-_STRAY = 0.01  # of a step by which a reading may miss its time
+_STRAY = 0.01  # fraction of a step by which a reading may miss its time
 _COLDEST = 100.0  # K: what a radiometer shows of a surface that emits less than it reflects
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from skyshine.mat.surface.conduction import Complexes
 from skyshine.schemas.arrays import Booleans, Floats, Integers, Reals
 
-_ITERATIONS = 80  # of Newton's method, before a column is refused
-_HALVINGS = 20  # of a step: to 1e-6 of it
+_ITERATIONS = 80  # iterations of Newton's method, before a column is refused
+_HALVINGS = 20  # halvings of a step: to 1e-6 of it
 _LARGEST_STEP = 80.0  # K in one iteration
 _LEAST_TEMPERATURE = 1.0  # K
 _LEAST_SLOPE = 1e-3  # W m^-2 K^-1: keeps the matrix regular where radiation vanishes with T
@@ -208,7 +208,7 @@ class _Problem:
         """The step (N,) of one column by GMRES on the times that do not melt.
 
         Melting times go to the cap whatever the others do. As unknowns of GMRES they would stop short of the cap by its
-        tolerance, and their melt could not be told from an imbalance.
+        tolerance, and their melt could not be distinguished from an imbalance.
         """
         from scipy.sparse.linalg import LinearOperator, gmres
 

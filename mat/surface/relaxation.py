@@ -34,8 +34,8 @@ _COLDEST, _HOTTEST = 1.0, 3000.0
 _RENEWED = 0.1  # K: after larger changes each column of a field gets its own slopes anew
 _USUAL = 4  # iterations after which a column whose steps change sign is taken to cycle across a bend
 _SAMPLE, _RENEWALS = 32, 3  # columns and coarse matrices that determine the relaxation of a material
-# Of a day, at least, in which they are found, and in which more steps than twice as many begin: 96 steps that began in
-# 48 took 1.2 times as long.
+# Steps of a day, at least, in which they are found, and in which more steps than twice as many begin: 96 steps that
+# began in 48 took 1.2 times as long.
 _COARSE_STEPS = 96
 
 
@@ -236,7 +236,7 @@ class Relaxation:
             largest = max(imbalance.max(), -imbalance.min())
             if largest <= TOLERANCE or not largest < 1e9 or count == self._max_iterations:
                 break
-            change: Reals = imbalance.astype(np.float32) @ self.single.inverse  # of a small change few digits count
+            change: Reals = imbalance.astype(np.float32) @ self.single.inverse  # a small change needs few digits
             np.negative(change, out=change)
             if column_slopes is not None:
                 if count > 1:

@@ -353,7 +353,7 @@ def _film_table(
     shape: tuple[int, ...],
     prescribed: Collection[str],
 ) -> FilmTable | None:
-    """Film tables of all materials; None where it does not rain, or no material holds a film."""
+    """Film tables of all materials; None where it does not rain, or no material keeps a film."""
     rain = days[-1](FINE_STEPS).rain
     wet = [None if material.name in prescribed else material.film for material in materials]
     if rain is None or not any(wet):

@@ -30,7 +30,7 @@ _HEAT_ROUGHNESS, _HEAT_FACTOR, _HEAT_POWER = 1.6e-4, 5.8e-5, -0.72
 # Fairall et al. 2003: gusts of a convective layer this deep [m], and least gusts [m/s].
 _GUSTINESS, LAYER_DEPTH, _LEAST_GUST = 1.2, 600.0, 0.2
 _MOST_STABLE, _MOST_UNSTABLE = 50.0, -200.0  # z / L, far beyond what is observed
-_LEAST_RATIO = 1.0  # of logarithm less psi: keeps the scales finite in the freest convection
+_LEAST_RATIO = 1.0  # smallest ratio of logarithm less psi: keeps the scales finite in the freest convection
 _ITERATIONS, _DAMPING = 60, 0.5
 _REFERENCE = 10.0  # m
 

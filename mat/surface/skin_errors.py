@@ -43,7 +43,7 @@ def skin_errors(
     sunlight: Floats,
     parts: Mapping[str, npt.NDArray[np.bool_]],
 ) -> tuple[SkinError, ...]:
-    """Errors of predictions (N,) [K] in parts (N,) of a record; hours without any reading are left out.
+    """Errors of predictions (N,) [K] in parts (N,) of a record; hours without any reading are omitted.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 LONGEST_INTERVAL = 3600.0  # s
-_DEGREE = 2  # of the Radau collocation
+_DEGREE = 2  # degree of the Radau collocation
 _CELLS = 16  # in each layer
 _TOLERANCE = 1e-6  # K, of Newton's last step
 

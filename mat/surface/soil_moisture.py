@@ -25,7 +25,8 @@ from skyshine.schemas.arrays import Floats
 
 WATER_CONDUCTIVITY = 0.60  # W m^-1 K^-1, at 20 C: as Cote and Konrad take it
 WATER_DENSITY, WATER_HEAT_CAPACITY = 1000.0, 4180.0  # kg m^-3, J kg^-1 K^-1
-# Of ice: W m^-1 K^-1, as Cote and Konrad take it; J kg^-1 K^-1 at -10 C, of the mass of the water that froze.
+# Properties of ice: W m^-1 K^-1, as Cote and Konrad take it; J kg^-1 K^-1 at -10 C, of the mass of the water that
+# froze.
 ICE_CONDUCTIVITY, ICE_HEAT_CAPACITY = 2.24, 2030.0
 HEAT_OF_FUSION = 3.337e5  # J kg^-1 of ice at 0 C
 # K: below less frost soil is taken to swing over its freezing point, where the law has no bound; chosen.

@@ -36,8 +36,8 @@ DAY = 86400.0  # s, the mean solar day
 # Steps of a day. Of a fourth of the library on 40 planes, read between these times, 96 err by 0.010 / 0.040 / 0.30 K
 # (rms / 99 % / largest) against 576, 144 by 0.004 / 0.015 / 0.15 K, 192 by 0.002 / 0.006 / 0.09 K; BDF2 with 192 as 96.
 STEPS = 96
-STURDY_STEPS = 192  # of BDF2 and backward Euler, which need twice as many for the same error
-FINE_STEPS = 288  # of responses, which a shadow of minutes begins and ends
+STURDY_STEPS = 192  # steps of BDF2 and backward Euler, which need twice as many for the same error
+FINE_STEPS = 288  # steps of responses, which a shadow of minutes begins and ends
 # Schemes by the first of them, from exact to sturdy.
 SCHEMES = {"spectral": ("spectral", "bdf2", "euler"), "bdf2": ("bdf2", "euler"), "euler": ("euler",)}
 METHODS = {"spectral": Method.SPECTRAL, "bdf2": Method.BDF2, "euler": Method.EULER}

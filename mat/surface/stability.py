@@ -13,9 +13,9 @@ from skyshine.schemas.arrays import Floats, Reals
 
 # 3 b and d of Louis, Tiedtke and Geleyn (1982) with their b = d = 5.
 _SLOPE, _TAIL = 15.0, 5.0
-# Of free convection where the roughness length for heat is exp(-2) of that for momentum: Mascart, Noilhan and Giordani
-# (1995), whose cubic polynomials of 2 are C* = 3.2165 + 8.6862 + 2.1440 - 0.6248 and p = 0.5802 - 0.3142 + 0.1308
-# - 0.0208.
+# Law of free convection where the roughness length for heat is exp(-2) of that for momentum: Mascart, Noilhan and
+# Giordani (1995), whose cubic polynomials of 2 are C* = 3.2165 + 8.6862 + 2.1440 - 0.6248 and p = 0.5802 - 0.3142 +
+# 0.1308 - 0.0208.
 _FREE, _FREE_POWER = 13.4219, 0.3760
 
 

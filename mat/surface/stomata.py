@@ -10,10 +10,10 @@ from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
 
 CLOSED = 5000.0  # s m^-1, of leaves without light: Noilhan and Planton (1989), r_s,max
-_WATER_RATIO = 0.622  # of the molar masses of water and dry air
+_WATER_RATIO = 0.622  # ratio of the molar masses of water and dry air
 _BEST_TEMPERATURE = ZERO_CELSIUS + 25.0  # K; and the loss of conductance [K^-2] beside it: Noilhan and Planton (1989)
 _COLD_AND_HEAT = 0.0016
-_LEAST_SHARE = 0.01  # of conductance, in cold or heat that closes leaves
+_LEAST_SHARE = 0.01  # fraction of conductance, in cold or heat that closes leaves
 # Sunlight [W m^-2] at which stomata are half open, R_gl LAI / (2 x 0.55) of Noilhan and Planton (1989): their R_gl of
 # 100 for crops and grass of leaf area index 3, and of 30 for trees of index 5. Sensitivity to the deficit of specific
 # humidity: grassland 36.35, broad-leaved trees 54.53, Chen and Dudhia (2001), Mon. Weather Rev. 129, 569-585, as the

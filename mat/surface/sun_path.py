@@ -10,7 +10,7 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 SOLAR_CONSTANT = 1361.1  # W m^-2, Gueymard (2018), Solar Energy 168, 2-9
-SUN_STEPS = 576  # of 150 s: a multiple of 48, 72, 96, 144, 192, 288
+SUN_STEPS = 576  # sun steps of 150 s: a multiple of 48, 72, 96, 144, 192, 288
 
 
 def sun_hours() -> Floats:

@@ -11,7 +11,7 @@ from skyshine.mat.radiometry.constants import STEFAN_BOLTZMANN
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
-WALL_EMISSIVITY = 0.95  # of masonry, concrete and foliage in the thermal infrared
+WALL_EMISSIVITY = 0.95  # wall emissivity of masonry, concrete and foliage in the thermal infrared
 _COLDEST_WALL, _HOTTEST_WALL = 50.0, 2000.0  # K
 
 Interval = tuple[float, float]  # first and last clock hour; over midnight where the first is later

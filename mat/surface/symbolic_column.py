@@ -19,7 +19,7 @@ from skyshine.schemas.arrays import Floats, Integers
 # Width of a layer's last cell over that of its first, more in layers of more damping depths. The ratio of neighbours
 # falls as cells grow in number: with a fixed one the error of the finite volumes would not fall with them.
 _STRETCH = 6.0
-_SEMI_INFINITE_DEPTHS = 12.0  # damping depths of the period that stand for infinity: exp(-12) = 6e-6
+_SEMI_INFINITE_DEPTHS = 12.0  # damping depths of the period taken as infinity: exp(-12) = 6e-6
 _LARGEST_STEP = 40.0  # K a Newton step may change any temperature: chosen, a day's range of the driest ground
 _ROUNDS = 60
 
@@ -250,7 +250,7 @@ class Collocation:
         return np.array([np.polyval(np.polyder(polynomial), nodes) for polynomial in polynomials])
 
     def _defect(self, values: Floats, rate: Floats) -> Floats:
-        """By how much the equations do not hold, (points, size)."""
+        """Residuals of the equations, (points, size)."""
         states = values.reshape(-1, self.degree, self.size)
         starts = np.roll(states[:, -1], 1, axis=0)
         if self.start is not None:

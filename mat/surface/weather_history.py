@@ -29,7 +29,7 @@ from skyshine.schemas.errors import InputError
 SUFFIX = ".wth"
 COLUMNS = ("hour", "air_temperature", "pressure", "relative_humidity", "dew_point", "wind_speed")
 UNITS = {"air_temperature": "C", "pressure": "hPa", "wind_speed": "m/s"}
-NUMBERS = 13  # of a row
+NUMBERS = 13  # numbers of a row
 NOTE = (
     "is read as a weather history of DIRSIG, its second day by the local clock; its sunlight, whose unit is not"
     " sure, exposure of the sky, clouds and rain are not read"

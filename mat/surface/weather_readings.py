@@ -19,9 +19,9 @@ from skyshine.schemas.csv_table import Head, column_heads, data_lines, delimiter
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.plain_numbers import plain_number
 
-LEAST_READINGS = 4  # of a record
+LEAST_READINGS = 4  # smallest number of readings of a record
 MAXIMUM_GAP = 3 * 3600.0  # s that linear interpolation may bridge
-MAXIMUM_STEPS = 200_000  # of a record: a year in steps of 3 minutes has 175,200
+MAXIMUM_STEPS = 200_000  # largest number of steps of a record: a year in steps of 3 minutes has 175,200
 _SLIP = 0.75  # likeness of names, beyond which one is a slip of the pen for the other
 MOST_MOISTURE = 0.95  # m3/m3, the porosity of the loosest peat
 
@@ -81,7 +81,7 @@ WATER_COLUMNS = {
     "rain": Column({"mm/h": (1.0, 0.0)}, 0.0, 2000.0),
     "soil_moisture": Column({"m3/m3": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, MOST_MOISTURE),
 }
-# Of every weather table, in jobs and as the forcing of one surface.
+# Weather columns of every weather table, in jobs and as the forcing of one surface.
 WEATHER_COLUMNS = (
     AIR_COLUMNS
     | HEIGHT_COLUMNS
@@ -89,13 +89,13 @@ WEATHER_COLUMNS = (
     | WATER_COLUMNS
     | {"cloud_fraction": Column({"1": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, 1.0)}
 )
-NEEDED_COLUMNS = ("air_temperature", "relative_humidity", "wind_speed")  # of the forcing of one surface
-# Of the surface itself, in the forcing of one surface: one of both.
+NEEDED_COLUMNS = ("air_temperature", "relative_humidity", "wind_speed")  # needed columns of the forcing of one surface
+# Columns of the surface itself, in the forcing of one surface: one of both.
 SURFACE_COLUMNS = {
     "albedo": Column({"1": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, 1.0),
     "snow_age": Column({"d": (1.0, 0.0), "h": (1 / 24, 0.0)}, 0.0, 400.0),
 }
-# Of a surface beneath the instruments, where it was measured: its temperature, or the longwave that leaves it.
+# Columns of a surface beneath the instruments, where it was measured: its temperature, or the longwave that leaves it.
 SKIN_COLUMNS = {
     "surface_temperature": Column(AIR_COLUMNS["air_temperature"].units, 100.0, 500.0),
     "lw_up": Column(_WATTS, 10.0, 3600.0),

@@ -38,7 +38,7 @@ _READ_BY = {
 _OF_THE_BAND = ("beta_star", "path_radiance_ratio")  # not parted by wavelength
 # Km, first node of range above 0, and number of nodes, of `nodes_of`: equal steps of the logarithm.
 _NEAREST_KM, _SHOWN = 1e-3, 40
-_FARTHEST_KM = 100_000.0  # of observers in space
+_FARTHEST_KM = 100_000.0  # range of observers in space
 _SHOWN_ELEVATIONS = (-90, -60, -40, -20, -10, -5, -3, -2, -1, 0, 1, 2, 3, 5, 10, 20, 40, 60, 90)
 _STORED = {AMBIENT_HARMONICS: "scattered_harmonics", GROUND_HARMONICS: "ground_harmonics"}
 

@@ -12,7 +12,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis
 
 RULES = LINEAR, PERIODIC, FOLDED, EXACT = "linear", "linear_periodic", "linear_folded", "exact"
-CLOCK_UNIT = "h"  # of hours of the local clock, whatever midnight a file counts them from
+CLOCK_UNIT = "h"  # unit of hours of the local clock, whatever midnight a file counts them from
 POLICIES = ERROR, CLAMP = "error", "clamp"
 DARK_BELOW = "dark_below"  # attribute of axes of source elevation
 

@@ -25,13 +25,13 @@ _NUMBERS = {
     "ground_altitude_km": Limits("-1 to 10", -1.0, 10.0),
     "scale_height_km": Limits("above 0, up to 1000", 0.0, 1000.0, above=True),
 }
-_GROUND = {  # of files with light on tilted faces
+_GROUND = {  # ground quantities of files with light on tilted faces
     "ground_emissivity": Limits("0 to 1", 0.0, 1.0),
     "ground_temperature": Limits("0 or above", 0.0, 1e300),
     "ground_radiance": Limits("0 or above", 0.0, 1e300),
 }
 _SPANS = {"range_km": Limits("0 or above", 0.0, 1e9), "altitude_km": Limits("-1 or above", -1.0, 1e9)}
-_LAST_NUMBER = 65535  # of channels and of parts
+_LAST_NUMBER = 65535  # last number of channels and of parts
 
 
 def broken_channel_laws(root: Group) -> Iterator[str]:
@@ -67,7 +67,7 @@ def broken_channel_laws(root: Group) -> Iterator[str]:
 
 
 def _required_dimensions(root: Group) -> dict[str, tuple[str, ...]]:
-    """Axes of the arrays that the file must hold."""
+    """Axes of the arrays that the file must contain."""
     fields = fields_of(harmonics=_lights_tilted_faces(root), bent=END_RISE in root.variables)
     return {name: field.dims for name, field in fields.items() if name != NOT_READ}
 

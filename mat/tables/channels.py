@@ -41,9 +41,9 @@ if TYPE_CHECKING:
     from skyshine.schemas.arrays import Floats, Reals
 
 _MOST_BY_DEPTH = math.exp(-1)  # largest change of a transmittance by the logarithm of its optical depth
-_KEPT_BITS = 13  # of the heights of the ends of paths
+_KEPT_BITS = 13  # kept bits of the heights of the ends of paths
 _DIRECT_LIGHT = "direct_light"
-_BEAM_BITS = 16  # of direct light, whose parts cancel each other
+_BEAM_BITS = 16  # beam bits of direct light, whose parts cancel each other
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ HTT = FileType("htt", "Surface temperatures through the day")
 ATMQ = FileType("atmq", "Atmospheric quantities with the Sun as source")
 LUNAR_ATMQ = FileType("lunar_atmq", "Atmospheric quantities with the Moon as source")
 BAND = FileType("band", "Blackbody radiance and material properties of a spectral band")
-# Of one line of sight, written by `mat spectrum` and in no catalogue.
+# Spectrum of one line of sight, written by `mat spectrum` and in no catalogue.
 SPECTRUM = FileType("spectrum", "Spectra of one line of sight")
 FORMATS: dict[str, FileType] = {kind.name: kind for kind in (HTT, ATMQ, LUNAR_ATMQ, BAND)}  # those of a build
 

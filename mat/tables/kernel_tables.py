@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _RULES = {PERIODIC: kernel.PERIODIC, EXACT: kernel.EXACT}
 _GROUND = ("ground_emissivity", "ground_temperature", "ground_radiance", "ground_albedo")
-_ALWAYS = ("temperature",)  # of a surface without response to shade
+_ALWAYS = ("temperature",)  # quantities of a surface without response to shade
 _HEIGHTS = ("ground_altitude_km", "scale_height_km")
 _KEPT, _MOST = "_kernel_tables", 4  # with a table: those of it and of so many others
 

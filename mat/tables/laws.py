@@ -23,7 +23,7 @@ Array = npt.NDArray[np.float64]
 Law = Callable[[Group], Iterator[str]]
 
 PATH = ("range", "altitude", "elevation")
-TEXEL_ROWS = 256  # of the arrays of a texture read at a time, which have rows in common
+TEXEL_ROWS = 256  # texel rows of the arrays of a texture read at a time, which have rows in common
 _SPECTRA = {"reflectance_spectrum": ("material", WAVELENGTH), "emission_share": ("planck_temperature", WAVELENGTH)}
 
 

@@ -12,7 +12,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import StrPath
 
 ROUNDING = 1e-5  # relative, of what was computed in double and is stored in single precision
-COLDEST_K, HOTTEST_K = 50.0, 2000.0  # of what a material may rest on, `materials.files.Kelvin`
+COLDEST_K, HOTTEST_K = 50.0, 2000.0  # limits of what a material may rest on, `materials.files.Kelvin`
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ _RADIANCE = {
     "uWcm-2sr-1nm-1": (10.0, True),
 }
 _AXES = {"cm-1": "wavenumber", "um": "wavelength", "nm": "wavelength"}
-# Of one or two words; the last alternative is any other column.
+# Labels of one or two words; the last alternative is any other column.
 _LABELS = re.compile(
     r"WAVLEN[ _](?:MCRN|NM)|TOT[ _]TRANS|PTH[ _]THRML|THRML[ _]SCT|SURF[ _]EMIS|SOL[ _]SCAT|SING[ _]SCAT|GRND[ _]RFLT"
     r"|DRCT[ _]RFLT|TOTAL[ _]RAD|REF[ _]SOL|DIR[ _]EM|TOA[ _]SUN|SOL TR|[^\s%]+"

@@ -22,7 +22,7 @@ from skyshine.schemas.regular_files import refuse_special_file
 FORMAT = "skyshine-raw"
 ALIGNMENT = 16  # bytes; arrays can be mapped as vectors of four
 HEADER_LIMIT = 64_000_000  # bytes
-INTEGER_LIMIT = 1 << 24  # float32 holds every integer up to this one
+INTEGER_LIMIT = 1 << 24  # float32 represents every integer up to this one
 ENDING = ".raw.json"
 
 

@@ -25,7 +25,7 @@ ALTITUDE, SLOPE, HOUR, LAG, OFFSET = (
     "temperature_offset",
 )
 
-FORCING_STEPS = 288  # of a day, at which changes of heat and temperature are computed
+FORCING_STEPS = 288  # forcing steps of a day, at which changes of heat and temperature are computed
 DAY_H = 24.0  # h
 
 

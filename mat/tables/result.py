@@ -18,7 +18,7 @@ from skyshine.schemas.paths import StrPath
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST_LINES = 12  # of a chart: more cannot be told apart
+MOST_LINES = 12  # largest number of lines of a chart: more cannot be distinguished
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +94,7 @@ class Result:
         Raises
         ------
         InputError
-            The result has no picture, or more lines than can be told apart.
+            The result has no picture, or more lines than a chart can distinguish.
         """
         return line_chart(self._panels(), repr(self).strip("<>"))
 
@@ -112,7 +112,7 @@ def line_chart(panels: Sequence[Panel], title: str) -> Chart:
     Raises
     ------
     InputError
-        A panel has more lines than can be told apart.
+        A panel has more lines than a chart can distinguish.
     """
     for panel in panels:
         if len(panel.lines) > MOST_LINES:

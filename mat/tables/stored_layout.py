@@ -43,7 +43,7 @@ def refuse_layout(file: h5py.File) -> None:
     """
     schema = _schema(str(file.attrs["filetype"]))
     if schema is None:
-        return  # of another type, which the caller refuses
+        return  # the caller refuses another type
     properties = {part: schema["properties"][part]["properties"] for part in ("axes", "variables")}
     content = {
         part: {name: described for name, described in items.items() if name in properties[part]}

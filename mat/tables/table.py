@@ -165,7 +165,7 @@ class Table(Result):
             name: (name, axis.values, {"units": axis.units, "long_name": axis.long_name, **axis.attributes})
             for name, axis in self.root.axes.items()
         }
-        if "time" in coordinates:  # of a day, whose date is a coordinate of its own; files count from its midnight
+        if "time" in coordinates:  # a day, whose date is a coordinate of its own; files count from its midnight
             coordinates["time"][2]["units"] = CLOCK_UNIT
             coordinates["time"][2].pop("standard_name", None)
         arrays: dict[str, Any] = {

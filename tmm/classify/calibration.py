@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 STEPS = 65535  # confidences are looked up in a table of this fineness
 LIMIT = 1e-4  # confidences are kept this far from 0 and 1, whose log-odds are infinite
-SLOPE_LIMIT, OFFSET_LIMIT = 10.0, 10.0  # of a fit: beyond, the answer is as good as certain
-ROUNDS, SETTLED = 50, 1e-6  # of Newton's method, which takes some five; change of the parameters at which it ends
+SLOPE_LIMIT, OFFSET_LIMIT = 10.0, 10.0  # limits of a fit: beyond, the answer is as good as certain
+ROUNDS, SETTLED = 50, 1e-6  # Newton's method takes some five; change of the parameters at which it ends
 PRIOR = 1.0  # regions that the identity counts as: few held-out regions hardly change what a classifier says of itself
 
 

@@ -21,7 +21,7 @@ PRIOR_SPREAD = 6.0  # CIELAB units: standard deviation within a material, the me
 PRIOR_WEIGHT = 4.0  # seeds that this prior counts as: one more than the dimensions; any real sample outweighs it
 SHRINKAGE_WEIGHT = 20.0  # seeds at which a class's own covariance and the pooled one count alike
 SPREAD_FLOOR = 1.0  # CIELAB units: about one just noticeable difference, and the rounding of 8 bit colours
-RELATIVE_FLOOR = 1e-9  # of the trace: far above the rounding of float64, far below any real ratio of spreads
+RELATIVE_FLOOR = 1e-9  # floor of the trace: far above the rounding of float64, far below any real ratio of spreads
 BLOCK_COLOURS = 1 << 16  # colours whose posteriors are computed at a time
 
 

@@ -29,12 +29,13 @@ from skyshine.tmm.features.textured import MARGIN, LightPlanes, features, names
 from skyshine.tmm.images.texture import Windowed
 from skyshine.tmm.job.materials import UNKNOWN
 
-# Of the grid that superpixels are found on. On six aerial sheets four times as many change the accuracy by 0.001 at
-# most and take 2.5 times as long to survey, five times as long to solve.
+# Texels of the grid that superpixels are found on. On six aerial sheets four times as many change the accuracy by 0.001
+# at most and take 2.5 times as long to survey, five times as long to solve.
 GRID_TEXELS = 1 << 18
-# Of the texture that features are computed of at a time; a strip as wide as a large texture would be mostly margin.
+# Texels of the texture that features are computed of at a time; a strip as wide as a large texture would be mostly
+# margin.
 BAND_TEXELS, BAND_COLUMNS = 1 << 19, 1 << 11
-BLOCK_TEXELS = 1 << 16  # of the grid that a posterior is found of at a time
+BLOCK_TEXELS = 1 << 16  # block texels of the grid that a posterior is found of at a time
 LEAST = 1e-4  # share that no material goes below
 # What seeds may say least of a material: a normal distribution of one click is far surer than right. With one click a
 # material on aerial sheets, 0.1 instead of LEAST took the mean IoU of superpixels from 0.56 to 0.59; with six it is
@@ -47,7 +48,7 @@ UNSEEN, MANY = 0.05, 6.0
 # Weight of seeds of the class `unknown`, which may look like anything. On nine of those sheets six answers a class
 # without it find 96 % of what is unknown and lose 5 % of the others; with it 88 and 1.4, without a library 71 and 1.1.
 STRANGE = 0.1
-LEAST_SPREAD = 1e-3  # of a feature over a flat texture: far below any that is seen
+LEAST_SPREAD = 1e-3  # smallest spread of a feature over a flat texture: far below any that is seen
 # Share of the seeds in the product. The library learns from the seeds as well: with six clicks a material a share of
 # 0.5 lowers the mean IoU on 46 aerial sheets, by which it was chosen, from 0.76 to 0.75, with two from 0.70 to 0.67.
 SEEDS_SHARE = 0.3
@@ -55,16 +56,17 @@ SEEDS_SHARE = 0.3
 # sheets the calibration error is 0.02, 0.03 and 0.03 with one, two and six clicks a material; without it 0.14, 0.16,
 # 0.19.
 SURER = 2.5
-# Of the guided filter: texels of the grid; CIELAB units below which L* is flat. On 25 aerial sheets a radius of 4 for 2
-# takes the mean IoU of six clicks a class from 0.572 to 0.583, with a library from 0.621 to 0.634; 6 gains 0.005 more,
-# but loses stems two texels wide: IoU of dead wood on the demo's photograph is 0.38, 0.22 and 0.1 with 2, 4 and 6.
+# Radius and spread of the guided filter: texels of the grid; CIELAB units below which L* is flat. On 25 aerial sheets a
+# radius of 4 for 2 takes the mean IoU of six clicks a class from 0.572 to 0.583, with a library from 0.621 to 0.634; 6
+# gains 0.005 more, but loses stems two texels wide: IoU of dead wood on the demo's photograph is 0.38, 0.22 and 0.1
+# with 2, 4 and 6.
 FILTER_RADIUS, FILTER_SPREAD = 4, 4.0
 # The kinds of ground are not alike large. With n places of seeds a material their shares by a first estimate count as
 # what is likely before (one damped step of Saerens, Latinne and Decaestecker 2002, Neural Computation 14:21-41), by the
 # power (n - 1) / (n + EXTENT): on those sheets six clicks a class gain 0.016 of mean IoU, with a library 0.014.
 EXTENT = 5.0
 TYPICAL_RADIUS = 8  # texels of the box whose colour and contrast tell what is typical
-REACH = 2 * FILTER_RADIUS  # of that filter: coefficients are means over means
+REACH = 2 * FILTER_RADIUS  # reach of that filter: coefficients are means over means
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.texture import Windowed
 
 TABLE_ENTRIES = 1 << 24  # posteriors of all distinct colours that are kept at hand: 170 MB
-SAMPLES = 4  # of a box, on each side of its middle, at least
+SAMPLES = 4  # samples of a box, on each side of its middle, at least
 
 
 @dataclass(frozen=True)

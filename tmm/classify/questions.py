@@ -20,12 +20,12 @@ from skyshine.tmm.classify.superpixels import Superpixels
 
 REACH = 0.2  # share of the median squared distance of two superpixels at which an answer tells 1 / sqrt(e) of another
 # Power of a material's share by which its texels count less, so that small materials are asked for too: where the kinds
-# of ground are covered, and where two materials are told apart. Chosen on 23 aerial sheets.
+# of ground are covered, and where two materials are distinguished. Chosen on 23 aerial sheets.
 RARE, RARE_CONTESTED = 1.0, 0.5
 NEAREST = 8  # superpixels most alike, whose doubt counts beside a superpixel's own
 VARIED = 20.0  # median variances of a superpixel's colours, beyond which none is less clear than another
 STRANGE = 0.3  # chance that what resembles no seed is of a material without seeds
-LEAST_SHARE = 0.01  # of a material where its rarity counts
+LEAST_SHARE = 0.01  # fraction of a material where its rarity counts
 # Share of a doubt that an answer removes where seeds look alike already, or a library knows the materials: there the
 # materials look alike. With it a second click a class is stated to gain 0.021 on 46 aerial sheets, by which it was
 # chosen, and gains that.

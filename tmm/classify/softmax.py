@@ -16,7 +16,7 @@ import numpy.typing as npt
 # On squares of the weights of standardised features, over one more than the places of a material: on those sheets 0.01
 # is best with one and two, 0.001 with six and more.
 PENALTY = 0.02
-ROUNDS = 100  # of L-BFGS, at most
+ROUNDS = 100  # rounds of L-BFGS, at most
 SAMPLE = 500  # texels of a material, at most: more of the same places tell little more
 
 

@@ -14,11 +14,11 @@ import numpy as np
 import numpy.typing as npt
 
 NUMBER = 4000  # superpixels of a texture, about: a solve takes a fraction of a second
-LEAST_TEXELS = 16  # of a superpixel, about
-# Of SLIC, in units of CIELAB: nearly squares. On two fifths of the aerial sheets six clicks a class reach a mean IoU of
-# 0.64 where it asks and 0.66 at random; superpixels that follow borders (20) 0.63 and 0.65.
+LEAST_TEXELS = 16  # smallest number of texels of a superpixel, about
+# Compactness of SLIC, in units of CIELAB: nearly squares. On two fifths of the aerial sheets six clicks a class reach a
+# mean IoU of 0.64 where it asks and 0.66 at random; superpixels that follow borders (20) 0.63 and 0.65.
 COMPACTNESS = 1000.0
-ROUNDS = 5  # of SLIC: borders hardly move after
+ROUNDS = 5  # rounds of SLIC: borders hardly move after
 ALIKE = 8  # edges from each superpixel to those most alike
 SETTLED = 1e-10  # relative residual of a solve
 # Weight of an edge between two alike. On aerial sheets by which it was not chosen 10 for 1 gains 0.007 to 0.020

@@ -28,7 +28,7 @@ MEAN_SPREAD, CONTRAST_SPREAD, CONTRAST_CORRELATION = (8.4, 2.6, 4.0, 4.0), (0.46
 PRIOR_REGIONS = 32.0  # that this prior counts as, of all materials together
 OWN_REGIONS = 8.0  # at which a material's own covariance and the pooled one count alike
 FINE = 256  # steps of a unit of CIELAB in the table of 8 bit colours, whose coordinates are all below 128
-FLOOR = 0.01  # of the prior covariance, which no material's goes below, however many seeds are alike
+FLOOR = 0.01  # floor of the prior covariance, which no material's goes below, however many seeds are alike
 
 
 class Boxes:
@@ -42,7 +42,7 @@ class Boxes:
 
     def __init__(self, texture: Windowed, colours: DistinctColours, radius: int) -> None:
         self._texture, self._colours = texture, colours
-        # Of cells of 2 x 2 samples or more a box has 100 or more, which tell its contrast to a tenth or better.
+        # A box has 100 cells of 2 x 2 samples or more, which tell its contrast to a tenth or better.
         self._step = max(radius // 4, 1)
         self.cell = 2 * self._step if radius >= 4 else 1
         self.reach = radius // self.cell

@@ -23,13 +23,13 @@ from skyshine.tmm.job.model import TextureJob
 FILETYPE = "tmm"
 CHUNK = 256  # texels of a side of an HDF5 chunk
 # Steps of what is stored. A byte for each would keep 256 steps, whose noise no filter compresses: 7 and 14 MB of a
-# photograph of 4096 x 4096 texels. With these steps, which floats hold with all but their first bits 0, 4 and 2 MB.
+# photograph of 4096 x 4096 texels. With these steps, which floats have with all but their first bits 0, 4 and 2 MB.
 CONFIDENCE_STEPS = 64
-SHADE_TOTAL = 255  # of a texel that lies in the shade as a whole
+SHADE_TOTAL = 255  # shade of a texel that lies in the shade as a whole
 TYPICALITY_RATIO, LEAST_TYPICALITY = 4, 4.0**-4
-# Of what comes in runs, runs alone are as small as searched patterns, in a third of the time. With level 6 for mixtures
-# a photograph of 4096 x 4096 texels takes 5.2 MB in place of 6.3, and 0.25 s of 3 more; with it for confidence 0.3 MB
-# less and 0.3 s more.
+# Data in runs, coded as runs alone, are as small as searched patterns, in a third of the time. With level 6 for
+# mixtures a photograph of 4096 x 4096 texels takes 5.2 MB in place of 6.3, and 0.25 s of 3 more; with it for confidence
+# 0.3 MB less and 0.3 s more.
 RUNS, PATTERNS, FAST = Packing(1, zlib.Z_RLE), Packing(1), Packing(3)
 PACKINGS = {
     "code": RUNS,

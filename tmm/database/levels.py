@@ -17,7 +17,7 @@ import numpy.typing as npt
 WEIGHT_TOTAL = 65535  # the weights of a texel sum to this: three shares right to 1e-5
 PERCENT = 100  # confidence is stored in whole per cent
 COMPONENTS = 3  # materials of a mixture at most, as the format has them
-_MOST_BITS = 44  # of a count: three of them times WEIGHT_TOTAL stay below 2^63
+_MOST_BITS = 44  # largest number of bits of a count: three of them times WEIGHT_TOTAL stay below 2^63
 PIECE_TEXELS = 1 << 17  # texels of a level worked out at a time
 
 

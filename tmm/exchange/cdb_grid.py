@@ -20,7 +20,7 @@ from skyshine.tmm.images.georeference import Affine
 # level 0 a step is 1/32 of a degree, over which a UTM grid bends by 0.1 m at most: a thousandth of a texel.
 _STEPS = 32
 _BAND = 256  # rows of texels whose places are worked out at a time
-_SLACK = 0.25  # of a level: texels of a tile may be 1.19 times those of the texture before a finer level is taken
+_SLACK = 0.25  # slack of a level: texels of a tile may be 1.19 times those of the texture before a finer level is taken
 _EDGE_POINTS = 65  # on each side of a texture, whose bent outline limits the tiles that it can touch
 
 

@@ -17,7 +17,7 @@ from skyshine.tmm.images.gdal import WGS84
 from skyshine.tmm.images.georeference import Affine
 
 INDEX, MIXTURE = 1, 2  # component selector 1
-TILE_SIDE = 1024  # of levels of detail from 0; each coarser one has half the texels a side
+TILE_SIDE = 1024  # tile side of levels of detail from 0; each coarser one has half the texels a side
 MIN_LOD, MAX_LOD = -10, 23  # levels of detail of OGC CDB 1.2
 MAX_LAYERS = 255  # layers of a composite material have one byte
 # Width of a geocell in degrees from a latitude on, to north and south (OGC 15-113, volume 1, table 2-2).

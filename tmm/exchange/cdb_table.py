@@ -20,7 +20,7 @@ NAMESPACE = "http://www.opengis.net/cdb/1.0/Composite_Material_Table"
 SCHEMA = "http://schemas.opengis.net/cdb/1.0/Composite_Material_Table.xsd"
 MAX_INDEX = 999_999  # "the largest index" of the standard's own example table
 BASE_NAME = re.compile(r"BM_[A-Za-z0-9_-]+")  # Base_Material_Table.xsd, with at most 32 characters
-BYTE_LIMIT = 50_000_000  # of a table: thousands of times one that covers 1024 x 1024 different texels in practice
+BYTE_LIMIT = 50_000_000  # size of a table: thousands of times one that covers 1024 x 1024 different texels in practice
 PERCENT = 100  # weights of a composite material are in per cent
 
 

@@ -25,8 +25,8 @@ from skyshine.tmm.exchange.cdb_materials import CdbMaterials
 from skyshine.tmm.exchange.cdb_places import INDEX, MAX_LOD, MIN_LOD, Tile
 from skyshine.tmm.exchange.image import MaterialImage
 
-MOST_TILES = 1 << 14  # of the finest level: some 20 GB
-_UNIT = 1 << 20  # of a share, which is ranked and rounded as an integer
+MOST_TILES = 1 << 14  # largest number of tiles of the finest level: some 20 GB
+_UNIT = 1 << 20  # unit of a share, which is ranked and rounded as an integer
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from skyshine.tmm.exchange.files import write_bytes, write_json
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.legend import legend
 
-MAX_COUNT = 255  # of the 8 bit image of digital counts; 0 is no material
+MAX_COUNT = 255  # largest count of the 8 bit image of digital counts; 0 is no material
 
 
 def write_dirsig(folder: str | os.PathLike[str], image: MaterialImage) -> list[Path]:

@@ -22,10 +22,10 @@ from skyshine.tmm.exchange.files import write_bytes
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.rasters import png_bytes
 
-MAX_IDS = 65536  # of two 8 bit channels
+MAX_IDS = 65536  # number of ids of two 8 bit channels
 FLOAT, UNSIGNED_SHORT, ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 5126, 5123, 34962, 34963  # enums of OpenGL, as in glTF 2.0
 NEAREST, CLAMP_TO_EDGE, TRIANGLES = 9728, 33071, 4  # enums of OpenGL, as in glTF 2.0
-_ALIGNMENT = 8  # of property table buffers, by the metadata specification
+_ALIGNMENT = 8  # alignment of property table buffers, by the metadata specification
 
 
 class Buffer:

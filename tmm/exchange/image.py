@@ -16,7 +16,7 @@ from skyshine.tmm.database.reader import open_tmm
 
 MAX_TEXELS = (
     1 << 27
-)  # of a level that is exchanged: it is held in memory whole, with up to 24 bytes a texel while it is written
+)  # texels of a level that is exchanged: it is held in memory whole, with up to 24 bytes a texel while it is written
 
 
 def check_size(height: int, width: int, path: str | os.PathLike[str]) -> None:

@@ -24,26 +24,28 @@ from skyshine.tmm.images.texture import Windowed
 REACH = 128  # texels that a shadow is followed at most
 _FINE, _COARSE = 1.0, 2.0  # texels: standard deviations of the filters of light, and of edges
 _APART = 5  # texels from an edge at which its sides are compared: beyond the penumbra of crowns
-_SLOPE = 0.04  # of the logarithm of light, a texel: least of an edge
+_SLOPE = 0.04  # slope of the logarithm of light, a texel: least of an edge
 _STEP = 0.25  # logarithm of the least ratio of an edge, in every channel
 _ALONG = 0.25  # least cosine of an edge's normal with the line from the Sun
 _MOST_STEP = 2.6  # logarithm: thirteenfold; the sky alone gives no less on clear days
-_BIN, _BINS = 0.1, 30  # of the histogram of ratios
+_BIN, _BINS = 0.1, 30  # bins of the histogram of ratios
 _LEAST_EDGES, _SIGNIFICANT = 30, 3.0  # edges; standard deviations by which more of them lie away from the Sun
 _OFTEN = 1.5  # times as many: neighbouring edges of one dark thing are not independent
-_LEAST_GAIN = 1.4  # of the least channel
+_LEAST_GAIN = 1.4  # smallest gain of the least channel
 _BLUER = 0.1  # least difference of the logarithms of the gains of red and blue: sky is blue
 _SPREAD = 0.35  # standard deviation of the logarithms of true ratios around the gain
 _SHALLOW, _DEEP = 0.6, 1.15  # shares of the gain's logarithm that a far end may have: half shade, and darker ground
 _SAME = 0.35  # likewise, of the light before a caster and beyond its shadow, where both are one ground
-_DOUBT = 0.7  # of a run with the same ground at both ends: a dark thing rather than a bridge over its own asphalt
+_DOUBT = (
+    0.7  # weight of a run with the same ground at both ends: a dark thing rather than a bridge over its own asphalt
+)
 _BOX = 15  # texels over which runs are counted
 _LIKELY = 0.35  # least share of the runs through a texel that end as shade does
 _NEAR_RUNS = 0.22  # least number of runs a texel, over 5 x 5 of them; between two of its steps of 0.04
-_CELL, _CELLS, _DARKEST = 0.2, 33, -6.3  # of the table of sunlit light; logarithm where it begins
-_LLR_LIMIT = 3.0  # of the logarithm of the ratio of its likelihoods
+_CELL, _CELLS, _DARKEST = 0.2, 33, -6.3  # cells of the table of sunlit light; logarithm where it begins
+_LLR_LIMIT = 3.0  # limit of the logarithm of the ratio of its likelihoods
 _HEADROOM = 0.25  # logarithm above the light of all but 1 % of the texels, that a texel without its shade may have
-_LEAST_SHARE = 0.001  # of the texels
+_LEAST_SHARE = 0.001  # fraction of the texels
 
 
 @dataclass(frozen=True)
@@ -340,7 +342,7 @@ def _gain(edges: Sequence[_Edges]) -> npt.NDArray[Any] | None:
     excess = sides[0] - sides[1]
     peak = (np.array(np.unravel_index(excess.argmax(), excess.shape)) + 0.5) * _BIN
     gain = np.zeros(ratio.shape[1])
-    for _ in range(5):  # of the mean shift: it moves by a bin at most
+    for _ in range(5):  # rounds of the mean shift: it moves by a bin at most
         near = weight * np.exp(-0.5 * ((colours - peak) ** 2).sum(axis=1) / 0.15**2)
         if near.sum() <= 0:
             return None

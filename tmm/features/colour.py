@@ -154,7 +154,7 @@ def _packed(pixels: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """
     bits = 8 * pixels.dtype.itemsize
     if bits == 8 and pixels.shape[2] == 3:
-        # Four bytes from each texel's neighbour on, big-endian, hold it in the last three: half the time of shifts.
+        # Four bytes from each texel's neighbour on, big-endian, contain it in the last three: half the time of shifts.
         octets = np.zeros(pixels.size + 1, np.uint8)
         octets[1:] = pixels.reshape(-1)
         index = np.ndarray((pixels.size // 3,), ">u4", octets.data, strides=(3,)).astype(np.intp)

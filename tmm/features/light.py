@@ -11,11 +11,11 @@ import numpy.typing as npt
 from skyshine.tmm.features.colour import to_linear
 from skyshine.tmm.images.texture import Windowed
 
-LEAST_LIGHT = 2e-3  # of white: where sensors and compression leave no ratio of channels
-LUMINANCE = (0.2126, 0.7152, 0.0722)  # of linear Rec. 709
+LEAST_LIGHT = 2e-3  # fraction of white: where sensors and compression leave no ratio of channels
+LUMINANCE = (0.2126, 0.7152, 0.0722)  # luminance of linear Rec. 709
 GUIDED_RADIUS = 6  # texels of the guided filter
 _EDGE = 0.02  # variance of the logarithm below which the guided filter takes no edge: a seventh of the light
-_LEAK = 0.05  # of the guided filter, that is taken for none and, likewise, for all
+_LEAK = 0.05  # weight of the guided filter, that is taken for none and, likewise, for all
 _WINDOW, _WINDOWS = 512, 16  # texels and number of the windows in which a whole texture is looked at
 
 

@@ -14,20 +14,20 @@ import numpy.typing as npt
 from skyshine.tmm.features.colour import DistinctColours, to_lab, to_linear
 from skyshine.tmm.images.texture import Windowed
 
-RADII = (2, 6, 16)  # of the boxes, in texels, beside the texel itself
+RADII = (2, 6, 16)  # radii of the boxes, in texels, beside the texel itself
 GRADIENT_RADII = (4, 12)  # texels
 MARGIN = max(RADII) + 1  # texels about a window that its features depend on
 DARK = 0.004  # added to linear light before logarithms: about the first step of 8 bit sRGB that is above noise
 BRIGHT = 1e6  # times white, to which light is limited, so that squares and sums of features stay finite
 SHADOW_LIGHT = (0.22, 0.26, 0.36)  # skylight's share of clear-sky irradiance in red, green and blue
-SHADOW_SPREAD = 0.25  # of the logarithm of that share between shadows
-# Of the logarithm of light between photographs of a library, found by leaving sheets of orthophotos out: all channels
-# together (exposure, haze), and red and blue by themselves (season, hour, film).
+SHADOW_SPREAD = 0.25  # shadow spread of the logarithm of that share between shadows
+# Spread of the logarithm of light between photographs of a library, found by leaving sheets of orthophotos out: all
+# channels together (exposure, haze), and red and blue by themselves (season, hour, film).
 LIGHT_SPREAD, TINT_SPREAD = 0.14, (0.03, 0.0, 0.05)
 SHADOW_AREA = 0.5  # share of a training window that is put in shadow
 BLOCK_COLOURS = 1 << 16  # whose light is computed at a time: float64 of all of them would be most of the memory
 BLOB = 24  # texels: standard deviation of the noise whose level sets are the shadows' outlines
-PENUMBRA = 0.15  # of that noise's own standard deviation, over which the light fades
+PENUMBRA = 0.15  # penumbra of that noise's own standard deviation, over which the light fades
 
 
 def names() -> tuple[str, ...]:
@@ -114,7 +114,7 @@ def _stack(lab: npt.NDArray[np.float32], linear: npt.NDArray[np.float32], step: 
     for dd, aa, da in zip(*(box_means(product, GRADIENT_RADII, step) for product in products), strict=True):
         energy = dd + aa
         stack[at] = 0.5 * np.log(np.maximum(energy, 0) + np.float32(1e-4))
-        # Of the structure tensor, (l1 - l2) / (l1 + l2) of its eigenvalues (Bigun and Granlund 1987).
+        # Coherence of the structure tensor, (l1 - l2) / (l1 + l2) of its eigenvalues (Bigun and Granlund 1987).
         stack[at + 1] = np.sqrt((dd - aa) ** 2 + 4 * da**2) / (energy + np.float32(1e-4))
         at += 2
     return stack

@@ -22,7 +22,7 @@ from skyshine.tmm.images.georeference import is_tiff
 
 KEPT_BYTES = 1 << 27  # decoded size up to which an image is kept whole: 4096 x 4096 texels of RGB come below it
 PIECE_ROWS = 64  # decoded at a time of an image that is not kept whole
-PIECE_TEXELS = 1 << 21  # of a row of tiles decoded at a time
+PIECE_TEXELS = 1 << 21  # piece texels of a row of tiles decoded at a time
 FOREIGN = {  # beginnings of files that are images, but of a kind that is not read: what to do
     b"\xabKTX 20": "is a KTX 2 texture, which is not read; save its base level as PNG, by 'ktx extract --level 0'",
     b"\xabKTX 11": "is a KTX texture, which is not read; save its base level as PNG",
@@ -95,7 +95,7 @@ class Raster:
             self._end = stop
 
     def _aligned(self, start: int, stop: int) -> tuple[int, int]:
-        """The rows of whole tiles that hold these rows."""
+        """The rows of whole tiles that contain these rows."""
         side = self._tile[0] or 1
         return start // side * side, min(-(-stop // side) * side, self.height)
 

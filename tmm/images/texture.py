@@ -126,7 +126,7 @@ class TextureFile:
         Raises InputError: the file is damaged or cut short.
         """
         values = self._raster.rows(rows.start, rows.stop)[:, columns]
-        # What the raster gives holds until its next call alone.
+        # An array of the raster is valid until its next call alone.
         colours = np.array(values[..., self._picked], order="C")
         valid = np.ones(colours.shape[:2], bool)
         for _, lost in self._reasons(rows, columns, values, colours):

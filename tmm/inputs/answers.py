@@ -14,7 +14,7 @@ from skyshine.schemas.documents import StrictModel, parse_model, read_yaml
 from skyshine.tmm.job.materials import UNKNOWN
 
 SKIP = "skip"  # the answer that a place cannot be recognised: it is not asked about again
-CORNERS = 32  # of the polygon that represents a disk
+CORNERS = 32  # corners of the polygon that represents a disk
 
 
 class Sized(Protocol):
@@ -51,7 +51,7 @@ class Answer(StrictModel):
 
     @property
     def seed(self) -> str | None:
-        """The material that is known by this answer, or `unknown`; None where it cannot be told."""
+        """The material that is known by this answer, or `unknown`; None where it cannot be known."""
         return None if self.material == SKIP else self.material
 
 

@@ -29,8 +29,8 @@ from skyshine.tmm.job.materials import UNKNOWN
 from skyshine.tmm.job.model import Palette, Seeds, TextureJob
 
 BAND_ROWS = 256  # looked at at a time
-SHOWN_COLOURS = 8  # of an image that has none of its palette
-MOST_COLOURS = 1 << 16  # of an image that is looked at for those of a palette: beyond, it is a photograph
+SHOWN_COLOURS = 8  # shown colours of an image that has none of its palette
+MOST_COLOURS = 1 << 16  # colours of an image that is looked at for those of a palette: beyond, it is a photograph
 
 
 def open_texture(job: TextureJob, base_folder: Path) -> TextureFile:

@@ -203,7 +203,7 @@ def _read_features(folder: Path, name: str) -> _FeatureCollection:
     except InputError:
         if path.resolve().is_relative_to(folder.resolve()):
             raise
-        # A job may come from somebody else: what a file elsewhere holds is not shown by way of an error.
+        # A job may come from somebody else: the content of a file elsewhere is not shown by way of an error.
         raise InputError(
             "cannot be read as a GeoJSON FeatureCollection of polygons and points with a material; it lies outside the "
             "job's folder, so what was found is not shown",

@@ -18,8 +18,8 @@ from skyshine.tmm.job.materials import UNKNOWN
 from skyshine.tmm.job.model import Seeds, TextureJob
 
 BLOCK = 32  # texels; of a material with many labels, blocks of this size are drawn
-BLOCKS = 4096  # of one material in a label image that are seeds: four million texels tell its colours well enough
-POLYGON_TEXELS = 1 << 22  # of one polygon that are seeds; a larger one is thinned to a regular grid
+BLOCKS = 4096  # seeds of one material in a label image: four million texels show its colours well enough
+POLYGON_TEXELS = 1 << 22  # texels of one polygon that are seeds; a larger one is thinned to a regular grid
 MOST_LOST = 0.1  # share of a material's drawn seeds without data: edges of cut-outs lose some
 PIECE_TEXELS = 1 << 21  # read at a time
 MERGED_CLAIMS = 1 << 22  # claims of texels that wait before those of one texel are merged: 128 MiB

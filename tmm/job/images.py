@@ -45,7 +45,7 @@ def find_images(folder: Path, image: str) -> dict[str, str] | None:
         job_path(folder, name)
     names = [texture_name(name) for name in images]
     if len(set(names)) < len(names):
-        # Folders that each hold an image of the same name.
+        # Folders that each contain an image of the same name.
         names = [_plain(str(PurePath(name).with_suffix("")).replace("/", "_")) for name in images]
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)

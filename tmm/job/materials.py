@@ -14,7 +14,7 @@ from pydantic.json_schema import WithJsonSchema
 from skyshine.materials.library import unknown_material
 
 UNKNOWN = "unknown"  # the class of seeds of what is none of the materials
-MOST_PARTS = 3  # of a mixture, as `mix_code` stores them
+MOST_PARTS = 3  # largest number of parts of a mixture, as `mix_code` stores them
 MOST_WEIGHT = 65535  # largest value of 16 bits
 _BETWEEN = " + "
 

@@ -445,7 +445,7 @@ class TmmJob(StrictModel):
     @pydantic.field_validator("textures")
     @classmethod
     def _every_image(cls, textures: tuple[TextureJob, ...], info: pydantic.ValidationInfo) -> tuple[TextureJob, ...]:
-        """One texture an image; a job from elsewhere than a file has no folder, and its images stand as they are."""
+        """One texture an image; a job from elsewhere than a file has no folder, and its images stay as they are."""
         folder = (info.context or {}).get("folder")
         if folder is None:
             return textures

@@ -23,7 +23,7 @@ from skyshine.tmm.job.materials import UNKNOWN
 from skyshine.tmm.job.model import TextureJob
 from skyshine.tmm.training.train import fit_seeds
 
-RADIUS = 8  # of the disk that is asked about, in texels of the survey's grid, at most
+RADIUS = 8  # radius of the disk that is asked about, in texels of the survey's grid, at most
 SEEDED = 1 / 8  # share of a superpixel that must be seeds for it to be known
 TRIES = 1000  # for a texel with data
 WAYS = ("seeds", "model", "clusters")  # that answers are of use to

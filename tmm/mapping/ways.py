@@ -21,7 +21,7 @@ from skyshine.tmm.inputs.polygons import polygon_mask, seed_polygons
 from skyshine.tmm.job.model import Clusters, Palette, Rules, Seeds
 
 CLUSTER_SAMPLE = 1 << 16  # texels that clusters are found from
-CLUSTER_ROUNDS = 50  # of k-means: far beyond where it settles on a photograph
+CLUSTER_ROUNDS = 50  # cluster rounds of k-means: far beyond where it settles on a photograph
 
 
 class WholeTexture:
@@ -108,7 +108,7 @@ class RuleMapper:
             for name, limits in rule.when.items():
                 if name not in values:
                     values |= _quantities(name, flat, self._texture.encoding)
-                # A comparison with NaN, as a layer has where it knows nothing, does not hold.
+                # A comparison with NaN, as a layer has where it knows nothing, is false.
                 if limits.at_least is not None:
                     holds &= values[name] >= limits.at_least
                 if limits.below is not None:

@@ -210,7 +210,7 @@ class _RowWriter:
         """`materials` (K,) are the codes that occur, in ascending order; `shape` is that of the level."""
         self._arrays = [arrays[name] for name in ("code", "mix_code", "mix_weight")]
         self._height, self._width = shape
-        # Of the wide levels of a large texture these rows are the most that is held: materials are kept as their
+        # These rows of the wide levels of a large texture are the most that is in memory: materials are kept as their
         # number, in one byte where that does, and the third weight follows from the others.
         self._materials, kind = (
             np.append(0, materials).astype(np.uint16),

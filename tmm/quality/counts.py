@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-BINS = 15  # of confidence, as Guo et al. (2017) take them
+BINS = 15  # bins of confidence, as Guo et al. (2017) take them
 
 
 @dataclass(frozen=True)

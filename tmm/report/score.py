@@ -72,7 +72,7 @@ class Checked:
 
     answered, right : int
         Places with an answer, and those whose material is that answer; `unknown` is right where nothing was found.
-    skipped : int; places at which it could not be told, or was not yet.
+    skipped : int; places at which it could not be known, or was not yet.
     accuracy : float; share of the texels that have the right material.
     low, high : float; of its interval of 95 % confidence (Wilson 1927, J. Am. Stat. Assoc. 22:209-212).
     stated : float; mean confidence that the database states at the places answered.

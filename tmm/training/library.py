@@ -21,8 +21,8 @@ from skyshine.tmm.quality.held_out import HeldOut, HeldOutTexels, held_out, unte
 from skyshine.tmm.training.examples import SAMPLE, Examples, examples
 from skyshine.tmm.training.train import train_textured
 
-LIBRARY_SAMPLE = 500_000  # of all materials in all textures of a library, 200 bytes each
-LEAST_SAMPLE = 200  # of a material in one texture of many
+LIBRARY_SAMPLE = 500_000  # library sample of all materials in all textures of a library, 200 bytes each
+LEAST_SAMPLE = 200  # smallest sample of a material in one texture of many
 
 
 def library_examples(texture: Windowed, seeds: SeedTexels, count: int, random_seed: int) -> Examples:

@@ -12,11 +12,12 @@ import scipy
 from skyshine.tmm.classify.typicality import Boxes, Typicality, fit_boxes
 from skyshine.tmm.inputs.seeds import SeedTexels
 
-# Of the places of what is known, that may be taken for unknown: a twentieth, as tests of significance have it. With six
-# clicks a material on twelve aerial sheets 0.7 % of the texels are, where nothing unknown is there; a threshold of 0.11
-# with three places a material loses 4.5 %, for a sheet may hold kinds of a material that no click met.
+# Share of the places of what is known, that may be taken for unknown: a twentieth, as tests of significance have it.
+# With six clicks a material on twelve aerial sheets 0.7 % of the texels are, where nothing unknown is there; a
+# threshold of 0.11 with three places a material loses 4.5 %, for a sheet may contain kinds of a material that no click
+# met.
 ONE_IN = 20
-MOST_PLACES = 12  # of a material that are compared with the others: each costs a fit
+MOST_PLACES = 12  # largest number of places of a material that are compared with the others: each costs a fit
 GROUP_CELLS = 64  # rows and columns of cells whose boxes are computed at a time
 
 

@@ -15,7 +15,7 @@ from skyshine.tmm.training.examples import Examples
 
 HIDDEN, PENALTY = 64, 0.1  # units; on the squares of the weights
 ROUNDS = 60  # over all examples, at most
-VISITS = 1_000_000  # of examples, in all rounds: with many examples a few rounds do
+VISITS = 1_000_000  # visits of examples, in all rounds: with many examples a few rounds do
 
 
 def train_textured(

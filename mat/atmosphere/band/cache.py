@@ -52,17 +52,17 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.digest import digest_of
 from skyshine.schemas.kept_arrays import keep_arrays, kept_arrays, kept_folder
 
-FOLDER = "bands"  # of the kept files
+FOLDER = "bands"  # folder of the kept files
 FORMAT = 3  # raised when the layout of the kept files changes
 HEAD = b"skyshine compiled band 3\n"  # then the digest in hexadecimal digits, and the arrays as numpy keeps several
 STATISTICS = ("max", "p95", "rms")
 # Tolerances that shared points may err where the largest number of points, not the tolerance, ended their choice: those
 # fitted to the air of the state alone then miss the tolerance by as much.
 _LIMITED = 1.5
-_MAX_FITS = 8  # of some 10 MB each
+_MAX_FITS = 8  # largest number of fits of some 10 MB each
 _fits: OrderedDict[str, FittedBand] = OrderedDict()  # the latest last
-_choices: dict[str, ChosenPoints] = {}  # of some 10 kB each
-_samples: dict[str, tuple[SampledBand, float]] | None = None  # of `shared_samples`
+_choices: dict[str, ChosenPoints] = {}  # choices of some 10 kB each
+_samples: dict[str, tuple[SampledBand, float]] | None = None  # results of `shared_samples`
 _lock = threading.Lock()
 
 
@@ -305,7 +305,7 @@ def _fits_band(
     band: BandPoints,
 ) -> bool:
     """Whether a kept choice of points is one of this band: some of its points with its whole weight, and of its gases
-    those that were not left out.
+    those that were not omitted.
     """
     size = band.weight.size
     kinds = index.dtype.kind == "i" and weight.dtype == np.float64 and ladder.dtype == np.float64

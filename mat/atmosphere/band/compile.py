@@ -41,12 +41,12 @@ _TRAINING_RAYS, _TEST_RAYS = 160, 240
 _FEWEST = 10  # errors of a region that is stated apart
 # The same for each of many states that share points: they err alike.
 _SHARED_TEST_RAYS, _SHARED_TEST_SKIES = 64, 2
-_TEST_STREAM = 1  # of random numbers: what a band is tested on does not depend on what it was fitted to
+_TEST_STREAM = 1  # stream of random numbers: what a band is tested on does not depend on what it was fitted to
 # Elevations of the source at which the field of light scattered more than once is solved, degree, and its azimuthal
 # moments: fewer than in tables, as points are many and all of them are compared in the same field.
 _ELEVATIONS = (-8.0, 0.0, 5.0, 20.0, 90.0)
 _AZIMUTHAL = 1
-_NODES = 2  # of each hemisphere; points chosen with 4 err no less in a field of 4
+_NODES = 2  # nodes of each hemisphere; points chosen with 4 err no less in a field of 4
 _HORIZON_DROP = 1.0  # degree by which the Sun is lower, or higher, at the far end of a long line of sight
 # Lines of sight on which the effect of each gas is measured.
 _GAS_RAYS = 40

@@ -28,10 +28,10 @@ _COARSE, _CUT = 3e-4, 1e-4
 # rms that interpolation between the table's pressures and temperatures adds to a transmittance (`absorption.md`): the
 # spectra share it.
 _INTERPOLATION = 3.5e-4
-_SAMPLES = 20  # of a response in a cell
-_EVEN = 1e-3  # of the largest response: a cell whose neighbours differ by less is taken for even
+_SAMPLES = 20  # samples of a response in a cell
+_EVEN = 1e-3  # fraction of the largest response: a cell whose neighbours differ by less is taken for even
 _LIKELIHOOD = 0.95  # that an air which is not among the atmospheres errs by less than is stated
-_SUM_WEIGHT = 30.0  # of the row of a fit that is the sum of the weights
+_SUM_WEIGHT = 30.0  # weight of the row of a fit that is the sum of the weights
 
 
 def points_of_band(table: AbsorptionTable, response: SpectralResponse) -> BandPoints:
@@ -120,7 +120,7 @@ def _covers(fine: AbsorptionTable, edges: Floats) -> Booleans:
 def _largest(uneven: Floats, allowed: float) -> Booleans:
     """The entries (I,) without which the root of the sum of squares is at most what is allowed, times `_SPREAD`."""
     order = np.argsort(-uneven)
-    remainder = np.sqrt(np.cumsum(uneven[order][::-1] ** 2)[::-1])  # of an entry and all smaller ones
+    remainder = np.sqrt(np.cumsum(uneven[order][::-1] ** 2)[::-1])  # norm of an entry and all smaller ones
     chosen = np.zeros(uneven.size, bool)
     chosen[order[_SPREAD * remainder > allowed]] = True
     return chosen

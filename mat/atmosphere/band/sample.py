@@ -24,7 +24,7 @@ NOWHERE = -1
 # Emission, and light of the source, along one in so many lines: they take most of the time. The test has many lines,
 # for transmittance and direct light cost little and differ most.
 _FIT_STEPS, _TEST_STEPS = (1, 3), (4, 8)
-_LEAST_ELEVATION = np.radians(1.0)  # of lines of sight that must meet air
+_LEAST_ELEVATION = np.radians(1.0)  # smallest elevation of lines of sight that must meet air
 _SURFACE_HEIGHTS = (0.0, 1e3, 3e3, 10e3)  # m above the ground
 _TO_SPACE, _SPACE = (90.0, 40.0, 20.0, 10.0, 5.0), 1e7  # degree, and m beyond the air
 _LOW_SKIES = 2  # surfaces under the sky where all are lower than that: their skies differ less
@@ -93,7 +93,7 @@ class Sample:
         ranges = spread(ranges, count * _RANGES, rng).reshape(count, _RANGES) * 1e3
         angles = _source_angles(grid, count, rng)
         lines = _lines(shells, altitude, elevation, ranges, angles)
-        if not lines:  # of observers so far away that none drawn looks at air: the points are those of views from below
+        if not lines:  # all observers are too far away to look at air: the points are those of views from below
             near = ground + np.resize(_SURFACE_HEIGHTS, count)
             lines = _lines(
                 shells, near, np.maximum(np.abs(elevation), _LEAST_ELEVATION), np.maximum(ranges, 1e3), angles
@@ -126,7 +126,7 @@ class Sample:
         altitude = np.maximum(scene_lines.altitude_km * 1e3, shells.altitude[0])
         ranges, angles = scene_lines.range_km[:, columns] * 1e3, _source_angles(grid, count, rng)
         lines = _lines(shells, altitude, np.radians(scene_lines.elevation_deg), ranges, angles, region)
-        if not lines:  # of ranges of 0 alone, or of observers so far away that none drawn looks at air
+        if not lines:  # lines of ranges of 0 alone, or of observers so far away that none drawn looks at air
             return cls.for_fit(shells, grid, -(-count // _TEST_STEPS[0]), rng, scope=scope)
         return cls._over(lines, shells, grid, rng, scope, skies, _TEST_STEPS)
 

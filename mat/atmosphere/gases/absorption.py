@@ -28,7 +28,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database, sound
 
 FILETYPE = "absorption"
-# Water vapour continua that may replace a table's own, at the wavenumbers of their files, which hold the coefficients
+# Water vapour continua that may replace a table's own, at the wavenumbers of their files, with the coefficients
 # that differ: one closer to radiation measured in humid air, one for comparison with codes of its time, and one in the
 # public domain. Packages built without MT_CKD have the last alone.
 WATER_CONTINUA = {
@@ -39,7 +39,7 @@ WATER_CONTINUA = {
 # Names of the coefficients in the table and, with their units, in the files, in the order of
 # `spectral_points.water_continuum`.
 COEFFICIENTS = ("self_continuum", "foreign_continuum", "self_exponent")
-FIRST_CONTINUUM = "mt_ckd_4.3"  # of tables that do not name theirs
+FIRST_CONTINUUM = "mt_ckd_4.3"  # first continuum of tables that do not name theirs
 # Where the table has MT_CKD 4.3. Measured longwave of clear humid nights is 4 to 5 W m^-2 above that with 4.3 and 2
 # above that with the foreign continuum for closure; pyrgeometers are good to 2 to 5 (tests/validation/
 # test_humid_nights.py, test_payerne.py). MT_CKD 2.4, 1 below, lacks what was measured since in the windows at 4 and 2

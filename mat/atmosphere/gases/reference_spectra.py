@@ -68,7 +68,7 @@ class ReferenceSpectra:
     def at_points(self, points: SpectralPoints, *, fitted: bool) -> Floats:
         """The same rows of the fitted states, or of the others, at spectral points (P,): (m, P).
 
-        The continuum of the points must be that of the spectra. Gases without a spectrum of their own are left out.
+        The continuum of the points must be that of the spectra. Gases without a spectrum of their own are omitted.
         """
         gases = [name for name in points.absorbing if name == CONTINUUM or name in self.states[0].fraction]
         middle = points.interval_edges.mean(axis=1)[points.interval]

@@ -29,8 +29,8 @@ from skyshine.mat.atmosphere.particles.windblown import (
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError, nearest
 
-# Of the lowest 2 km, with the visibility [km] that LOWTRAN7 gives each (IHAZE); those of desert and Navy follow the
-# wind, those of OPAC the humidity.
+# Models of the lowest 2 km, with the visibility [km] that LOWTRAN7 gives each (IHAZE); those of desert and Navy follow
+# the wind, those of OPAC the humidity.
 BOUNDARY_MODELS: dict[str, float | None] = {
     "rural": 23.0,
     "urban": 5.0,

@@ -19,7 +19,7 @@ SCALE_HEIGHTS = (50.0, 20e3)  # m
 # Base and top fade out over this part of the thickness, at most this far, m.
 _EDGE_SHARE, _EDGE = 0.05, 50.0
 _END = 10.0  # m beyond the heights of a profile in which it ends
-# Scale heights at which levels stand, between which extinction is linear.
+# Scale heights at which levels are placed, between which extinction is linear.
 _LEVELS = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 
 

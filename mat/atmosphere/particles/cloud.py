@@ -27,8 +27,8 @@ from skyshine.schemas.errors import InputError, nearest
 PHASES = ("water", "ice")
 TYPES = ("cumulus", "altostratus", "stratus", "stratocumulus", "nimbostratus", "cirrus", "thin_cirrus")
 RADII = {"water": (2.0, 30.0), "ice": (5.0, 100.0)}  # um, of the tables
-# Of a cloud of no type: droplets over land and sea differ by a factor of 2 about 10 um (Miles et al. 2000, J. Atmos.
-# Sci. 57, 295); crystals of cirrus have 20 to 40 um (Baum et al. 2011, J. Appl. Meteorol. Climatol. 50, 1037).
+# Radii of a cloud of no type: droplets over land and sea differ by a factor of 2 about 10 um (Miles et al. 2000, J.
+# Atmos. Sci. 57, 295); crystals of cirrus have 20 to 40 um (Baum et al. 2011, J. Appl. Meteorol. Climatol. 50, 1037).
 DEFAULT_RADII = {"water": 10.0, "ice": 30.0}
 LARGEST_OPTICAL_DEPTH = 1e5
 TOP_LIMIT = 20e3  # m above the ground

@@ -23,7 +23,7 @@ from skyshine.schemas.arrays import Floats
 
 JOIN = (2.4, 2.7)  # um: between them tables pass from the fit to spheres of the same ratio of volume to area
 # Equation 27: coefficients of 1, co-albedo, asymmetry and the product of the two, by order of the Legendre polynomial;
-# that of order 6 stands for all higher orders.
+# that of order 6 replaces all higher orders.
 _RESIDUAL = np.array(
     [
         [0.0, 0.0, 0.0, 0.0],
@@ -35,7 +35,7 @@ _RESIDUAL = np.array(
         [-0.32153, -0.10691, 0.41282, -0.07934],
     ]
 )
-# Co-albedos and asymmetries between which the residual fades out: above 0.3 the fit does not hold (section 6.4), and
+# Co-albedos and asymmetries between which the residual fades out: above 0.3 the fit is not valid (section 6.4), and
 # crystals as small as the wavelength, which have lower asymmetries, are not in it.
 _FADING_COALBEDO, _FADING_ASYMMETRY = (0.2, 0.3), (0.75, 0.65)
 # Bounds of the asymmetry of refracted light, and of its share that is not isotropic, where the fit ends.

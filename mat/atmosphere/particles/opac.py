@@ -29,7 +29,7 @@ TYPES: dict[str, dict[str, float]] = {
     "opac_antarctic": {"suso": 42.9, "ssam": 0.047, "mitr": 0.0053},
 }
 _PER_KM = 1e-3  # 1 um^2 cm^-3 in km^-1
-_LEAST_ABSORPTION = 1e-12  # of the extinction: its logarithm is interpolated
+_LEAST_ABSORPTION = 1e-12  # smallest absorption of the extinction: its logarithm is interpolated
 
 
 def opac_model(name: str) -> AerosolModel:

@@ -29,7 +29,7 @@ MARITIME = ("maritime", "navy_maritime", "opac_maritime_clean", "opac_maritime_p
 # Smith et al. 1993 and Andreas 1998, (A1) to (A5): the second mode at 80 % humidity, m^-2 s^-1 um^-1.
 _RADIUS, _NARROWNESS, _WIND_SLOPE, _WIND_OFFSET = 9.2, 3.3, 0.959, -1.476
 _STRONGEST_WIND = 30.0  # m/s, of the measurements
-_MOST_HUMID = 0.98  # of growth, as in the Navy maritime aerosol
+_MOST_HUMID = 0.98  # fraction of growth, as in the Navy maritime aerosol
 _WATER_DENSITY, _VISCOSITY = 1030.0, 1.8e-5  # kg m^-3 of sea water; Pa s of air at 15 C
 _REFERENCE = 10.0  # m, near the height of the measurements
 _TOP = 600.0  # m: depth of the mixed layer that COARE takes

@@ -116,7 +116,7 @@ def _check_limits(readings: Readings, name: str) -> None:
 
 
 def _rising_rows(readings: Readings) -> tuple[npt.NDArray[np.intp], list[str]]:
-    """Rows with pressure and temperature, from the lowest up; what was left out on the way."""
+    """Rows with pressure and temperature, from the lowest up; what was omitted on the way."""
     pressure = readings.values["pressure"]
     altitude = _altitude_as_written(readings.values)
     rows = np.flatnonzero(np.isfinite(pressure) & np.isfinite(readings.values["temperature"]))

@@ -186,6 +186,6 @@ def _column(document: Document, location: Location, name: str) -> list[Cell]:
         if mask not in range(len(MODELS) + 1):
             raise document.error((*location, "PRO_MASK"), f"found {mask!r}; allowed: 0 to {len(MODELS)} for each level")
         line, column = document.where((*location, "PROFILE", row))
-        assert line is not None and column is not None  # of a text
+        assert line is not None and column is not None  # the place of a text
         cells.append(Cell(float(value), str(mask) if mask else units[unit], line, column))
     return cells

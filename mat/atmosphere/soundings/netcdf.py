@@ -51,7 +51,7 @@ _UNITS = {
 _SPELLINGS = {"kg kg**-1": "kg/kg", "kg kg-1": "kg/kg", "millibars": "mbar", "millibar": "mbar", "kelvin": "K", "": ""}
 _ALL = slice(None)
 OZONE_MOLAR_MASS = 47.9982e-3  # kg mol^-1 (IUPAC 2018)
-MOST_LEVELS, MOST_NODES = 1000, 2_000_000  # of a column, and of an axis of the grid
+MOST_LEVELS, MOST_NODES = 1000, 2_000_000  # sizes of a column, and of an axis of the grid
 
 
 def is_netcdf(file: Path) -> bool:

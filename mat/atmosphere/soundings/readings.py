@@ -14,7 +14,7 @@ from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
-# Of rows: as an author sorted them; as a balloon measured them, up and down a little; in no order of their own.
+# Order of rows: as an author sorted them; as a balloon measured them, up and down a little; in no order of their own.
 Order = Literal["sorted", "flown", "any"]
 
 

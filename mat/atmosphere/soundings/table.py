@@ -20,7 +20,7 @@ from skyshine.schemas.plain_numbers import plain_number
 
 _NAMES = NAMES | {gas.lower(): gas for gas in GASES if gas != "H2O"}
 _UNITS = UNITS | dict.fromkeys((gas for gas in GASES if gas != "H2O"), PARTS)
-# Of other columns, those that a slip of the pen made of ours.
+# Fraction of other columns, those that a slip of the pen made of ours.
 _SLIP = 0.9
 _CLOCKS = ("time", "elapsed_time", "flight_time", "seconds", "date_time", "datetime", "utc", "utc_time", "timestamp")
 # Cells without a reading. Altitudes apart, which may be -999 ft, no quantity reaches the numbers.

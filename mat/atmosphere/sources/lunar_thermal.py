@@ -21,7 +21,7 @@ from skyshine.mat.radiometry.constants import STEFAN_BOLTZMANN
 from skyshine.schemas.arrays import Floats
 
 SOLAR_CONSTANT = 1361.0  # W m^-2 at 1 au (Kopp and Lean 2011)
-SOLAR_ALBEDO = 0.12  # of the mean lunar surface (Vasavada et al. 2012, doi:10.1029/2011JE003987)
+SOLAR_ALBEDO = 0.12  # solar albedo of the mean lunar surface (Vasavada et al. 2012, doi:10.1029/2011JE003987)
 BROADBAND_EMISSIVITY = 0.95  # (Vasavada et al. 2012)
 NIGHT_TEMPERATURE = 100.0  # K (Vasavada et al. 2012: 95 to 110 K at low latitudes)
 # Degree; about 30 (Shkuratov et al. 2000), 20 to 35 over emission angles (Bandfield et al. 2015).
@@ -29,7 +29,7 @@ RMS_SLOPE = 30.0
 # Gauss points of the disk integral across latitude, the sunlit and the dark part of longitude.
 LATITUDES, DAY_LONGITUDES, NIGHT_LONGITUDES = 16, 16, 6
 SLOPES, ASPECTS = 8, 24
-CLASSES = 200  # of absorbed power
+CLASSES = 200  # classes of absorbed power
 
 
 def subsolar_temperature(sun_distance: float) -> float:
@@ -72,7 +72,7 @@ def _facets(phase_angle: float, rms_slope: float) -> tuple[Floats, Floats]:
     axis_slope = np.tan(np.radians(rms_slope)) / np.sqrt(2)  # rms along one axis
     nodes, slope_weight = np.polynomial.laguerre.laggauss(
         SLOPES
-    )  # of tan^2 over twice the variance, an exponential law
+    )  # weights of tan^2 over twice the variance, an exponential law
     slope = axis_slope * np.sqrt(2 * nodes)[:, None]
     aspect = (np.arange(ASPECTS) + 0.5) * 2 * np.pi / ASPECTS  # from that of the observer
     sin_sun, sin_observer = np.sqrt(1 - cos_sun**2), np.sqrt(1 - cos_observer**2)

@@ -15,8 +15,8 @@ import numpy as np
 from skyshine.mat.atmosphere.state.profiles import LATITUDES, Profile, load_profile
 from skyshine.schemas.arrays import Floats
 
-COLDEST_DAY, _YEAR = 15.0, 365.25  # 15 January: the middle of the month that the winter profiles stand for
-WEIGHT_STEP = 0.02  # of the weights, so that days of the same fortnight share their air
+COLDEST_DAY, _YEAR = 15.0, 365.25  # 15 January: the middle of the month that the winter profiles represent
+WEIGHT_STEP = 0.02  # step of the weights, so that days of the same fortnight share their air
 
 
 def profile_weights(latitude: float, date: datetime.date) -> dict[str, float]:

@@ -9,7 +9,8 @@ from skyshine.mat.radiometry.constants import GAS_CONSTANT
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
 
-# Of water vapour to dry air: 18.01528 (IUPAC 2018) / 28.9647 g mol^-1 (US Standard Atmosphere 1976 with 400 ppm CO2).
+# Ratio of water vapour to dry air: 18.01528 (IUPAC 2018) / 28.9647 g mol^-1 (US Standard Atmosphere 1976 with 400 ppm
+# CO2).
 MASS_RATIO = 18.01528 / 28.9647
 WATER_MOLAR_MASS = 18.01528e-3  # kg mol^-1 (IUPAC 2018)
 

@@ -123,7 +123,7 @@ def exponential(points: npt.ArrayLike, nodes: Floats, values: Floats) -> Floats:
 def _regular(surface_altitude: float) -> Floats:
     pieces, start = [], surface_altitude
     for end, step in SPACING:
-        # Above the boundary layer the levels stand at fixed altitudes above the sea, whatever the ground.
+        # Above the boundary layer the levels have fixed altitudes above the sea, whatever the ground.
         above = end + surface_altitude if end <= 6e3 else end
         count = int(np.ceil((above - start) / step - 1e-9))
         if count > 0:

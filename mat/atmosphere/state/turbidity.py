@@ -22,7 +22,7 @@ from skyshine.mat.atmosphere.state.climate import blended_profile, profile_weigh
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 
 SEA_LEVEL_PRESSURE = 101325.0  # Pa
-LEAST_DEPTH = 0.01  # what the stratosphere holds without volcanoes
+LEAST_DEPTH = 0.01  # optical depth of the stratosphere without volcanoes
 _MM_PER_CM = 10.0  # precipitable water in cm is in the formula, in mm in the state
 
 

@@ -18,7 +18,7 @@ from skyshine.mat.atmosphere.transfer.geometry import trace
 from skyshine.schemas.arrays import Floats
 
 _ENDS = np.s_[:-1], np.s_[1:]  # lower and upper level of each layer
-_RAYLEIGH_PEAK = 1.5  # of `optics.rayleigh_phase`, straight forward and straight back, without depolarisation
+_RAYLEIGH_PEAK = 1.5  # peak of `optics.rayleigh_phase`, straight forward and straight back, without depolarisation
 
 
 @dataclass(frozen=True, eq=False)

@@ -276,7 +276,7 @@ def _scattering(optics: SpectralOptics, moments: Floats, fraction: Floats, molec
     if molecules:
         gamma = optics.rayleigh_anisotropy
         result[:, 0] += optics.rayleigh
-        result[:, 2] += optics.rayleigh * 0.1 * (1 - gamma) / (1 + 2 * gamma)  # of `optics.rayleigh_phase`
+        result[:, 2] += optics.rayleigh * 0.1 * (1 - gamma) / (1 + 2 * gamma)  # as `optics.rayleigh_phase`
     return result
 
 

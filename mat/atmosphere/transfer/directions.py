@@ -11,9 +11,9 @@ from skyshine.mat.atmosphere.transfer.node_cubics import NodeCubics
 from skyshine.mat.atmosphere.transfer.segments import source_weights
 from skyshine.schemas.arrays import Floats, Reals
 
-# Of the directions of each hemisphere at which radiance is tabulated where all may be asked for, they are even in
-# arctanh(sin(angle from the vertical)): about the angle itself near the vertical, the logarithm of the cosine near the
-# horizon. So many, down to this cosine; plane layers have no end along the horizon itself.
+# Number and lowest of the directions of each hemisphere at which radiance is tabulated where all may be asked for, they
+# are even in arctanh(sin(angle from the vertical)): about the angle itself near the vertical, the logarithm of the
+# cosine near the horizon. So many, down to this cosine; plane layers have no end along the horizon itself.
 _COUNT, _LOWEST = 12, 0.02
 _STEEP = np.arcsin(np.tanh(np.linspace(0.0, np.arctanh(np.sqrt(1 - _LOWEST**2)), _COUNT)))
 DIRECTIONS: tuple[float, ...] = tuple(np.concatenate([_STEEP, np.pi - _STEEP[::-1]]).tolist())

@@ -24,7 +24,7 @@ _KING_NITROGEN, _KING_OXYGEN, _KING_ARGON, _ARGON_PERCENT = 78.084, 20.946, 1.00
 _KING_CARBON_DIOXIDE = 1.15
 # Refractivity grows by 54 % of the carbon dioxide fraction beyond 300 ppmv (Bodhaine et al. 1999, equation 19).
 _REFRACTIVITY_OF_CO2 = 0.54
-# Aerosol phase functions stand at wavelengths whose steps are at most this ratio, and are linear between.
+# Aerosol phase functions are given at wavelengths whose steps are at most this ratio, and are linear between.
 _PHASE_WAVELENGTH_RATIO = 1.25
 PHASE_ANGLES = np.radians(np.linspace(0.0, 180.0, 361))
 

@@ -13,7 +13,8 @@ import numpy as np
 
 from skyshine.schemas.arrays import Floats
 
-# Of the lines that sample all paths of a job: those of its smallest part are not fewer, nor fewer than so many.
+# Least share and number of the lines that sample all paths of a job: those of its smallest part are not fewer, nor
+# fewer than so many.
 _LEAST_SHARE, _LEAST_LINES = 0.25, 16
 
 

@@ -137,7 +137,7 @@ def _meeting_the_ground(
     if not flattest < steepest:
         return None
     sine = generator.uniform(flattest, steepest, height.size)
-    horizon = np.sqrt(2 * height / _RADIUS_KM)  # of a straight line; a refracted one meets the ground there too
+    horizon = np.sqrt(2 * height / _RADIUS_KM)  # dip of a straight line; a refracted one meets the ground there too
     longest, shortest = base.range_km[-1], base.range_km[0]
     # The range over a flat Earth is a little shorter than the true one, twice as long at the horizon.
     meets = (sine > horizon) & (2 * height <= sine * longest) & (height >= sine * shortest)

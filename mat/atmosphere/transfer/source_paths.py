@@ -176,5 +176,5 @@ def _shell_air_mass(altitude: Floats, elevation: Floats) -> Floats:
     height = (EARTH_RADIUS + altitude) / _SCALE_HEIGHT
     across = height * np.sin(elevation)
     root = np.sqrt(across**2 + 2 * height + 1)
-    # Of the two equal forms, the one without cancellation.
+    # This is the one of two equal forms that has no cancellation.
     return np.where(across > 0, (2 * height + 1) / (root + np.abs(across)), root + np.abs(across))

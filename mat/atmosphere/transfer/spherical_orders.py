@@ -25,7 +25,7 @@ from skyshine.schemas.arrays import Floats, Reals, Singles
 # Elevations of the source at which the orders are computed, degree: those of the field up to where it is plane, and of
 # the air towards the Sun.
 ELEVATIONS = np.array([-10, -8, -6, -5, -4, -3, -2, -1, 0, 1, 2, 3.5, 5.5, 10])
-# Air behind a place, over which the source stands lower by this, degree, adds next to nothing.
+# Air behind a place, over which the source is lower by this, degree, adds next to nothing.
 _BEHIND = 5.0
 # Below the first elevation, degree, the field is spherical, above the second plane.
 _BLEND = (3.5, 5.5)
@@ -97,7 +97,7 @@ class LowSun:
         orders = [np.concatenate(part, axis=2)[:, 0][:, :, inverse] for part in parts]  # (N, 2 n, U, P) each
         radiance = np.concatenate([part[..., low, :] for part in plane], axis=2)
         computed = [order[:, :, node_sines.size :] for order in orders]
-        # Of both sides together: a side that is dark in the last order need not be so in those after it.
+        # Sum of both sides together: a side that is dark in the last order need not be so in those after it.
         remainder = np.maximum(np.sum(radiance[:, 0] - sum(computed), axis=1, keepdims=True), 0.0)
         highest_order = np.sum(computed[-1], axis=1, keepdims=True)
         growth = 1 + remainder / np.where(highest_order > _DARK, highest_order, np.inf)

@@ -23,7 +23,7 @@ AZIMUTHS, MOMENTS = 5, 3
 DIRECTIONS = np.linspace(0.0, np.pi, 16)
 # Elevations of the source between which its direct light is linear, degree.
 BEAM_ELEVATIONS = np.concatenate([np.arange(-13, 6, 0.25), np.arange(6, 23.0)])
-# Levels at which the field is computed stand this much apart, m, and this part of their height above the ground.
+# Levels at which the field is computed are this far apart, m, and this part of their height above the ground.
 _LEAST_STEP, _STEP = 1e3, 0.15
 
 

@@ -28,7 +28,7 @@ from skyshine.schemas.arrays import Reals
 _RAYS, _LAYERS = POINTER(RaysStructure), POINTER(LayersStructure)
 _EMITTED = (_RAYS, c_int64, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)
 _THERMAL = (_RAYS, _LAYERS, *[c_void_p] * 7)
-_ROWS = 8  # of scratch, of which each function uses as many or fewer
+_ROWS = 8  # rows of scratch, of which each function uses as many or fewer
 
 
 class ThermalLight:

@@ -10,7 +10,7 @@ writes two files to `atmospheres/continuum` from the files of MT_CKD in a folder
 `mt_ckd_2.4.csv`: the coefficients before MT_CKD 4, with the self continuum of 2000 to 3200 cm^-1 that MT_CKD 2.5
 replaced, for comparison with codes of its time. Against the figures printed with release 2.5.3 the
 self continuum agrees from 750 cm^-1 on (below, later releases changed it), and the foreign continuum to 3 % (its scale
-factor of MT_CKD 2.4 is left out). From 3300 to 5000 cm^-1 nothing was printed: both parts are those of the last release
+factor of MT_CKD 2.4 is omitted). From 3300 to 5000 cm^-1 nothing was printed: both parts are those of the last release
 before MT_CKD 4.
 """
 
@@ -32,7 +32,7 @@ REPLACED = "continuum/mt_ckd_1.00_self.csv"
 CLOSURE_LOW, CLOSURE_HIGH = 610.0, 1380.0  # cm^-1, where the two foreign continua of MT_CKD 4.3 differ
 LOW, HIGH, STEP = 750.0, 5000.0, 10.0  # cm^-1
 COLD = 260.0  # K, the second temperature of the self continuum
-UNIT = 1e-20 * CM2_TO_M2  # of the coefficients, m2/molecule per cm^-1
+UNIT = 1e-20 * CM2_TO_M2  # unit of the coefficients, m2/molecule per cm^-1
 
 
 def coefficients(continua: Continua) -> tuple[Floats, Floats, Floats, Floats]:

@@ -17,7 +17,7 @@ import click
 
 WINDOW = 4_000  # tasks on their way, as `builder.build`
 CORES = (100, 300, 1000, 3000)
-SPREAD = 0.2  # of the seconds of equal tasks, standard deviation of the logarithm
+SPREAD = 0.2  # spread of the seconds of equal tasks, standard deviation of the logarithm
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from skyshine.mat.surface.solver import solve_columns
 from skyshine.materials.library import load_library
 from skyshine.schemas.process_memory import children_seconds
 
-WALLS = 36  # of the prism, one per 10 degree of azimuth
+WALLS = 36  # walls of the prism, one per 10 degree of azimuth
 COLUMNS = WALLS + 1  # walls and one roof
 YEAR = 365  # days
 _COPIES = 32  # of ours, for a table has as many columns a material

@@ -95,7 +95,7 @@ def measured(case: str, folder: Path) -> dict[str, Any]:
 
 
 def _example(name: str, folder: Path) -> tuple[Path, Path]:
-    """Job and scene of a packaged example; pictures are left out."""
+    """Job and scene of a packaged example; without pictures."""
     from skyshine.mat.api.examples import starter_files
 
     for file in starter_files(name):

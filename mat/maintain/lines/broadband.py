@@ -43,11 +43,11 @@ HEIGHTS = np.array([0.0, 0.5e3, 1e3, 2e3, 3e3, 5e3, 8e3])  # m above the ground
 LEVELS = np.array([0.0, 0.5, 1, 2, 3, 5, 8, 11, 15, 20, 30, 50, 100]) * 1e3  # m above sea level, of upward fluxes too
 ELEVATIONS = np.array([-4.0, 0.5, 3.0, 8.0, 15.0, 30.0, 50.0, 75.0])  # degree
 CANDIDATES = 1600  # points, drawn in equal parts from the regions
-REGIONS = 16  # of the spectrum, of equal energy: each gives its share of the candidates
-TOLERANCE, MAX_POINTS = 0.0125, 96  # of transmittance; spectral points of a band
+REGIONS = 16  # regions of the spectrum, of equal energy: each gives its share of the candidates
+TOLERANCE, MAX_POINTS = 0.0125, 96  # error of transmittance; spectral points of a band
 # A flux's error counts in units of 1 W m^-2 and 1 % of the flux: the tolerance is 0.0125 W m^-2 and 0.0125 % of it.
 _UNIT, _RELATIVE = 1.0, 0.01
-_WEIGHT_TEMPERATURE = 260.0  # K, of the black body whose flux the weights of the thermal points hold exactly
+_WEIGHT_TEMPERATURE = 260.0  # K, of the black body whose flux the weights of the thermal points give exactly
 _BLACK_TEMPERATURES = np.linspace(200.0, 330.0, 8)  # K: an opaque sky
 _CHUNK = 1024  # points treated together, for memory
 Emission = Callable[[AtmosphericState, SpectralPoints], Floats]
@@ -138,7 +138,7 @@ def _in_chunks(evaluate: Callable[[SpectralPoints], Reals], points: SpectralPoin
 def choose(
     rows: Reals, weight: Floats, *, tolerance: float = TOLERANCE, max_points: int = MAX_POINTS
 ) -> tuple[Integers, Floats]:
-    """Points and weights that hold weighted sums.
+    """Points and weights that preserve weighted sums.
 
     Parameters
     ----------

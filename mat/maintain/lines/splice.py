@@ -58,7 +58,7 @@ def splice(table: PathLike, part: PathLike, out: PathLike) -> str:
         base, new = _Table.of(base_file), _Table.of(part_file)
         if not np.all(np.isin(new.low, base.low)):
             raise InputError(f"has intervals that {table} lacks; give a table built over part of its range", file=part)
-        # Of each interval: whether it is taken from the part, and its row there or in the table.
+        # Origin of each interval: whether it is taken from the part, and its row there or in the table.
         from_part = np.isin(base.low, new.low)
         row = np.where(from_part, np.searchsorted(new.low, base.low), np.arange(base.low.size))
         order = _Order(from_part, row)

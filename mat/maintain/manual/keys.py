@@ -113,7 +113,7 @@ def _sections(root: Schema, definitions: Schema) -> Iterator[tuple[str, Schema]]
 
 
 def _models(rule: Schema, definitions: Schema) -> Iterator[tuple[str, Schema]]:
-    """Models that a value may be, or a list or mapping of it may hold, with what then follows the key."""
+    """Models that a value may be, or a list or mapping of it may contain, with what then follows the key."""
     if "$ref" in rule:
         model = _resolved(rule, definitions)
         if _plain(model) is None:

@@ -20,7 +20,7 @@ def read_ecostress(file: Path, unit: str) -> tuple[Floats, Floats]:
     Parameters
     ----------
     unit : str
-        "percent" or "fraction". Some files of the library hold fractions under a header that says percent, so the
+        "percent" or "fraction". Some files of the library have fractions under a header that says percent, so the
         unit is stated by the recipe and checked against the values here.
 
     Raises

@@ -16,7 +16,7 @@ from skyshine.schemas.errors import InputError
 SourceKind: TypeAlias = Literal["cited", "derived", "definition", "estimate", "user"]
 KINDS: tuple[SourceKind, ...] = get_args(SourceKind)
 SPECTRUM = "reflectance"  # its ranges have origins of their own
-# Of a layer, of a part of the light, of a back in operation.
+# Number or name of a layer, of a part of the light, of a back in operation.
 _NUMBER_OR_NAME = re.compile(r"\.\d+|(?<=^operated)\.\w+")
 
 

@@ -19,7 +19,7 @@ from skyshine.tmm.mapping.suggest import suggest
 
 QUESTIONS = 8  # patches to label
 UNPAINTED = 0.35  # brightness of the photograph where nothing is painted
-TITLES = (  # of the panels, from the top
+TITLES = (  # titles of the panels, from the top
     "answer what is asked: tmm suggest, seeds: {suggested: LIST}",
     "paint a label image: seeds: {labels: {image, palette}}",
     "draw polygons, in pixels or on the map: seeds: {polygons} or {file: GeoJSON}",

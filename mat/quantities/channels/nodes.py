@@ -10,7 +10,7 @@ import numpy as np
 from skyshine.mat.quantities.channels.coordinates import HORIZON, LEVEL, ZENITH
 from skyshine.schemas.arrays import Floats
 
-# Of the source [degree]; the job's own elevations bound the first.
+# Elevations of the source [degree]; the job's own elevations bound the first.
 _TWILIGHT, _RISE = (-18, -14, -10, -8, -6, -4.5), (-3, -2, -1.3, -0.6, 0, 0.6, 1.2, 2, 3)
 SOURCE_ELEVATIONS = (*_TWILIGHT, *_RISE, 4, 5.5, 7.5, 10, 15, 20, 30, 40, 50, 60, 75, 90)
 SCATTERING_ANGLES = (0, 0.5, 1, 1.5, 2, 3, 4, 5.5, 7.5, 10, 15, 20, 30, 40, 60, 80, 100, 120, 140, 160, 180)

@@ -33,9 +33,9 @@ _NEAR_RISE = (0, 0.03, 0.06, 0.1, 0.14, 0.18, 0.23, 0.28, 0.34, 0.4, 0.48, 0.57,
 _LOW = (1.55, 1.7, 1.85, 2, 2.2, 2.4, 2.6, 2.8, 3, 3.3, 3.6, 4, 4.5, 5, 5.6, 6.3, 7.1, 8, 9.2, 10.5, 12, 14)
 ABOVE_RISE = (*_NEAR_RISE, *_LOW, 17, 22, 30, 40, 55, 75, 100)
 GROUND_TEMPERATURE = 300.0  # K, at which the ground's light is as right as the sky's
-_NODES_SHARE = 5.0  # of what light may miss otherwise, which the beam may miss half way between two nodes
-_HALVINGS = 4  # of an interval at most
-_ROUNDING = 1e-12  # of the largest singular value: smaller ones are rounding
+_NODES_SHARE = 5.0  # multiple of what light may miss otherwise, which the beam may miss half way between two nodes
+_HALVINGS = 4  # halvings of an interval at most
+_ROUNDING = 1e-12  # fraction of the largest singular value: smaller ones are rounding
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,7 @@ from skyshine.schemas.arrays import Floats
 
 _HOLD = 1e-3  # weight of the channel's own wavelength beside the sample paths, of which light counts as 1
 _LEAST_LIGHT = 1e-30  # avoids division by 0 in the dark
-_LEAST_SHARE = 1e-9  # of each wavelength in each channel, so that none is without a channel
+_LEAST_SHARE = 1e-9  # fraction of each wavelength in each channel, so that none is without a channel
 _BALANCING = 200  # times that rows and columns are scaled
 
 

@@ -12,8 +12,8 @@ from skyshine.schemas.arrays import Floats
 MOLECULE = 4  # number in HITRAN
 LARGEST_J = 80  # rotational quantum number of the lower level
 WEAKEST = 2e-25  # cm/molecule; weaker lines are omitted
-ABUNDANCE = 0.990333  # of 14N2 16O, HITRAN
-NUCLEAR_SPIN = 9.0  # weight that the partition sums of HITRAN hold
+ABUNDANCE = 0.990333  # abundance of 14N2 16O, HITRAN
+NUCLEAR_SPIN = 9.0  # weight that the partition sums of HITRAN contain
 
 # Constants fitted to the energies of HITRAN2012's levels up to J = 70 (to 3e-4 cm^-1), which are those of R. A. Toth
 # 1986 and 1991 (J. Opt. Soc. Am. B 3, 1263; Appl. Opt. 30, 5289).

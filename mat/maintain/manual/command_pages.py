@@ -26,7 +26,7 @@ def page(name: str) -> str:
 
 def commands(name: str) -> Iterator[tuple[str, click.Context]]:
     """All commands of a group, those of its groups too, by their words such as ``mat bench stability``."""
-    top = click.Context(GROUPS[name], info_name=name)
+    top = click.Context(GROUPS[name], info_name=name, **GROUPS[name].context_settings)
     waiting = [(name, top)]
     while waiting:
         words, context = waiting.pop(0)

@@ -30,9 +30,9 @@ def test_python_of_the_page_is_python_and_commands_are_those_that_exist():
         for line in text.splitlines():
             program, name, *arguments = shlex.split(line)
             if program != "chromium":
-                context = click.Context(GROUPS[program])
+                context = click.Context(GROUPS[program], **GROUPS[program].context_settings)
                 command = GROUPS[program].get_command(context, name)
-                command.make_parser(click.Context(command)).parse_args(arguments)  # refuses an unknown option
+                command.make_parser(click.Context(command, parent=context)).parse_args(arguments)  # refuses an unknown option
 
 
 @pytest.mark.validation  # 15 s

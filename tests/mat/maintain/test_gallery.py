@@ -32,7 +32,8 @@ def test_python_of_the_page_is_python_and_commands_are_those_that_exist():
             if program != "chromium":
                 context = click.Context(GROUPS[program], **GROUPS[program].context_settings)
                 command = GROUPS[program].get_command(context, name)
-                command.make_parser(click.Context(command, parent=context)).parse_args(arguments)  # refuses an unknown option
+                # An unknown option is refused.
+                command.make_parser(click.Context(command, parent=context)).parse_args(arguments)
 
 
 @pytest.mark.validation  # 15 s

@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -23,6 +22,7 @@ from skyshine.mat.render.scene_file import (
     Camera,
     HourRange,
     Hours,
+    LoadedFile,
     LoadedScene,
     Mesh,
     Point,
@@ -31,9 +31,8 @@ from skyshine.mat.render.scene_file import (
     SurfaceModel,
 )
 from skyshine.mat.runtime.shade import SHADED_SKY
-from skyshine.schemas.documents import Document, StrictModel, parse_model, read_document
+from skyshine.schemas.documents import StrictModel, parse_model, read_document
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.paths import job_path
 
 SKY = "sky"  # in place of a material: the pixel sees the sky
 STAR = "*"  # in the name of a file: what tells the frames of a folder apart
@@ -230,17 +229,8 @@ class MeshScene(LoadedScene):
         return super().error(location[1:], message)  # without the key 'surface' of a scene
 
 
-@dataclass(frozen=True)
-class LoadedFrame:
+class LoadedFrame(LoadedFile[FrameModel]):
     """A frame file with its place."""
-
-    model: FrameModel
-    document: Document
-
-    @property
-    def folder(self) -> Path:
-        """Folder against which the paths of the file are read."""
-        return self.document.file.resolve().parent
 
     @cached_property
     def marks(self) -> tuple[str, ...]:
@@ -284,7 +274,7 @@ class LoadedFrame:
             It lies outside the folder, or there is none.
         """
         name = self._patterns()[location].replace(STAR, mark)
-        path = self._inside(location, name)
+        path = self.inside(location, name)
         if not path.is_file():
             raise self.error(location, f"found '{name}', which is no file at {path}; name one that is there")
         return path
@@ -304,27 +294,6 @@ class LoadedFrame:
             raise self.error(("hours",), f"found {len(hours)} hours and {count} frames; allowed: one hour, or {count}")
         return hours * count if len(hours) == 1 else hours
 
-    @property
-    def databases(self) -> Path:
-        """Folder of the databases.
-
-        Raises
-        ------
-        InputError
-            It lies outside the folder of the file, and the user has not allowed that.
-        """
-        return self._inside(("databases",), self.model.databases)
-
-    def error(self, location: tuple[str | int, ...], message: str) -> InputError:
-        """An error at a key of the file."""
-        return self.document.error(location, f"{'.'.join(map(str, location))}: {message}")
-
-    def _inside(self, location: tuple[str, ...], name: str) -> Path:
-        try:
-            return job_path(self.folder, name)
-        except ValueError as error:
-            raise self.error(location, str(error)) from None
-
     def _patterns(self) -> dict[tuple[str, ...], str]:
         """Names of files by the key that gives them, depth first."""
         buffers = self.model.buffers
@@ -341,7 +310,7 @@ class LoadedFrame:
 
     def _marks(self, location: tuple[str, ...], name: str) -> set[str] | None:
         """Text in place of the * of a name; None where it has none."""
-        path = self._inside(location, name)
+        path = self.inside(location, name)
         if STAR not in path.name:
             return None
         before, after = path.name.split(STAR)

@@ -10,7 +10,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Generic, Literal, Protocol, Self, TypeVar
 
 import numpy as np
 import pydantic
@@ -253,6 +253,13 @@ class Sensor(StrictModel):
     offset: float = Field(0.0, ge=-1, le=1, description="DC: taken from radiance over gain before it is counted.")
 
 
+class _OfDatabases(Protocol):
+    databases: str
+
+
+FileModel = TypeVar("FileModel", bound=_OfDatabases)
+
+
 class SceneModel(StrictModel):
     """A whole scene file."""
 
@@ -280,15 +287,15 @@ class SceneModel(StrictModel):
 
 
 @dataclass(frozen=True)
-class LoadedScene:
-    """A scene with the file it came from."""
+class LoadedFile(Generic[FileModel]):
+    """A file that asks for pictures, with the place it came from."""
 
-    model: SceneModel
+    model: FileModel
     document: Document
 
     @property
     def folder(self) -> Path:
-        """Folder against which the paths of the scene are read."""
+        """Folder against which the paths of the file are read."""
         return self.document.file.resolve().parent
 
     @property
@@ -298,12 +305,24 @@ class LoadedScene:
         Raises
         ------
         InputError
-            It lies outside the folder of the scene, and the user has not allowed that.
+            It lies outside the folder of the file, and the user has not allowed that.
         """
+        return self.inside(("databases",), self.model.databases)
+
+    def inside(self, location: tuple[str, ...], name: str) -> Path:
+        """The path that a key of the file names; raises as `databases`."""
         try:
-            return job_path(self.folder, self.model.databases)
+            return job_path(self.folder, name)
         except ValueError as error:
-            raise self.error(("databases",), str(error)) from None
+            raise self.error(location, str(error)) from None
+
+    def error(self, location: tuple[str | int, ...], message: str) -> InputError:
+        """An error at a key of the file."""
+        return self.document.error(location, f"{'.'.join(map(str, location))}: {message}")
+
+
+class LoadedScene(LoadedFile[SceneModel]):
+    """A scene with the file it came from."""
 
     @property
     def hours(self) -> list[float]:
@@ -314,10 +333,6 @@ class LoadedScene:
         if isinstance(hours, list):
             return hours
         return (hours or HourRange(first=0.0, last=21.0, step=3.0)).hours()
-
-    def error(self, location: tuple[str | int, ...], message: str) -> InputError:
-        """An error at a key of the scene."""
-        return self.document.error(location, f"{'.'.join(map(str, location))}: {message}")
 
 
 def load_scene(source: str | os.PathLike[str] | Mapping[str, Any], *, folder: Path | None = None) -> LoadedScene:

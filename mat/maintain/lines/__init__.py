@@ -1,1 +1,1 @@
-"""Absorption data for developers: generated lines, spliced tables, points of broadband fluxes."""
+"""Absorption data for developers: generated lines, points of broadband fluxes."""

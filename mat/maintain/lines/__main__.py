@@ -1,4 +1,4 @@
-"""Programs that make the absorption data, in a checkout: ``python -m mat.maintain.lines generate|splice|broadband``."""
+"""Programs that make the absorption data, in a checkout: ``python -m mat.maintain.lines generate|broadband``."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from skyshine.schemas.quantity import quantity
 
 @click.group()
 def main() -> None:
-    """Generate lines, splice absorption tables, choose the points of broadband fluxes."""
+    """Generate lines, choose the points of broadband fluxes."""
 
 
 @main.command()
@@ -30,23 +30,6 @@ def generate(out: str) -> None:
 
     for path in write_all(Path(out)):
         click.echo(path)
-
-
-@main.command()
-@click.argument("table", type=click.Path())
-@click.argument("part", type=click.Path())
-@click.option("--out", required=True, type=click.Path(), help="The table to write.")
-def splice(table: str, part: str, out: str) -> None:
-    """Put the intervals of one absorption table (PART) into another (TABLE); all others stay as they are.
-
-    \b
-    Example:
-      python -m mat.maintain.lines splice absorption.h5 ozone.h5 --out spliced.h5
-    """
-    from mat.maintain.lines.splice import splice
-
-    digest = splice(table, part, out)
-    click.echo(f"{out}: content {digest[:16]}")
 
 
 @main.command()

@@ -11,7 +11,7 @@ import io
 import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import prod
 from pathlib import Path
@@ -50,7 +50,6 @@ CF_NAMES = {
     "sun_elevation": {"standard_name": "solar_elevation_angle"},
     "sun_azimuth": {"standard_name": "solar_azimuth_angle"},
 }
-LayoutCheck: TypeAlias = Callable[[h5py.File], None]
 ValueCheck: TypeAlias = Callable[[StrPath, str, npt.NDArray[Any]], None]  # path and name of the array, for messages
 
 
@@ -84,9 +83,9 @@ class Variable:
     chunks: tuple[int, ...] | None = None
 
     @property
-    def kind(self) -> str:
-        """Kind of number in `data`, as numpy names it; O for text."""
-        return np.asarray(self.data).dtype.kind
+    def dtype(self) -> np.dtype[Any]:
+        """Type of the numbers in `data`; of objects for text."""
+        return np.asarray(self.data).dtype
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -112,12 +111,12 @@ class StoredVariable:
     long_name: str
     attributes: dict[str, Any]
     shape: tuple[int, ...]
-    kind: str
+    dtype: np.dtype[Any]
     check: ValueCheck | None = None
 
     @cached_property
     def data(self) -> npt.NDArray[Any]:
-        with open_database(self.path) as file, sound(self.path):
+        with _behind_gate(self.path) as file, sound(self.path):
             if as_text(file.attrs.get(DIGEST, "")) != self.digest:
                 raise InputError("has been built again since it was opened; open it again", file=self.path)
             values = values_of(file[self.name])
@@ -134,6 +133,24 @@ class Group:
     variables: dict[str, Variable] = field(default_factory=dict)
     groups: dict[str, Group] = field(default_factory=dict)
     attributes: dict[str, Any] = field(default_factory=dict)
+
+
+def type_name(dtype: np.dtype[Any]) -> str:
+    """Name of a type of values in layouts and exports: `text`, or as numpy has it, without the order of bytes."""
+    return "text" if dtype.kind in "UO" else dtype.str.lstrip("<>|=")
+
+
+def unread(group: Group) -> Group:
+    """The same content in dictionaries of its own, whose stored arrays are still in their file."""
+    return Group(
+        dict(group.axes),
+        {
+            name: cast(Variable, replace(variable)) if isinstance(variable, StoredVariable) else variable
+            for name, variable in group.variables.items()
+        },
+        {name: unread(child) for name, child in group.groups.items()},
+        dict(group.attributes),
+    )
 
 
 @dataclass(frozen=True)
@@ -341,6 +358,17 @@ def open_database(path: StrPath, filetype: str | None = None) -> h5py.File:
     InputError
         The file is missing, damaged or hostile, is of another type, or has another major version of the format.
     """
+    file = _behind_gate(path)
+    try:
+        with sound(path):
+            _check_kind(file, path, filetype)
+    except BaseException:
+        file.close()
+        raise
+    return file
+
+
+def _behind_gate(path: StrPath) -> h5py.File:
     refuse_special_file(path, "check the path, or build it with 'mat build'")
     try:
         file = h5py.File(path, "r")
@@ -351,7 +379,6 @@ def open_database(path: StrPath, filetype: str | None = None) -> h5py.File:
     try:
         with sound(path):
             pass_gate(path, file)
-            _check_kind(file, path, filetype)
     except BaseException:
         file.close()
         raise
@@ -392,7 +419,6 @@ def read_file(
     *,
     lazy: bool = False,
     verify: bool = False,
-    check_layout: LayoutCheck | None = None,
     check_values: ValueCheck | None = None,
 ) -> tuple[Group, dict[str, Any]]:
     """Read a database; see `open_database` for what it raises.
@@ -403,9 +429,9 @@ def read_file(
         Leave the numbers in the file until they are first asked for; the axes and the text are read.
     verify : bool
         Check the digest of the content too.
-    check_layout, check_values : callable, optional
-        Raise InputError where the file is laid out, or an array filled, as none may be; arrays are checked when they
-        are read, thus with `lazy` alone.
+    check_values : callable, optional
+        Raises InputError where an array is filled as none may be; arrays are checked when they are read, thus with
+        `lazy` alone.
 
     Returns
     -------
@@ -424,9 +450,6 @@ def read_file(
         if verify and not digest_holds(file):
             raise InputError(f"{DIGEST} does not match: the file was changed or damaged; build it again", file=path)
 
-        if check_layout is not None:
-            check_layout(file)
-
         def array(
             item: h5py.Dataset, dims: tuple[str, ...], units: str, long_name: str, extra: dict[str, Any]
         ) -> Variable:
@@ -440,7 +463,7 @@ def read_file(
                     long_name,
                     extra,
                     item.shape,
-                    item.dtype.kind,
+                    item.dtype,
                     check_values,
                 )
                 return cast(Variable, stored)  # which it reads as

@@ -310,15 +310,22 @@ def pass_gate(path: StrPath, file: h5py.File) -> None:
     `Gate`.
     """
     name = os.path.abspath(path)
-    if name.startswith(_PACKAGED) or _passed.get(name) == _stamp(path):
+    stamp = settled_stamp(path)
+    if name.startswith(_PACKAGED) or (stamp is not None and _passed.get(name) == stamp):
         return
     Gate(path, file, largest_text(path)).check()
-    if time.time() - os.stat(path).st_mtime > _SETTLED:
+    if stamp is not None:
         if len(_passed) >= _REMEMBERED:
             _passed.clear()  # at once: several threads may be here
-        _passed[name] = _stamp(path)
+        _passed[name] = stamp
 
 
-def _stamp(path: StrPath) -> tuple[int, ...]:
-    status = os.stat(path)
+def settled_stamp(path: StrPath) -> tuple[int, ...] | None:
+    """What changes when a file does; None where it is not there, or changed less than `_SETTLED` ago."""
+    try:
+        status = os.stat(path)
+    except OSError:
+        return None
+    if time.time() - status.st_mtime <= _SETTLED:
+        return None
     return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns

@@ -91,7 +91,7 @@ def _where(name: str, values: npt.ArrayLike, wrong: npt.ArrayLike, law: str) -> 
 
 def _values(root: Group, name: str) -> Array | None:
     variable = root.variables.get(name)
-    return None if variable is None or variable.kind not in "iuf" else np.asarray(variable.data, float)
+    return None if variable is None or variable.dtype.kind not in "iuf" else np.asarray(variable.data, float)
 
 
 def broken_rules_of_axes(root: Group) -> Iterator[str]:
@@ -183,7 +183,7 @@ def _materials(root: Group) -> Iterator[str]:
     if axis is not None and np.asarray(axis.values).dtype.kind in "iuf":
         codes = np.asarray(axis.values)
         yield from _where("material", codes, (codes < 1) | (codes > 65535), "lie in 1 to 65535")
-    if names is not None and names.kind == "O":
+    if names is not None and names.dtype.kind == "O":
         texts = [str(text) for text in np.ravel(names.data)]
         if len(set(texts)) < len(texts) or "" in texts:
             yield "material_name: a name is empty or occurs twice"

@@ -5,8 +5,9 @@ Arrays are read from their file at their first use (a flat export stays on disk,
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import GRID, GridTable
@@ -20,7 +21,8 @@ from skyshine.mat.tables.raw import ENDING, read_raw
 from skyshine.mat.tables.stored_layout import refuse_layout
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.errors import InputError, nearest
-from skyshine.schemas.hdf5 import read_file
+from skyshine.schemas.hdf5 import Group, read_file, unread
+from skyshine.schemas.hdf5_gate import settled_stamp
 from skyshine.schemas.paths import StrPath
 
 TableType = TypeVar("TableType", bound=Table)
@@ -69,10 +71,7 @@ def open_table(path: StrPath, *, grid: bool = False) -> Table:
     True
     """
     path = Path(path)
-    if path.name.endswith(ENDING):
-        root, attributes = read_raw(path)
-    else:
-        root, attributes = read_file(path, lazy=True, check_layout=refuse_layout, check_values=refuse_values)
+    root, attributes = read_raw(path) if path.name.endswith(ENDING) else _read_unchanged(path)
     filetype = str(attributes.get("filetype"))
     if filetype not in FORMATS:
         raise InputError(
@@ -95,6 +94,29 @@ def open_table(path: StrPath, *, grid: bool = False) -> Table:
         raise InputError(f"is of the file type '{filetype}'; allowed with grid: atmq, lunar_atmq; omit grid", file=path)
     kind = next(kind for kind in _KINDS if filetype in kind.filetypes)
     return kind(path, filetype, root, attributes)
+
+
+def _read_unchanged(path: Path) -> tuple[Group, dict[str, Any]]:
+    """Content of a database: from memory where the same file was read before, for HDF5 takes 0.1 s to list it."""
+    stamp = settled_stamp(path)
+    root, attributes = _read(path, stamp) if stamp else _read.__wrapped__(path, stamp)
+    return unread(root), dict(attributes)
+
+
+@lru_cache(maxsize=32)
+def _read(path: Path, _stamp: tuple[int, ...] | None) -> tuple[Group, dict[str, Any]]:
+    root, attributes = read_file(path, lazy=True, check_values=refuse_values)
+    refuse_layout(path, root, str(attributes.get("filetype")))
+    _keep_unchanged(root)
+    return root, attributes
+
+
+def _keep_unchanged(group: Group) -> None:
+    """Have numpy refuse changes of the axes that several tables share."""
+    for axis in group.axes.values():
+        axis.values.flags.writeable = False
+    for child in group.groups.values():
+        _keep_unchanged(child)
 
 
 def open_as(kind: type[TableType], path: StrPath, remedy: str) -> TableType:

@@ -15,7 +15,7 @@ import numpy as np
 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.format_versions import FORMAT_VERSION, check_version
-from skyshine.schemas.hdf5 import Axis, Group, Variable, read_file
+from skyshine.schemas.hdf5 import Axis, Group, Variable, read_file, type_name
 from skyshine.schemas.paths import StrPath
 from skyshine.schemas.regular_files import refuse_special_file
 
@@ -78,14 +78,18 @@ def _walk(group: Group, path: str) -> Iterator[tuple[str, Group]]:
 
 def _write_group(file: BinaryIO, group: Group, path: Path, group_path: str) -> dict[str, Any]:
     axes = {
-        name: {**_described(axis), "type": _type(axis.values), "values": [_plain(v) for v in axis.values.tolist()]}
+        name: {
+            **_described(axis),
+            "type": type_name(axis.values.dtype),
+            "values": [_plain(v) for v in axis.values.tolist()],
+        }
         for name, axis in group.axes.items()
     }
     arrays = {}
     for name, variable in group.variables.items():
         entry = {
             **_described(variable),
-            "type": _type(variable.data),
+            "type": type_name(variable.data.dtype),
             "axes": list(variable.dims),
             "shape": list(variable.data.shape),
         }
@@ -106,10 +110,6 @@ def _append(file: BinaryIO, data: np.ndarray, name: str, path: Path) -> int:
     offset = file.tell()
     file.write(np.ascontiguousarray(data, "<f4").tobytes())
     return offset
-
-
-def _type(values: np.ndarray) -> str:
-    return "text" if values.dtype.kind == "O" else values.dtype.str.lstrip("<>|=")
 
 
 def _described(item: Axis | Variable) -> dict[str, Any]:

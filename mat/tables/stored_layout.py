@@ -7,12 +7,13 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-import h5py
+import numpy as np
 
 from skyshine import schemas
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.format_versions import FORMAT_MAJOR
-from skyshine.schemas.hdf5_digest import as_text, axis_names, dims_of, is_text
+from skyshine.schemas.hdf5 import Group, type_name
+from skyshine.schemas.paths import StrPath
 
 if TYPE_CHECKING:
     from jsonschema import Draft202012Validator
@@ -20,19 +21,19 @@ if TYPE_CHECKING:
 ENDING = f"-{FORMAT_MAJOR}.layout.json"
 
 
-def layout_problems(file: h5py.File) -> Iterator[str]:
-    """One line for each part that is not as the layout schema of the file's type has it."""
-    filetype = str(file.attrs["filetype"])
+def layout_problems(root: Group, attributes: dict[str, Any]) -> Iterator[str]:
+    """One line for each part of a file that is not as the layout schema of the file's type has it."""
+    filetype = str(attributes["filetype"])
     schema = _schema(filetype)
     if schema is None:
         layouts = sorted(p.name.removesuffix(ENDING) for p in schemas.path("").glob(f"*{ENDING}"))
         yield f"no layout is known for {filetype}; known: {', '.join(layouts)}"
         return
-    content = describe(file) | {"attributes": {k: str(v) for k, v in file.attrs.items()}}
+    content = describe(root) | {"attributes": {name: str(value) for name, value in attributes.items()}}
     yield from _lines(_validator(json.dumps(schema)), content)
 
 
-def refuse_layout(file: h5py.File) -> None:
+def refuse_layout(path: StrPath, root: Group, filetype: str) -> None:
     """Refuse a file in which an array or axis of the format has another type, order or rule.
 
     Axes, arrays and groups that the format does not know are those of a later minor version: they are passed over.
@@ -41,34 +42,33 @@ def refuse_layout(file: h5py.File) -> None:
     ------
     InputError
     """
-    schema = _schema(str(file.attrs["filetype"]))
+    schema = _schema(filetype)
     if schema is None:
         return  # the caller refuses another type
     properties = {part: schema["properties"][part]["properties"] for part in ("axes", "variables")}
     content = {
         part: {name: described for name, described in items.items() if name in properties[part]}
-        for part, items in describe(file).items()
+        for part, items in describe(root).items()
         if part in properties
     }
     subset = {"properties": {part: {"properties": rules} for part, rules in properties.items()}}
     for line in _lines(_validator(json.dumps(subset)), content):
-        raise InputError(f"is not laid out as its format has it ({line[:200]}); build it again", file=file.filename)
+        raise InputError(f"is not laid out as its format has it ({line[:200]}); build it again", file=path)
 
 
-def describe(group: h5py.Group) -> dict[str, Any]:
+def describe(group: Group) -> dict[str, Any]:
     """Names, axes, types and units of a group's arrays, in the shape that the layout schemas describe."""
-    described: dict[str, Any] = {"axes": {}, "variables": {}, "groups": {}}
-    items = list(group.items())
-    named = axis_names(items)
-    for name, item in items:
-        if isinstance(item, h5py.Group):
-            described["groups"][name] = describe(item)
-        elif item.is_scale:
-            described["axes"][name] = {"type": _kind(item), "units": _units(item), **_reading(item)}
-        else:
-            dims = list(dims_of(item, named))
-            described["variables"][name] = {"type": _kind(item), "units": _units(item), "dims": dims}
-    return described
+    return {
+        "axes": {
+            name: {"type": type_name(np.asarray(axis.values).dtype), "units": axis.units, **_reading(axis.attributes)}
+            for name, axis in group.axes.items()
+        },
+        "variables": {
+            name: {"type": type_name(variable.dtype), "units": variable.units, "dims": list(variable.dims)}
+            for name, variable in group.variables.items()
+        },
+        "groups": {name: describe(child) for name, child in group.groups.items()},
+    }
 
 
 @lru_cache
@@ -92,15 +92,7 @@ def _lines(validator: Draft202012Validator, content: dict[str, Any]) -> Iterator
         yield f"{'/'.join(str(p) for p in error.absolute_path) or 'root'}: {error.message}"
 
 
-def _kind(dataset: h5py.Dataset) -> str:
-    return "text" if is_text(dataset) else str(dataset.dtype.str).lstrip("<>|=")
-
-
-def _units(dataset: h5py.Dataset) -> str:
-    return str(as_text(dataset.attrs.get("units", "")))
-
-
-def _reading(dataset: h5py.Dataset) -> dict[str, Any]:
+def _reading(attributes: dict[str, Any]) -> dict[str, Any]:
     """How a runtime reads an axis, where the file says so."""
-    rules = {key: as_text(dataset.attrs[key]) for key in ("interpolation", "period") if key in dataset.attrs}
+    rules = {key: attributes[key] for key in ("interpolation", "period") if key in attributes}
     return {key: value if isinstance(value, str) else float(value) for key, value in rules.items()}

@@ -65,7 +65,7 @@ class Table(Result):
     @property
     def quantities(self) -> list[str]:
         """Names of the quantities that can be interpolated."""
-        return [name for name, variable in self.root.variables.items() if variable.kind == "f"]
+        return [name for name, variable in self.root.variables.items() if variable.dtype.kind == "f"]
 
     def units(self, quantity: str) -> str:
         """Units of a quantity."""

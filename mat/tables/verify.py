@@ -21,11 +21,12 @@ def problems(path: StrPath) -> list[str]:
         The file is missing or is not a database at all.
     """
     with open_database(path) as file, sound(path):
-        lines = [*layout_problems(file), *_value_problems(file)]
-        if file.attrs["filetype"] == "tmm":
+        root, attributes = read_file(path, lazy=True)
+        lines = [*layout_problems(root, attributes), *_value_problems(file)]
+        if attributes["filetype"] == "tmm":
             lines += broken_texture_laws(file)
         else:
-            lines += broken_laws(str(file.attrs["filetype"]), read_file(path, lazy=True)[0])
+            lines += broken_laws(str(attributes["filetype"]), root)
         if not digest_holds(file):
             lines.append("content_sha256 does not match the content: the file was changed or damaged")
     return lines

@@ -133,7 +133,7 @@ def put(place, *values, at=(0,)):
         for group in groups:
             root = root.groups[group]
         old = root.variables[name]
-        data = np.array(old.data, object if old.kind == "O" else float)
+        data = np.array(old.data, object if old.dtype.kind == "O" else float)
         for value in values:
             data[at] = value
         root.variables[name] = Variable(old.dims, data, old.units, old.long_name, old.attributes)

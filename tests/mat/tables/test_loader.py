@@ -1,6 +1,7 @@
 """Opening databases and their flat export: lazily, from several threads, per-axis policies, clear refusals."""
 
 import json
+import os
 import re
 import shutil
 import warnings
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 import skyshine.mat
+from skyshine.mat.tables import loader
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.band import BandTable
 from skyshine.mat.tables.loader import open_as
@@ -49,6 +51,26 @@ def test_arrays_are_read_when_first_asked_for(copied):
     first = table.temperature(material="asphalt_road", **PLACE)
     copied.unlink()
     assert table.temperature(material="asphalt_road", **PLACE) == first
+
+
+def test_a_file_is_listed_once_until_it_changes(copied, monkeypatch):
+    os.utime(copied, (1, 1))
+    first = skyshine.mat.open(copied)
+    hour = first.root.axes["time"].values[0]
+    first.temperature(material="asphalt_road", **PLACE)
+    first.root.variables.clear()
+    with pytest.raises(ValueError, match="read-only"):
+        first.root.axes["time"].values[0] = 1
+
+    with monkeypatch.context() as patch:
+        patch.setattr(loader, "read_file", None)
+        again = skyshine.mat.open(copied)
+    assert again.root.axes["time"].values[0] == hour
+    assert "data" not in vars(again.root.variables["temperature"])
+
+    with h5py.File(copied, "r+") as file:
+        file["time"][0] = 0.5
+    assert skyshine.mat.open(copied).root.axes["time"].values[0] == 0.5
 
 
 def test_a_file_built_again_since_it_was_opened_is_not_mixed_with_the_old_one(copied):

@@ -94,7 +94,7 @@ def of_dask(batch: Batch, costs: Costs, cores: int, *, shared: bool) -> Outcome:
     workers = [(0.0, number) for number in range(cores)]
     ends: list[float] = []
     known: dict[tuple[int, ...], float] = {}
-    cells = useful = last = 0.0
+    cells = useful = end_seconds = 0.0
     for site, day, band in _tasks(batch):
         if day == 0 and band == 1:
             server_free += costs.site_seconds
@@ -118,10 +118,10 @@ def of_dask(batch: Batch, costs: Costs, cores: int, *, shared: bool) -> Outcome:
         end = max(start + seconds, files_free)
         heapq.heappush(workers, (end, worker))
         heapq.heappush(ends, end)
-        last = max(last, end)
-    total = cores * last
+        end_seconds = max(end_seconds, end)
+    total = cores * end_seconds
     way = "Dask, cells in one folder" if shared else "Dask, cells of each process"
-    return Outcome(way, cores, last / 3600, useful / total, cells / total, 1 - (useful + cells) / total)
+    return Outcome(way, cores, end_seconds / 3600, useful / total, cells / total, 1 - (useful + cells) / total)
 
 
 def of_parts(batch: Batch, costs: Costs, cores: int) -> Outcome:
@@ -134,9 +134,16 @@ def of_parts(batch: Batch, costs: Costs, cores: int) -> Outcome:
     cells *= min(sites, costs.altitudes)
     written = states * (batch.bands + 1) / costs.creates_per_second
     written += states * (batch.bands * costs.atmosphere_bytes + costs.temperature_bytes) / costs.bytes_per_second
-    last = max(share * state_seconds + cells + sites * costs.site_seconds, written)
-    useful = states * state_seconds / (cores * last)
-    return Outcome("parts of an array", cores, last / 3600, useful, cells / last, max(0.0, 1 - useful - cells / last))
+    end_seconds = max(share * state_seconds + cells + sites * costs.site_seconds, written)
+    useful = states * state_seconds / (cores * end_seconds)
+    return Outcome(
+        "parts of an array",
+        cores,
+        end_seconds / 3600,
+        useful,
+        cells / end_seconds,
+        max(0.0, 1 - useful - cells / end_seconds),
+    )
 
 
 def _tasks(batch: Batch) -> Iterator[tuple[int, int, int]]:
@@ -193,9 +200,11 @@ def _mean(values: Sequence[float]) -> float:
 def table(outcomes: Sequence[Outcome]) -> str:
     """Markdown."""
     rows = ["| way | cores | hours | efficiency | in cells | idle |", "|---|---|---|---|---|---|"]
-    for each in outcomes:
-        shares = " | ".join(f"{100 * value:.0f} %" for value in (each.efficiency, each.cell_share, each.idle_share))
-        rows.append(f"| {each.way} | {each.cores:,} | {each.hours:.3g} | {shares} |")
+    for outcome in outcomes:
+        shares = " | ".join(
+            f"{100 * value:.0f} %" for value in (outcome.efficiency, outcome.cell_share, outcome.idle_share)
+        )
+        rows.append(f"| {outcome.way} | {outcome.cores:,} | {outcome.hours:.3g} | {shares} |")
     return "\n".join(rows) + "\n"
 
 
@@ -216,7 +225,11 @@ def main(folder: Path, site: float, task: float, out: Path | None) -> None:
     outcomes = simulated(batch, costs)
     click.echo(table(outcomes))
     if out is not None:
-        content = {"batch": asdict(batch), "costs": asdict(costs), "outcomes": [asdict(each) for each in outcomes]}
+        content = {
+            "batch": asdict(batch),
+            "costs": asdict(costs),
+            "outcomes": [asdict(outcome) for outcome in outcomes],
+        }
         out.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 

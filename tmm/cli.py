@@ -29,6 +29,6 @@ main = CommandGroup(
     "Training labels can come from three sources, alone or together, under 'seeds' of a texture in the job: answers "
     "to 'tmm suggest' ('suggested'), a label image ('labels'), or polygons in pixels ('polygons') or in map "
     "coordinates as GeoJSON ('file').\n\n"
-    "Example: tmm classify demo.tmm.yaml && tmm preview build/yellowstone_road.tmm.h5 --out materials.png",
+    "Example: tmm classify demo/job.tmm.yaml && tmm preview build/yellowstone_road.tmm.h5 --out materials.png",
 )
 click.version_option(package_name="skyshine", prog_name="tmm")(main)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -25,6 +26,7 @@ from skyshine.schemas.errors import InputError, nearest
 if TYPE_CHECKING:
     import xarray
 
+_log = logging.getLogger("skyshine.mat.report")
 MEASURES = ("rms", "p95", "p99", "maximum")
 
 
@@ -147,6 +149,7 @@ def report(
     budgets: list[Budget] = []
     notes: list[str] = []
     for state, number in _sets(loaded, band):
+        _log.info("state %d, band %d: spectra of the truth", state, number)
         prepared = Prepared.of(loaded, state, number)
         for source in loaded.trimmed.sources:
             budget = error_budget(prepared, folder, library, source=source, scenes=scenes, seed=seed, advance=advance)

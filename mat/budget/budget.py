@@ -6,6 +6,7 @@ replaces its part of the whole truth (`truth.FacetTruth`).
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,6 +26,8 @@ from skyshine.mat.scene.grids import path_grid
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.errors import InputError
+
+_log = logging.getLogger("skyshine.mat.report")
 
 # The error of a pixel is made of these.
 PIXEL_SOURCES = {
@@ -146,6 +149,11 @@ def error_budget(
     job = prepared.loaded.trimmed
     tables = Tables.open(folder, prepared.state, prepared.band, source, job)
     grid = path_grid(job)
+
+    def say(what: str) -> None:
+        _log.info("state %d, band %d, %s: %s", prepared.state, prepared.band, source, what)
+
+    say("random views and their truth")
     drawn = Scenes.drawn(
         prepared,
         library,
@@ -174,19 +182,24 @@ def error_budget(
             notes.append(f"State {prepared.state}: the weather of the air was not measured: {error}.")
             return {}
 
+    say("tables read once a frame")
     extrapolation = measured.of_frames(random_stream(seed, Stream.BUDGET))
     errors = dict(extrapolation.errors)
     advance(1)
-    for part in (
-        measured.of_light,
-        measured.of_temperatures,
-        measured.of_atmosphere,
-        of_weather,
-        measured.of_continua,
-        lambda: unmodelled_errors(measured, random_stream(seed, Stream.UNMODELLED)),
-        lambda: measured.of_vertices(random_stream(seed, Stream.VERTICES)),
-        lambda: {"pixel": measured.pixel(), "normalisation": measured.of_normalisation()} | measured.of_materials(),
-    ):
+    parts: dict[str, Callable[[], dict[str, Floats]]] = {
+        "light on faces": measured.of_light,
+        "temperatures": measured.of_temperatures,
+        "atmospheric tables": measured.of_atmosphere,
+        "weather of the air": of_weather,
+        "continua": measured.of_continua,
+        "omitted physics": lambda: unmodelled_errors(measured, random_stream(seed, Stream.UNMODELLED)),
+        "vertices": lambda: measured.of_vertices(random_stream(seed, Stream.VERTICES)),
+        "the pixel": lambda: (
+            {"pixel": measured.pixel(), "normalisation": measured.of_normalisation()} | measured.of_materials()
+        ),
+    }
+    for words, part in parts.items():
+        say(words)
         errors |= part()
         advance(1)
     counted = dict.fromkeys(FAR_SOURCES, ~views.near) | {"near_range": views.near}

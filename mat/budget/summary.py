@@ -122,7 +122,7 @@ def _region(budget: Budget, rows: Booleans) -> dict[str, Any]:
 
 
 def dominant(budget: Budget) -> str:
-    """One sentence on the sources of which the error of a pixel is made."""
+    """One sentence on the error of a pixel as a runtime has it, and on the sources of which it is made."""
     unit = "K" if in_kelvin(budget) else RADIANCE
 
     def rms(name: str) -> float:
@@ -131,9 +131,15 @@ def dominant(budget: Budget) -> str:
 
     sizes = sorted(((rms(name), name) for name in PIXEL_SOURCES if name in budget.errors), reverse=True)
     (largest, name), (second, next_name) = sizes[:2]
+    once = (
+        f"{rms('all'):.2g} {unit} rms in a runtime that reads the tables once a frame, "
+        if "all" in budget.errors
+        else ""
+    )
+    sources = f"{name.replace('_', ' ')} ({largest:.2g}), then {next_name.replace('_', ' ')} ({second:.2g})"
     return (
-        f"The pixel is {rms('pixel'):.2g} {unit} rms off the truth; the largest source is {name.replace('_', ' ')}"
-        f" ({largest:.2g} {unit} rms over all views), then {next_name.replace('_', ' ')} ({second:.2g})."
+        f"A pixel errs by {once}{rms('pixel'):.2g} {unit} rms where the tables are read at each pixel;"
+        f" the largest source of the latter is {sources}."
     )
 
 

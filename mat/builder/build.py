@@ -301,7 +301,8 @@ def _say(loaded: LoadedJob, task: Task, report: TaskReport, progress: str) -> No
     for name in report.files:
         error = report.error_kelvin.get(name)
         reached = f", 99 % within {error['p99']:.2g} K" if error else ""
-        what = "kept" if report.kept else f"built in {report.seconds:.1f} s"
+        built = f"built in {report.seconds:.1f} s" if name == report.files[0] else f"built with {report.files[0]}"
+        what = "kept" if report.kept else built
         _log.info("%s%s: %s%s; %s", name, part, what, reached, progress)
 
 

@@ -36,13 +36,16 @@ def record_of(
     -------
     dict
         Folder, seconds, the failed, and for each file whether it was kept, its seconds and stages by clock and
-        processor, peak memory, notes and, of tables that state it, the error of the quantity that errs most.
+        processor, peak memory, notes, the file whose computation made it too (its cost is that of both) and, of tables
+        that state it, the error of the quantity that errs most.
     """
     files, earlier = {}, costs_in(folder)
     for report in reports:
         for name in report.files:
             before = earlier.get(name) if report.kept else None
             files[name] = {**before, "kept": True} if before else _entry(report, name)
+            if name != report.files[0]:
+                files[name]["made_with"] = report.files[0]
     result = {"folder": str(folder), "seconds": round(seconds, 3), "not_of_this_job": []}
     return {**result, "failed": dict(failed), "files": files}
 

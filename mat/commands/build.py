@@ -61,6 +61,7 @@ def command(job: str, words: str | None, as_json: bool, **settings: Any) -> None
 def _reached(entry: dict[str, Any]) -> str:
     """What a table reached, and at which cost."""
     cost = f" in {entry['processor_seconds']:.2g} s of processor time" if entry.get("processor_seconds") else ""
+    cost = f" with {entry['made_with']}" if "made_with" in entry and not entry["kept"] else cost
     error = entry.get("error_kelvin")
     if error is None:
         return cost

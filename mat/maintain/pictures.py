@@ -54,7 +54,7 @@ def draw(folder: Path, mat: Path) -> None:
         ):
             subprocess.run([mat, *arguments], check=True)
         build_words.draw(work)
-        three_ways.draw(work / "three_ways.png", folder.resolve().parent / "textures" / "demo.tmm.yaml")
+        three_ways.draw(work / "three_ways.png", folder.resolve().parent / "textures" / "job.tmm.yaml")
         for picture in (*SHOWN, *build_words.FILES):
             shutil.copyfile(work / picture, folder / Path(picture).name)
 

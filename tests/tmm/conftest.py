@@ -102,7 +102,7 @@ def demo(demo_folder, folder_of_the_run):
     folder.mkdir(exist_ok=True)
     with FileLock(folder / "lock"):
         if not (folder / "report.json").exists():
-            command = ["classify", str(demo_folder / "demo.tmm.yaml"), "--out", str(folder), "--json"]
+            command = ["classify", str(demo_folder / "job.tmm.yaml"), "--out", str(folder), "--json"]
             result = CliRunner().invoke(main, command)
             assert result.exit_code == 0, result.output
             (folder / "report.json").write_text(result.output, encoding="utf-8")

@@ -9,7 +9,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.tmm.commands.problems import raise_all
 
 
-@click.command(epilog="Example: tmm check demo.tmm.yaml")
+@click.command(epilog="Example: tmm check demo/job.tmm.yaml")
 @click.argument("job", metavar="JOB|DATABASE", type=click.Path())
 @click.option(
     "--truth",

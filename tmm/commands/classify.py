@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from skyshine.tmm.mapping.write import Written
 
 
-@click.command(epilog="Example: tmm classify demo.tmm.yaml --out build")
+@click.command(epilog="Example: tmm classify demo/job.tmm.yaml --out build")
 @click.argument("job", type=click.Path())
 @click.option("--out", type=click.Path(), help="Output folder; by default the one that the job names.")
 @click.option(

@@ -16,6 +16,6 @@ def command(folder: str) -> None:
     from skyshine.schemas.starter import write_starter
 
     target, source = Path(folder), Path(str(resources.files("skyshine.examples"))) / "textures"
-    files = {"job.tmm.yaml": source / "demo.tmm.yaml", "yellowstone_road.png": source / "yellowstone_road.png"}
+    files = {"job.tmm.yaml": source / "job.tmm.yaml", "yellowstone_road.png": source / "yellowstone_road.png"}
     write_starter(target, files, "name an empty folder")
     click.echo(f"{target / 'job.tmm.yaml'}: edit it, then run: tmm classify {target / 'job.tmm.yaml'}")

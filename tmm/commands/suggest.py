@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 SMALL = 0.01  # expected gain of a whole sheet of questions below which they bring little
 
 
-@click.command(epilog="Example: tmm suggest demo.tmm.yaml --count 12")
+@click.command(epilog="Example: tmm suggest demo/job.tmm.yaml --count 12")
 @click.argument("job", type=click.Path())
 @click.option("--out", type=click.Path(), help="Folder of the pictures; by default the output folder of the job.")
 @click.option("--count", type=click.IntRange(1, 200), default=12, show_default=True, help="Number of patches to label.")
@@ -104,13 +104,13 @@ def _print(report: dict[str, Any]) -> None:
     click.echo(f"{report['name']}: {report['answered']} answers so far, {state}")
     if report["questions"]:
         numbers = [question["number"] for question in report["questions"]]
-        click.echo(f"  asked: {numbers[0]} to {numbers[-1]}, expected to put {gain:.1f} % of the texels right")
+        click.echo(f"  label patches {numbers[0]} to {numbers[-1]}: expected accuracy gain {gain:.1f} %")
     if report["small"]:
         click.echo("  the expected gain is small: more answers will hardly change the map")
     click.echo(f"  look at {report['page']} or {report['picture']}")
     use = (
         ""
         if report["named_in_job"]
-        else f", and name it in the job: seeds: {{suggested: {report['name']}.answers.yaml}}"
+        else f", and add it to the texture's seeds in the job: suggested: {report['name']}.answers.yaml"
     )
     click.echo(f"  fill in {report['list']}{use}")

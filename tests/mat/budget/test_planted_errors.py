@@ -182,7 +182,7 @@ def test_a_sentence_names_the_largest_source(honest, planted):
     assert set(moved) <= {"temperature_table", "shade", "surroundings", *OF_GROUND} and "temperature_table" in moved
     assert all(size < 0.3 * moved["temperature_table"] for name, size in moved.items() if name != "temperature_table")
     described = describe(wrong)
-    assert "the largest source is temperature table (" in described["dominant"]
+    assert "the largest source of the latter is temperature table (" in described["dominant"]
     assert described["regions"]["beside a wall"]["views"] == wrong.circumstances.walled.sum()
     assert described["errors"]["pixel"]["temperature"]["rms"]["value"] > 10
 

@@ -25,7 +25,7 @@ def test_demo_is_sensible(demo):
 
 
 def test_check(run, demo_folder):
-    result = run("check", demo_folder / "demo.tmm.yaml", "--json")
+    result = run("check", demo_folder / "job.tmm.yaml", "--json")
     report = json.loads(result.output)["textures"][0]
     assert result.exit_code == 0 and report["width"] == 960 and len(report["seed_texels"]) == 4
 

@@ -39,7 +39,7 @@ def test_from_nothing_to_a_map(run, fields):
     job, path = folder / "job.yaml", folder / "fields.list.yaml"
     asked = run("suggest", job, "--count", 6)
     assert asked.exit_code == 0, asked.output
-    assert "0 answers so far, nothing is known yet" in asked.output and "asked: 1 to 6" in asked.output
+    assert "0 answers so far, nothing is known yet" in asked.output and "label patches 1 to 6" in asked.output
     unfilled = run("check", job)
     assert unfilled.exit_code == 2 and "no place of fields.list.yaml has a material yet" in unfilled.output
     first = read_answers(path)

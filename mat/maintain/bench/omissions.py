@@ -167,7 +167,7 @@ def table_differences(trimmed: Table, full: Table, generator: np.random.Generato
     }
     differences = {}
     for name, variable in trimmed.root.variables.items():
-        if variable.kind != "f":
+        if variable.dtype.kind != "f":
             continue
         where = {axis: points[axis] for axis in variable.dims}
         ours, theirs = (table.value(name, **where) for table in (trimmed, full))

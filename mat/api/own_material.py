@@ -9,9 +9,14 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-import numpy as np
-
-from skyshine.mat.job.own_materials import BORDER, free_codes, levelled, refuse_transmitting, with_emissivity
+from skyshine.mat.job.own_materials import (
+    BORDER,
+    free_codes,
+    levelled,
+    refuse_transmitting,
+    with_emissivity,
+    with_spectrum,
+)
 from skyshine.materials.files import USER
 from skyshine.materials.library import ENVIRONMENT, Material, MaterialLibrary, load_library
 from skyshine.materials.records import Back
@@ -21,7 +26,6 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.whole_files import write_whole
 
 NAME = r"[a-z][a-z0-9_]*"
-GAP = 1.2  # neighbouring points of a file further apart than this ratio leave a gap
 
 
 @dataclass(frozen=True)
@@ -97,7 +101,7 @@ def new_material(
     number = next(free_codes(library)) if code is None else code
     if number in {library.code(existing) for existing in library.names}:
         raise InputError(f"code {number} is that of '{library.by_code(number).name}'; remove --code for a free one")
-    wavelength, reflectance, borrowed = _joined(pattern, spectrum)
+    wavelength, reflectance, borrowed = with_spectrum(pattern, spectrum)
     if emissivity is not None:
         if thermal_emissivity is not None or spectrum is not None:
             raise InputError(
@@ -140,37 +144,6 @@ def refuse_taken(name: str, like: str, folder: Path) -> MaterialLibrary:
 def default_folder() -> Path:
     """The folder that MATERIALS_DATABASE names, or `materials` here."""
     return Path(os.environ.get(ENVIRONMENT) or "materials")
-
-
-def _joined(pattern: Material, spectrum: FileSpectrum | None) -> tuple[Floats, Floats, tuple[tuple[float, float], ...]]:
-    """Nodes (W,), reflectance (W,) and the stretches that the pattern fills."""
-    wavelength, reflectance = pattern.wavelength, pattern.reflectance.copy()
-    if spectrum is None:
-        return wavelength, reflectance, ((float(wavelength[0]), float(wavelength[-1])),)
-    edges = np.concatenate([[wavelength[0]], np.sqrt(wavelength[1:] * wavelength[:-1]), [wavelength[-1]]])
-    x, y = spectrum.wavelength, spectrum.reflectance
-    measured = (wavelength >= x[0]) & (wavelength <= x[-1])
-    for index in np.flatnonzero(x[1:] / x[:-1] > GAP):
-        measured &= (wavelength <= x[index]) | (wavelength >= x[index + 1])
-    if not measured.any():
-        raise InputError(
-            f"the spectrum covers {x[0]:g} to {x[-1]:g} um, none of {wavelength[0]:g} to {wavelength[-1]:g} um"
-        )
-    # Means over the cells of the nodes: files are often finer than the library's 1 %.
-    within = np.union1d(x, edges[(edges > x[0]) & (edges < x[-1])])
-    values = np.interp(within, x, y)
-    integral = np.concatenate([[0.0], np.cumsum(np.diff(within) * (values[1:] + values[:-1]) / 2)])
-    low, high = np.clip(edges[:-1], x[0], x[-1]), np.clip(edges[1:], x[0], x[-1])
-    width = high - low
-    mean = (np.interp(high, within, integral) - np.interp(low, within, integral)) / np.where(width > 0, width, 1.0)
-    reflectance[measured] = np.where(width > 0, mean, np.interp(wavelength, x, y))[measured]
-    return wavelength, np.clip(reflectance, 0.0, 1.0), _stretches(wavelength, ~measured)
-
-
-def _stretches(wavelength: Floats, chosen: np.ndarray) -> tuple[tuple[float, float], ...]:
-    """First and last wavelength of each run of chosen nodes."""
-    runs = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(int)))
-    return tuple((float(wavelength[a]), float(wavelength[b - 1])) for a, b in zip(runs[::2], runs[1::2], strict=True))
 
 
 def _spectrum_text(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -12,16 +13,19 @@ from pydantic import Field
 
 from skyshine.mat.atmosphere.sources.solar import ground_sunlight
 from skyshine.mat.job.fields import Fraction
+from skyshine.mat.job.files import JobFile, TextFile
 from skyshine.mat.radiometry.levels import blackbody_weight, odds_factor, with_odds
 from skyshine.materials.files import USER, Conductivity, Density, HeatCapacity, Thickness
 from skyshine.materials.library import MaterialLibrary, Name, load_library, unknown_material
 from skyshine.materials.records import Layer, Material, SpectralRange, ThermalStack
+from skyshine.materials.spectrum_files import FileSpectrum, Said, read_spectrum
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.documents import StrictModel, Text
 from skyshine.schemas.errors import InputError
 
 FIRST_CODE, LAST_CODE = 1001, 65535  # beyond the codes of the library, up to 16 bits
 BORDER = 2.5  # um; sunlight below, heat beyond
+GAP = 1.2  # neighbouring points of a spectrum further apart than this ratio leave a gap
 ROUNDS = 4  # rounds of the two levels, each of which moves the other by the little light beyond its side of the border
 THERMAL = ("conductivity", "density", "heat_capacity", "thickness")
 
@@ -30,11 +34,22 @@ class OwnMaterial(StrictModel):
     """A material that is like one of the library but for the numbers given."""
 
     like: Name = Field(description="Material of the library for all that is not given; one that lets no light pass.")
+    spectrum: JobFile | None = Field(
+        None,
+        description=(
+            "Measured spectrum, relative to the job: ECOSTRESS, ASTER, USGS text or CSV; outside its range that of"
+            " `like` applies."
+        ),
+    )
     absorptance: Fraction | None = Field(
         None, description="Absorptance of sunlight at the ground; scales the spectrum below 2.5 um."
     )
     emissivity: Fraction | None = Field(
-        None, description="Emissivity at all wavelengths beyond 2.5 um, so in every infrared band."
+        None,
+        description=(
+            "Emissivity at all wavelengths beyond 2.5 um, so in every infrared band; with a spectrum, which keeps its"
+            " shape, its mean over radiation of 300 K."
+        ),
     )
     conductivity: Conductivity | None = Field(
         None, description="Thermal conductivity of skin and first layer, W m^-1 K^-1."
@@ -96,14 +111,16 @@ def _made(name: str, stated: OwnMaterial, library: MaterialLibrary, code: int) -
     pattern = library[stated.like]
     try:
         refuse_transmitting(pattern)
-        reflectance = pattern.reflectance
-        if stated.emissivity is not None:
-            reflectance = with_emissivity(pattern.wavelength, reflectance, stated.emissivity)
-        reflectance, levels = levelled(pattern.wavelength, reflectance, stated.absorptance, None, USER)
+        spectrum = None if stated.spectrum is None else _read(stated.spectrum)
+        wavelength, reflectance, borrowed = with_spectrum(pattern, spectrum)
+        if stated.emissivity is not None and spectrum is None:
+            reflectance = with_emissivity(wavelength, reflectance, stated.emissivity)
+        mean_emissivity = None if spectrum is None else stated.emissivity
+        reflectance, levels = levelled(wavelength, reflectance, stated.absorptance, mean_emissivity, USER)
     except InputError as error:
         raise InputError(f"{name}: {error.message}") from None
+    sample = f"like {stated.like}" if stated.spectrum is None else stated.spectrum.name
     values = of_first_layer({key: value for key in THERMAL if (value := getattr(stated, key)) is not None})
-    lower, upper = float(pattern.wavelength[0]), float(pattern.wavelength[-1])
     return replace(
         pattern,
         code=code,
@@ -112,10 +129,31 @@ def _made(name: str, stated: OwnMaterial, library: MaterialLibrary, code: int) -
         thermal=_with_values(pattern.thermal, values),
         reflectance=reflectance,
         absorptance=1.0 - reflectance,
-        ranges=(SpectralRange(lower, upper, "proxy", stated.like),),
+        ranges=_ranges(wavelength, borrowed, stated.like),
         sources=pattern.sources | dict.fromkeys(values, USER),
-        reflectance_note="\n".join([f"sample: like {stated.like}", *levels]),
+        reflectance_note="\n".join([f"sample: {sample}", *levels]),
     )
+
+
+def _read(file: TextFile) -> FileSpectrum:
+    """The spectrum of a file of a job, which itself says what its columns are."""
+    try:
+        return read_spectrum(Path(file.path), Said())
+    except InputError as error:
+        more = "; mat materials new --spectrum takes it with these" if "--" in error.message else ""
+        raise InputError(f"{file.name}: {error.message}{more}") from None
+
+
+def _ranges(wavelength: Floats, borrowed: tuple[tuple[float, float], ...], like: str) -> tuple[SpectralRange, ...]:
+    """Stretches of the spectrum that are measured, and those of the material that it is like."""
+    ranges, position = [], float(wavelength[0])
+    for lower, upper in (*borrowed, (float(wavelength[-1]), float(wavelength[-1]))):
+        if lower > position:
+            ranges.append(SpectralRange(position, lower, "measured", USER))
+        if upper > lower:
+            ranges.append(SpectralRange(lower, upper, "proxy", like))
+        position = upper
+    return tuple(ranges)
 
 
 def _with_values(stack: ThermalStack, values: Mapping[str, float]) -> ThermalStack:
@@ -138,6 +176,39 @@ def of_first_layer(thermal: Mapping[str, float]) -> dict[str, float]:
 def with_emissivity(wavelength: Floats, reflectance: Floats, emissivity: float) -> Floats:
     """The reflectance (W,) with one emissivity at all wavelengths [um] beyond `BORDER`."""
     return np.where(wavelength < BORDER, reflectance, 1.0 - emissivity)
+
+
+def with_spectrum(
+    pattern: Material, spectrum: FileSpectrum | None
+) -> tuple[Floats, Floats, tuple[tuple[float, float], ...]]:
+    """Nodes (W,) [um] of a pattern, a spectrum on them (W,), and stretches [um] that the pattern fills."""
+    wavelength, reflectance = pattern.wavelength, pattern.reflectance.copy()
+    if spectrum is None:
+        return wavelength, reflectance, ((float(wavelength[0]), float(wavelength[-1])),)
+    edges = np.concatenate([[wavelength[0]], np.sqrt(wavelength[1:] * wavelength[:-1]), [wavelength[-1]]])
+    x, y = spectrum.wavelength, spectrum.reflectance
+    measured = (wavelength >= x[0]) & (wavelength <= x[-1])
+    for index in np.flatnonzero(x[1:] / x[:-1] > GAP):
+        measured &= (wavelength <= x[index]) | (wavelength >= x[index + 1])
+    if not measured.any():
+        raise InputError(
+            f"the spectrum covers {x[0]:g} to {x[-1]:g} um, none of {wavelength[0]:g} to {wavelength[-1]:g} um"
+        )
+    # Means over the cells of the nodes: files are often finer than the library's 1 %.
+    within = np.union1d(x, edges[(edges > x[0]) & (edges < x[-1])])
+    values = np.interp(within, x, y)
+    integral = np.concatenate([[0.0], np.cumsum(np.diff(within) * (values[1:] + values[:-1]) / 2)])
+    low, high = np.clip(edges[:-1], x[0], x[-1]), np.clip(edges[1:], x[0], x[-1])
+    width = high - low
+    mean = (np.interp(high, within, integral) - np.interp(low, within, integral)) / np.where(width > 0, width, 1.0)
+    reflectance[measured] = np.where(width > 0, mean, np.interp(wavelength, x, y))[measured]
+    return wavelength, np.clip(reflectance, 0.0, 1.0), _stretches(wavelength, ~measured)
+
+
+def _stretches(wavelength: Floats, chosen: np.ndarray) -> tuple[tuple[float, float], ...]:
+    """First and last wavelength of each run of chosen nodes."""
+    runs = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(int)))
+    return tuple((float(wavelength[a]), float(wavelength[b - 1])) for a, b in zip(runs[::2], runs[1::2], strict=True))
 
 
 def levelled(

@@ -1,5 +1,8 @@
 """Materials that a job defines: those that `mat materials new` would write, built without an environment variable."""
 
+import json
+import re
+
 import numpy as np
 import pytest
 
@@ -9,8 +12,11 @@ from skyshine.mat.atmosphere.sources.solar import ground_sunlight
 from skyshine.mat.job.load import load_job
 from skyshine.mat.job.own_materials import job_materials, of_first_layer
 from skyshine.mat.radiometry.reflectance import solar_absorptance
+from skyshine.mat.scene.atmosphere import materials_digest
 from skyshine.mat.scene.moisture import job_library
 from skyshine.materials.library import load_library
+from skyshine.materials.spectrum_files import Said, read_spectrum
+from skyshine.schemas.errors import InputError
 
 JOB = {
     "skyshine": 1,
@@ -42,6 +48,47 @@ def test_it_is_the_material_that_the_command_writes(tmp_path):
     assert own.sources["layers.1.density"] == "user" and own.sources["back.kind"] == written.sources["back.kind"][15:]
     like = load_library()["concrete"]
     assert own.thermal.layers[1] == like.thermal.layers[1] and own.thermal.skin.thickness == like.thermal.skin.thickness
+
+
+def measured(folder):
+    """A spectrum of 3 to 15 um with a step at 9 um."""
+    file = folder / "measured.csv"
+    rows = (f"{um / 20},{0.1 if um < 180 else 0.3}" for um in range(60, 301))
+    file.write_text("\n".join(["wavelength_um,reflectance", *rows]) + "\n")
+    return file
+
+
+def test_a_measured_spectrum_is_that_of_the_command(tmp_path):
+    measured(tmp_path)
+    text = "skyshine: 1\n" + "".join(f"{key}: {json.dumps(value)}\n" for key, value in JOB.items() if key != "skyshine")
+    job_file = tmp_path / "job.yaml"
+    job_file.write_text(text + "materials: {mine: {like: concrete, absorptance: 0.7, spectrum: measured.csv}}\n")
+    own = job_materials(load_job(job_file).trimmed.own_materials)["mine"]
+    spectrum = read_spectrum(tmp_path / "measured.csv", Said())
+    new_material("mine", like="concrete", folder=tmp_path / "own", absorptance=0.7, spectrum=spectrum)
+    written = load_library(tmp_path / "own")["mine"]
+    np.testing.assert_allclose(own.reflectance, written.reflectance, atol=1e-5)
+    assert np.interp([5.0, 12.0], own.wavelength, own.reflectance) == pytest.approx([0.1, 0.3], abs=1e-3)
+    assert [(r.kind, round(r.lower), round(r.upper)) for r in own.ranges][1][:2] == ("measured", 3)
+    assert [r.kind for r in own.ranges] == ["proxy", "measured"]  # the nodes of concrete end there
+    before = materials_digest(job_library(load_job(job_file).trimmed), ("mine",))
+    (tmp_path / "measured.csv").write_text((tmp_path / "measured.csv").read_text().replace(",0.3", ",0.4"))
+    assert materials_digest(job_library(load_job(job_file).trimmed), ("mine",)) != before  # files are built again
+
+
+@pytest.mark.parametrize(
+    ("content", "complaint"),
+    [("wavelength_um,reflectance\n3,0.1\n", "materials.mine: measured.csv: found"), (None, "which is no file")],
+)
+def test_a_spectrum_that_is_none_is_refused_at_its_line(tmp_path, content, complaint):
+    if content:
+        (tmp_path / "measured.csv").write_text(content)
+    job_file = tmp_path / "job.yaml"
+    text = "skyshine: 1\n" + "".join(f"{key}: {json.dumps(value)}\n" for key, value in JOB.items() if key != "skyshine")
+    job_file.write_text(text + "materials: {mine: {like: concrete, spectrum: measured.csv}}\n")
+    with pytest.raises(InputError, match=re.escape(complaint)) as error:
+        load_job(job_file)
+    assert str(error.value).startswith(f"{job_file}:7:")
 
 
 def test_codes_follow_each_other_and_the_library_stays():

@@ -20,10 +20,9 @@ from skyshine.mat.plan.size import check_size
 from skyshine.mat.products.reach import tolerance_notes
 from skyshine.mat.scene.agreement import air_warnings, twilight_warnings
 from skyshine.mat.scene.check import check_scene
-from skyshine.mat.scene.ground_notes import ground_notes
+from skyshine.mat.scene.notes import ground_notes, surface_notes
 from skyshine.mat.scene.sources import source_hours
 from skyshine.mat.scene.summary import state_summaries
-from skyshine.mat.scene.surface_notes import surface_notes
 from skyshine.mat.tables.dataset import dataset
 from skyshine.mat.tables.result import Result
 from skyshine.schemas.errors import InputError

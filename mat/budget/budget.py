@@ -18,7 +18,7 @@ from skyshine.mat.budget.circumstances import Circumstances
 from skyshine.mat.budget.measurement import Measurement
 from skyshine.mat.budget.pixel import Scenes
 from skyshine.mat.budget.truth import Prepared
-from skyshine.mat.budget.unmodelled_errors import unmodelled_errors
+from skyshine.mat.budget.unmodelled import unmodelled_errors
 from skyshine.mat.budget.views import Views
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.radiometry.blackbody import SpectralResponse

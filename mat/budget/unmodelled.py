@@ -12,9 +12,10 @@ import numpy as np
 from skyshine.mat.atmosphere.spectra.fluxes import packaged_points
 from skyshine.mat.budget.built_tables import Tables
 from skyshine.mat.budget.circumstances import Circumstances
+from skyshine.mat.budget.measurement import Measurement
 from skyshine.mat.budget.runtime_terms import AtmosphereReadings, Finish, incidence
 from skyshine.mat.budget.truth import Prepared
-from skyshine.mat.budget.views import Views
+from skyshine.mat.budget.views import NEAR_KM, Views
 from skyshine.mat.quantities.aureole import SunlitSky, sunlit_sky
 from skyshine.mat.radiometry.lobe import specular_lobe
 from skyshine.mat.scene.clear_sky import AUREOLE_ELEVATIONS
@@ -198,3 +199,56 @@ def light_of_ground(day: ShadedDay, readings: AtmosphereReadings) -> Floats | No
     beam = np.where(dark, readings.direct * sine, 0.0)
     light: Floats = (1 - day.sky_view_factor) * (emissivity * (open_air - shaded) + (1 - emissivity) * beam)
     return light
+
+
+def unmodelled_errors(measured: Measurement, generator: np.random.Generator) -> dict[str, Floats]:
+    """Errors (n, M) of radiance, W m^-2 sr^-1: none of them is a source of the pixel's.
+
+    Parameters
+    ----------
+    generator : numpy.random.Generator
+        Random numbers for the buildings before the Sun and the material beyond an edge.
+    """
+    errors = _of_shade(measured, generator) if measured.truth.source == "sun" and measured.tables.shades else {}
+    return errors | {"lobe": _of_lobe(measured), "depth_buffer": _of_depth(measured)} | _of_edges(measured, generator)
+
+
+def _of_shade(measured: Measurement, generator: np.random.Generator) -> dict[str, Floats]:
+    views, circumstances = measured.views, measured.circumstances
+    day = ShadedDay(measured.tables, views, circumstances)
+    building = generator.integers(len(OBSTACLES_DEG), size=len(views))
+    too_warm = -day.warmer_by(-aureole_heat(measured.prepared, day, building))
+    light = aureole_light(measured.prepared, views, measured.reduced_light, circumstances.in_shade)
+    errors = {"aureole": _warmer(measured, too_warm) + measured.of_ambient(light)}
+    of_ground = light_of_ground(day, measured.full)
+    if of_ground is not None:
+        errors["seen_faces"] = measured.of_ambient(of_ground)
+    return errors
+
+
+def _warmer(measured: Measurement, kelvin: Floats) -> Floats:
+    return measured.warmer(kelvin) - measured.base
+
+
+def _of_lobe(measured: Measurement) -> Floats:
+    views, finish = measured.views, measured.finish
+    facets = microfacet_reflection(views, views.normal, finish)
+    dark = measured.circumstances.in_shade & (measured.truth.source == "sun")
+    return measured.base - measured.reflected_by(np.where(dark[:, None], 0.0, facets))
+
+
+def _of_depth(measured: Measurement) -> Floats:
+    views = measured.views
+    farthest = max(float(measured.grid.range_km.max()), float(views.range.max()))
+    read = depth_buffer_range(views.range, min(NEAR_KM[0], float(views.range.min())), farthest)
+    return measured.at_range(read) - measured.base
+
+
+def _of_edges(measured: Measurement, generator: np.random.Generator) -> dict[str, Floats]:
+    views, base = measured.views, measured.base
+    count = base.shape[1]
+    if count == 1:
+        return {}
+    share = share_beyond_edge(views.face, 1e3 * views.range * PIXEL_RAD, views.share)
+    neighbour = (np.arange(count) + generator.integers(1, count, size=base.shape)) % count
+    return {"aliasing": share[:, None] * (base - np.take_along_axis(base, neighbour, axis=1))}

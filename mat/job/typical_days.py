@@ -12,9 +12,8 @@ import numpy as np
 import pydantic
 
 from skyshine.mat.job.fields import clock_text
-from skyshine.mat.job.file_rain import hourly_rain
 from skyshine.mat.job.surface import HOURLY_QUANTITIES, LONGEST_GAP_H, RADIATION, HourlyWeather, RainKey
-from skyshine.mat.job.typical_years import YearFile
+from skyshine.mat.job.typical_years import RAIN_DEPTH, RAIN_HOURS, YearFile
 from skyshine.mat.radiometry.constants import STEFAN_BOLTZMANN, ZERO_CELSIUS
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
@@ -30,6 +29,47 @@ _INSTEAD = {
 }
 _SAID_MM = 0.1  # least rain of a day that is reported: less wets nothing for an hour
 _READ = ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa")
+
+
+_LONGEST = 24  # hours over which a depth may have been gathered
+
+
+def hourly_rain(year: YearFile, hours: Sequence[int]) -> Floats:
+    """Rain in the hour that ends at each reading [mm h^-1]; NaN where the file tells none.
+
+    Parameters
+    ----------
+    hours : sequence of int
+        Numbers of readings.
+
+    Notes
+    -----
+    A depth is with the hours over which it was gathered, which end at its reading (EnergyPlus, Auxiliary Programs,
+    "Liquid Precipitation Depth" and "Quantity"; Wilcox and Marion 2008, table 1-3), one where they are missing. What a
+    depth of several hours has beyond those that readings among them tell falls evenly in the others, whose readings
+    tell none or 0: files write 0 for hours that nobody read.
+
+    Raises
+    ------
+    InputError
+        With file:line:column of what is no depth.
+    """
+    longest = _LONGEST * year.per_hour
+    low, high = min(hours), min(max(hours) + longest, len(year.readings))
+    low = max(low - longest, 0)
+    span = range(low, high)
+    depth, gathered = (year.values(name, span) for name in (RAIN_DEPTH, RAIN_HOURS))
+    readings = np.where(np.isfinite(gathered), gathered * year.per_hour, 1.0)
+    spans = np.clip(readings, 1.0, longest).round().astype(int)
+    rain = np.where(spans == 1, depth, np.nan)
+    for end in np.flatnonzero((spans > 1) & np.isfinite(depth)):
+        part = np.arange(max(end - spans[end] + 1, 0), end + 1)
+        known_rain = np.nan_to_num(rain[part])
+        silent = part[known_rain <= 0]
+        if silent.size:
+            rain[silent] = max(depth[end] - known_rain.sum(), 0.0) / silent.size
+    chosen: Floats = rain[np.asarray(hours) - low] * year.per_hour
+    return chosen
 
 
 @dataclass(frozen=True)

@@ -20,11 +20,10 @@ from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.products.channel_start import FEWEST, channel_nodes
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
-from skyshine.mat.quantities.channels.absorbers import absorbers
 from skyshine.mat.quantities.channels.coordinates import RayCoordinates
 from skyshine.mat.quantities.channels.end_heights import largest_change_of_beam
 from skyshine.mat.quantities.channels.nodes import ChannelNodes, NodeCounts, elevation_nodes
-from skyshine.mat.quantities.channels.parts import Parts
+from skyshine.mat.quantities.channels.parts import Parts, absorbers
 from skyshine.mat.quantities.channels.path_fields import BandLight, PathFields, light_of_lines, path_fields
 from skyshine.mat.quantities.channels.source_parts import (
     SKY_ELEVATIONS,

@@ -254,7 +254,8 @@ class Sensor(StrictModel):
 
 
 class _OfDatabases(Protocol):
-    databases: str
+    @property
+    def databases(self) -> str: ...
 
 
 FileModel = TypeVar("FileModel", bound=_OfDatabases)

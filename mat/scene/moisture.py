@@ -18,13 +18,35 @@ from skyshine.mat.job.own_materials import job_materials
 from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
 from skyshine.mat.radiometry.water_film import film_reflectance, moist_reflectance
 from skyshine.mat.scene.canopy import opened
-from skyshine.mat.scene.snow import under_snow
 from skyshine.mat.surface.soil_moisture import moist_stack, resistance
 from skyshine.mat.surface.wet_skin import FilmSkin, MoistSkin, film_capacity
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.materials.records import Material
 from skyshine.materials.water import water_index
 from skyshine.schemas.arrays import Floats
+
+
+def under_snow(material: Material, snow: Material, depth: float) -> Material:
+    """A material below a layer of snow of a depth [m], which gives it its looks and melts.
+
+    The skin and the layers of the material lie below the snow, over its own back; wind reaches it as it did.
+    """
+    top = snow.thermal.layers[0]
+    below = material.thermal
+    solids = (below.skin, *below.layers) if below.skin.thickness else below.layers
+    return replace(
+        material,
+        thermal=replace(below, skin=snow.thermal.skin, layers=(replace(top, thickness=depth), *solids), light=()),
+        surface=replace(snow.surface, exposure=material.surface.exposure),
+        wavelength=snow.wavelength,
+        reflectance=snow.reflectance,
+        absorptance=snow.absorptance,
+        transmits=snow.transmits,
+        ranges=snow.ranges,
+        specular_fraction=snow.specular_fraction,
+        lobe_fwhm=snow.lobe_fwhm,
+        soil=None,
+    )
 
 
 def job_library(job: Job) -> MaterialLibrary:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from skyshine.mat.atmosphere.gases.absorption import FILETYPE, NEGLIGIBLE, NO_DATA, OFFSET, STEP
 from skyshine.mat.spectroscopy import nodes
 from skyshine.mat.spectroscopy.continua import Continua, ContinuumModel
-from skyshine.mat.spectroscopy.cross_sections import CrossSectionSource, read_cross_sections
+from skyshine.mat.spectroscopy.cross_sections import CrossSectionSource, overlay, read_cross_sections
 from skyshine.mat.spectroscopy.gases import MIXING, GeneratedLibrary, LineLibrary
 from skyshine.mat.spectroscopy.intervals import (
     CANDIDATES,
@@ -29,7 +29,6 @@ from skyshine.mat.spectroscopy.intervals import (
 )
 from skyshine.mat.spectroscopy.lookups import LookupSource
 from skyshine.mat.spectroscopy.lowtran_continua import LowtranContinua
-from skyshine.mat.spectroscopy.overlay import overlay
 from skyshine.mat.spectroscopy.sources import GasSources, LineSource, MixedLineSource, Source, SpectralSource
 from skyshine.mat.spectroscopy.training import PERTURBED, held_out_states, reference_states, training_states
 from skyshine.mat.spectroscopy.widths import interval_edges, max_points

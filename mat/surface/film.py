@@ -149,7 +149,7 @@ def _returning(skin: FilmSkin, gain: Floats, potential: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class WetSkin:
-    """How water lies on a material and what follows from temperatures; `film_canopy` has leaves over soil."""
+    """How water lies on a material and what follows from temperatures; `canopy_days` has leaves over soil."""
 
     material: SurfaceMaterial
     sources: ClassVar[int] = 1  # rows of times that a column has

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +17,7 @@ from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.classify.trained import ModelMapper, TrainedModel
 from skyshine.tmm.classify.translation import and_unknown, class_groups, library_classes
 from skyshine.tmm.classify.typicality import Boxes, Everywhere, Typicality
-from skyshine.tmm.database.levels import Level
+from skyshine.tmm.database.levels import Level, pure_level, ranked
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.georeference import GeoReference, read_georeference
 from skyshine.tmm.images.raster import file_sha256
@@ -24,9 +25,8 @@ from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.load import job_files, load_texture, narrowed
 from skyshine.tmm.inputs.named_materials import refuse_without_materials
 from skyshine.tmm.inputs.seeds import SeedTexels
-from skyshine.tmm.job.materials import UNKNOWN
+from skyshine.tmm.job.materials import UNKNOWN, parts_of
 from skyshine.tmm.job.model import TextureJob
-from skyshine.tmm.mapping.mixtures import ClassMixtures
 from skyshine.tmm.mapping.ways import (
     ExactPalette,
     Overrides,
@@ -46,6 +46,27 @@ UNTYPICAL, UNTYPICAL_RADIUS = 0.2, 4
 # worth (5 % with two places a material, 7 % with one).
 TYPICAL_PLACES = 3
 BAND, STRIP = 256, 512  # texels of a window, whole chunks of the file: what stays in a processor's cache
+
+
+class ClassMixtures:
+    """The materials of the classes of a mapper."""
+
+    def __init__(self, names: tuple[str, ...], code_of: dict[str, int]) -> None:
+        """`names` are the C classes: materials, mixtures or `unknown`; `code_of` has the codes of all materials."""
+        self._codes = np.array(sorted(code_of.values()), np.uint16)
+        # Weights of the K materials in the classes; the last row, which -1 means, is that of no material.
+        weights = np.zeros((len(self._codes), len(names) + 1), np.int64)
+        for number, name in enumerate(names):
+            for material, weight in parts_of(name).items() if name != UNKNOWN else ():
+                weights[np.searchsorted(self._codes, code_of[material]), number] = weight
+        self._table = ranked(self._codes, weights)
+        self._pure = bool((np.count_nonzero(weights, axis=0) <= 1).all())
+
+    def of(self, number: npt.NDArray[Any]) -> Level:
+        """The materials of classes by number (h, w), -1 for none."""
+        if self._pure:
+            return pure_level(self._table.code[number])
+        return Level(self._table.code[number], self._table.mix_code[number], self._table.mix_weight[number])
 
 
 @dataclass(frozen=True)

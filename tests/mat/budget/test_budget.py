@@ -15,7 +15,6 @@ from skyshine.mat.budget.built_tables import Tables
 from skyshine.mat.budget.circumstances import Circumstances
 from skyshine.mat.budget.measurement import Measurement
 from skyshine.mat.budget.pixel import PixelTruth, Scenes, temperature_among
-from skyshine.mat.budget.quantisation import BITS, PixelScale
 from skyshine.mat.budget.runtime_terms import (
     AtmosphereReadings,
     Emission,
@@ -25,7 +24,7 @@ from skyshine.mat.budget.runtime_terms import (
     spectral_radiance,
 )
 from skyshine.mat.budget.sizes import measures
-from skyshine.mat.budget.summary import describe
+from skyshine.mat.budget.summary import BITS, PixelScale, describe
 from skyshine.mat.budget.truth import FacetTruth, Prepared
 from skyshine.mat.cli import main
 from skyshine.mat.job.load import load_job

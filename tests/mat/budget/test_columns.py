@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import Akima1DInterpolator
 
-from skyshine.mat.budget.columns import temperatures_at
+from skyshine.mat.budget.truth import temperatures_at
 from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.sun_path import SunPath, sun_hours

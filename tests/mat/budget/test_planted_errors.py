@@ -222,11 +222,11 @@ def test_a_lobe_too_narrow_shows_as_lobe(honest, planted):
 
 
 def test_a_coarse_depth_buffer_and_coarse_pixels_show_under_their_names(honest, budget_of, job, monkeypatch):
-    from skyshine.mat.budget import unmodelled, unmodelled_errors
+    from skyshine.mat.budget import unmodelled
 
     fine = unmodelled.depth_buffer_range
-    monkeypatch.setattr(unmodelled_errors, "depth_buffer_range", lambda *given: fine(*given, bits=12))
-    monkeypatch.setattr(unmodelled_errors, "PIXEL_RAD", 10 * unmodelled.PIXEL_RAD)
+    monkeypatch.setattr(unmodelled, "depth_buffer_range", lambda *given: fine(*given, bits=12))
+    monkeypatch.setattr(unmodelled, "PIXEL_RAD", 10 * unmodelled.PIXEL_RAD)
     wrong = budget_of(job.parent / "built")
     assert changed(wrong, honest) == {"depth_buffer", "aliasing"}
     assert rms(wrong.errors["depth_buffer"]) > 100 * rms(honest.errors["depth_buffer"])

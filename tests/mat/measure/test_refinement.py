@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.measure.refinement import fewest_nodes, meets
-from skyshine.mat.measure.surface_nodes import read_temperature, refined_axes
+from skyshine.mat.measure.surface_nodes import fewest_nodes, meets, read_temperature, refined_axes
 from skyshine.schemas.errors import CheckFailed
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import skyshine.mat
 from skyshine.mat.job.load import load_job
-from skyshine.mat.scene import ground_notes
+from skyshine.mat.scene import notes as surface_notes
 from skyshine.materials.library import load_library
 
 MATERIALS = ["concrete_wall", "asphalt_road"]
@@ -88,11 +88,11 @@ def test_of_all_materials_few_have_the_ends_of_the_change():
     library = load_library()
     names = [material.name for material in library]
     given = load_job(job() | {"materials": ["concrete_wall", "brick_red"]}).trimmed
-    assert len(ground_notes._extremes(library, names)) < 45 < len(names)
+    assert len(surface_notes._extremes(library, names)) < 45 < len(names)
     ends = []
     for start in range(0, len(names), 25):  # few enough that all of them are solved
-        (line,) = ground_notes._without_ground(given, ["soil_loam_brown", *names[start : start + 25]])
+        (line,) = surface_notes._without_ground(given, ["soil_loam_brown", *names[start : start + 25]])
         ends += [float(text) for text in re.search(r"by (\S+) to (\S+) K", line).groups()]
-    (line,) = ground_notes._without_ground(given, ["soil_loam_brown", *names])
+    (line,) = surface_notes._without_ground(given, ["soil_loam_brown", *names])
     stated = [float(text) for text in re.search(r"by (\S+) to (\S+) K", line).groups()]
     assert stated == pytest.approx([min(ends), max(ends)], abs=0.3)

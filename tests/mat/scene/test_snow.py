@@ -8,8 +8,8 @@ from skyshine.mat.job.load import load_job
 from skyshine.mat.products.band import BandProduct
 from skyshine.mat.scene.atmosphere import materials_digest
 from skyshine.mat.scene.moisture import job_library
+from skyshine.mat.scene.notes import surface_notes
 from skyshine.mat.scene.surface import surface_materials
-from skyshine.mat.scene.surface_notes import surface_notes
 from skyshine.mat.surface.conduction import surface_admittance
 from skyshine.materials.library import load_library
 

@@ -8,9 +8,9 @@ import pytest
 from skyshine.mat.scene.moisture import open_library
 from skyshine.mat.scene.surface import surface_materials
 from skyshine.mat.surface.canopy import gap_towards
+from skyshine.mat.surface.canopy_days import _film
 from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.film import TOLERANCE
-from skyshine.mat.surface.film_canopy import _film
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.weather import Wetting
 from skyshine.mat.surface.wet_skin import FilmSkin

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.quantities.channels.absorbers import absorbers
-from skyshine.mat.quantities.channels.parts import fitted_parts, pivots
+from skyshine.mat.quantities.channels.parts import absorbers, fitted_parts, pivots
 
 
 def test_columns_of_a_low_rank_come_back_from_as_many():

@@ -16,6 +16,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import skyshine.mat
+
 CHECKOUT = Path(__file__).parents[2]
 FIGURES = CHECKOUT / "examples" / "manual" / "figures.json"
 VALIDATION = CHECKOUT / "tests" / "validation"
@@ -43,6 +45,7 @@ WAYS = {  # ways of classifying textures: words of the table, way in the file of
     "qda_from_nothing": ("QDA on the same answers", "scikit-learn QDA, asked from nothing"),
     "asked": ("with a model, asked by it", "default with model, asked by a model"),
 }
+SHADOWS = {"hour": (13.0, 14.0), "day": (0.0, 24.0)}  # local clock, of asphalt at 14:00
 CLICKS = (1, 2, 6)  # a class; with one or two that are asked from nothing most sheets have answers of one class alone
 Figures = dict[str, dict[str, str]]
 
@@ -89,6 +92,19 @@ def of_build(folder: Path) -> Figures:
         for measure, (value, unit) in values.items():
             source = "mat build of examples/starter"
             figures[f"starter.{name.removesuffix('.h5')}.{measure}"] = {"value": value, "unit": unit, "source": source}
+    return figures | of_shadows(folder)
+
+
+def of_shadows(folder: Path) -> Figures:
+    """By how much a shadow that has lain for an hour, and one that lies all day, cool the starter's road at 14:00."""
+    surface = skyshine.mat.open(folder / "s01.htt.h5")
+    road = {"material": "asphalt_road", "altitude": 2.1, "azimuth": 0, "slope": 0}
+    figures: Figures = {}
+    for name, hours in SHADOWS.items():
+        heat = surface.absorbed_change(**road, shade=[hours])
+        change = surface.temperature(**road, time=14.0, absorbed_change=heat) - surface.temperature(**road, time=14.0)
+        source = "temperatures of examples/starter"
+        figures[f"starter.shadow.{name}"] = {"value": f"{-float(change):.0f}", "unit": "K", "source": source}
     return figures
 
 

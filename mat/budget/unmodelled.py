@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from skyshine.mat.atmosphere.spectra.fluxes import packaged_points
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.budget.built_tables import Tables
 from skyshine.mat.budget.circumstances import Circumstances
 from skyshine.mat.budget.measurement import Measurement
@@ -149,9 +150,8 @@ def aureole_heat(prepared: Prepared, day: ShadedDay, building: Integers) -> Floa
         Number of the building in `OBSTACLES_DEG`.
     """
     state = replace(prepared.exact.air.state, surface_albedo=prepared.inputs[2].ground_albedo)
-    light, even = buildings(
-        sunlit_sky(state, packaged_points(prepared.loaded.trimmed.water_continuum).shortwave, AUREOLE_ELEVATIONS)
-    )
+    points = packaged_points(prepared.loaded.trimmed.water_continuum).shortwave
+    light, even = buildings(sunlit_sky(SpectralAir.of(state, points), points.weight, AUREOLE_ELEVATIONS))
     elevation = day.light(SUN_ELEVATION)
 
     def at_sun(table: Floats) -> Floats:

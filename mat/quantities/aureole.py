@@ -9,19 +9,20 @@ of the split of Hay and Davies (1980): `tests/mat/quantities/test_aureole.py`.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
-from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.quantities.radiance_field import Directions, GroundReflection, RadianceField, cell_phases
-from skyshine.schemas.arrays import Booleans, Floats
+from skyshine.schemas.arrays import Booleans, Floats, Integers
 
 RADIUS_DEG = 30.0  # degree from the Sun
 DIRECTIONS = Directions.of(8, 12)  # twice as many each way change no share by more than 0.01
 _POINTS = 24  # with the most sunlight: 0.8 of all of it; the others change no share by more than 0.014
+# Azimuthal moments of light scattered more than once; six, and spherical layers under a low Sun, change no share by
+# more than 0.003. Degrees by which the Sun is lower or higher at the far end of long lines.
+_AZIMUTHAL, _FARTHEST = 3, 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,13 +102,14 @@ class SunlitSky:
         return circumsolar
 
 
-def sunlit_sky(
-    state: AtmosphericState, points: SpectralPoints, elevation: Floats, directions: Directions = DIRECTIONS
-) -> SunlitSky:
-    """The sky of a state by those of the points that have most of the sunlight; arguments as of `SunlitSky.of`.
+def strongest(weight: Floats, count: int) -> Integers:
+    """Places of so many points that have most of the sunlight, by their weights (P,)."""
+    return np.sort(np.argsort(weight)[-count:])
 
-    The weights of the points have the unit of the irradiance outside the atmosphere.
-    """
-    strongest = np.sort(np.argsort(points.weight)[-_POINTS:])
-    air = SpectralAir.of(state, points.subset(strongest, points.weight[strongest]))
-    return SunlitSky.of(air, points.weight[strongest], elevation, directions)
+
+def sunlit_sky(air: SpectralAir, weight: Floats, elevation: Floats, directions: Directions = DIRECTIONS) -> SunlitSky:
+    """The sky of an air by those of its points that have most of the sunlight; arguments as of `SunlitSky.of`."""
+    few, ends = strongest(weight, _POINTS), (np.min(elevation) - _FARTHEST, min(np.max(elevation) + _FARTHEST, 90.0))
+    solved = tuple(np.unique([*elevation, *ends]).tolist())
+    reduced = replace(air.part(few), elevations=solved, azimuthal=_AZIMUTHAL, spherical=False)
+    return SunlitSky.of(reduced, weight[few], elevation, directions)

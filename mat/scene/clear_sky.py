@@ -10,9 +10,12 @@ import numpy as np
 from skyshine import atmospheres
 from skyshine.mat.atmosphere.band.cache import content_key
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.spectra.fluxes import BroadbandFluxes, broadband_fluxes, packaged_points
+from skyshine.mat.atmosphere.spectra.fluxes import BroadbandFluxes, packaged_points, sky_emission, sunlight_shares
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.quantities.aureole import sunlit_sky
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
+from skyshine.mat.atmosphere.transfer.source_nodes import elevation_weights, elevations_from
+from skyshine.mat.quantities.aureole import strongest, sunlit_sky
 from skyshine.mat.radiometry.constants import STEFAN_BOLTZMANN
 from skyshine.mat.surface.forcing import Sky
 from skyshine.schemas.arrays import Floats
@@ -20,7 +23,7 @@ from skyshine.schemas.digest import digest_of
 from skyshine.schemas.kept_arrays import keep_arrays, kept_arrays, kept_folder
 
 FOLDER = "skies"  # folder of the kept files
-HEAD = b"skyshine broadband sky 2\n"
+HEAD = b"skyshine broadband sky 3\n"
 SKY_STEP = 250.0  # m between the altitudes at which the sky is described
 # degree: elevations of the Sun at which it is; close where the beam grows through the lowest, longest paths. Below, no
 # light arrives that would warm anything.
@@ -29,6 +32,9 @@ SUN_ELEVATIONS = np.concatenate(
 )
 # degree: at which the share of light from around the Sun is computed; between them it is linear to 0.01.
 AUREOLE_ELEVATIONS = np.array([0.5, 2.0, 5.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 75.0, 90.0])
+# Points with most sunlight, and the highest elevation [degree], at which layers are solved as spherical.
+_CURVED, _CURVED_TO = 12, 3.5
+_DARK = 1e-9  # W m^-2, of diffuse light, below which plane and spherical layers count as alike
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,9 +53,30 @@ class ClearLight:
     @classmethod
     def of(cls, air: AtmosphericState, levels: Floats, ground_albedo: float, water_continuum: str) -> ClearLight:
         """Compute it for a state with a water vapour continuum, the fluxes at levels [m]."""
-        over, points = replace(air, surface_albedo=ground_albedo), packaged_points(water_continuum)
-        fluxes = broadband_fluxes(air, levels, SUN_ELEVATIONS, ground_albedo, points=points)
-        return cls(fluxes, sunlit_sky(over, points.shortwave, AUREOLE_ELEVATIONS).aureole)
+        points = packaged_points(water_continuum)
+        lit = SpectralAir.of(replace(air, surface_albedo=ground_albedo), points.shortwave)
+        emission = sky_emission(air, points.longwave, levels) @ points.longwave.weight
+        sunlight = _sunlight(lit, points.shortwave.weight, levels, ground_albedo)
+        fluxes = BroadbandFluxes(levels, SUN_ELEVATIONS, emission, *sunlight)
+        return cls(fluxes, sunlit_sky(lit, points.shortwave.weight, AUREOLE_ELEVATIONS).aureole)
+
+
+def _sunlight(air: SpectralAir, weight: Floats, levels: Floats, ground_albedo: float) -> tuple[Floats, Floats]:
+    """Direct and diffuse sunlight of points of weights (P,), as of `BroadbandFluxes`, at `SUN_ELEVATIONS`.
+
+    Diffuse light is computed in plane layers under fewer elevations, and times what spherical layers make of it at the
+    points with most sunlight. Beside `broadband_fluxes` it errs by at most 0.4 W m^-2 in clear air, by 2 under cloud.
+    """
+    direct = direct_transmittance(air.source_paths, levels, np.radians(SUN_ELEVATIONS)) @ weight
+    nodes = np.array(elevations_from(SUN_ELEVATIONS[0]))
+    _, plane = sunlight_shares(air, levels, nodes, ground_albedo, spherical=False)
+    few, low = strongest(weight, _CURVED), nodes <= _CURVED_TO
+    _, curved = sunlight_shares(air.part(few), levels, nodes[low], ground_albedo)
+    of_both = (np.maximum(light @ weight[few], _DARK) for light in (curved, plane[:, low][..., few]))
+    diffuse = plane @ weight
+    diffuse[:, low] *= np.divide(*of_both)
+    between = elevation_weights(np.sin(np.radians(nodes)), np.sin(np.radians(SUN_ELEVATIONS)))
+    return direct, np.maximum(diffuse @ between.T, 0.0)
 
 
 def band_model_sky(

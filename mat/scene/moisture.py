@@ -157,6 +157,7 @@ _MOISTURES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8)
 _FILM = 3e-4  # m: of the optical properties of a film of rain; chosen: between those of a wall and of a road
 
 
+@lru_cache(maxsize=512)
 def optics(material: Material) -> tuple[float, float]:
     """Solar absorptance at the ground and thermal emissivity."""
     return float(solar_absorptance(material, *ground_sunlight())), float(thermal_emissivity(material))

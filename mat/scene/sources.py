@@ -7,7 +7,7 @@ import scipy
 
 from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.gases.lagrange import lagrange_weights
-from skyshine.mat.atmosphere.sources.ephemeris import position
+from skyshine.mat.atmosphere.sources.ephemeris import SourcePosition, position
 from skyshine.mat.atmosphere.sources.lunar import lunar_irradiance
 from skyshine.mat.atmosphere.sources.solar import ASTRONOMICAL_UNIT, solar_irradiance
 from skyshine.mat.job.fields import clock_text
@@ -16,7 +16,8 @@ from skyshine.mat.job.site import Site, local_times_utc
 from skyshine.schemas.arrays import Floats
 
 SUNLIGHT_UM, SUNLIGHT_NODES = (0.25, 25.0), 3000
-TRACK_NODE_H = 0.5  # [h], between computed positions of a source
+# Hours between computed positions of a source, of which so many lie beyond either end, and degree of the splines.
+TRACK_NODE_H, _TRACK_ENDS, _TRACK_DEGREE = 1.0, 3, 7
 _HOURS = np.arange(25.0)  # hours of a day: cubics between them give elevations near the horizon within 0.005 degree
 USUAL_PHASE = 60.0  # degree; the shape of moonlight changes little from full Moon to beyond the quarters
 MEAN_MOON_DISTANCE = 384_400e3  # m, semi-major axis
@@ -100,10 +101,7 @@ def irradiance_of_sources(job: Job, band: BandPoints) -> Floats:
 
 
 def source_tracks(site: Site, hours: Floats) -> dict[str, Floats]:
-    """Positions of Sun and Moon at local clock hours on the day of a site.
-
-    The positions are computed each half hour; cubic splines through them give the direction between them within
-    0.001 degree.
+    """Positions of Sun and Moon at local clock hours on the day of a site, by `source_track`.
 
     Parameters
     ----------
@@ -116,20 +114,41 @@ def source_tracks(site: Site, hours: Floats) -> dict[str, Floats]:
         sun_elevation, sun_azimuth [degree], sun_distance [au]; moon_elevation, moon_azimuth, moon_phase_angle
         [degree], moon_distance [km]. Azimuths have no jumps.
     """
-    nodes = np.arange(hours[0] - TRACK_NODE_H, hours[-1] + 2 * TRACK_NODE_H, TRACK_NODE_H)
-    times = local_times_utc(site, nodes)
     tracks: dict[str, Floats] = {}
     for source, unit in (("sun", ASTRONOMICAL_UNIT), ("moon", 1e3)):
-        where = position(source, times, site.latitude_deg, site.longitude_deg, 1e3 * site.altitude_km)
-        up, turn = np.radians(where.elevation), np.radians(where.azimuth)
-        level = np.cos(up)
-        vector = np.stack([level * np.sin(turn), level * np.cos(turn), np.sin(up)], axis=-1) * where.distance[:, None]
-        east, north, above = scipy.interpolate.CubicSpline(nodes, vector)(hours).T
-        tracks[f"{source}_elevation"] = np.degrees(np.arctan2(above, np.hypot(east, north)))
-        tracks[f"{source}_azimuth"] = np.degrees(np.unwrap(np.arctan2(east, north)))
-        tracks[f"{source}_distance"] = np.sqrt(east**2 + north**2 + above**2) / unit
+        track = source_track(site, source, hours)
+        tracks[f"{source}_elevation"] = track.elevation
+        tracks[f"{source}_azimuth"] = np.degrees(np.unwrap(np.radians(track.azimuth)))
+        tracks[f"{source}_distance"] = track.distance / unit
         if source == "moon":
-            tracks["moon_phase_angle"] = np.clip(
-                scipy.interpolate.CubicSpline(nodes, where.phase_angle)(hours), 0.0, 180.0
-            )
+            tracks["moon_phase_angle"] = track.phase_angle
     return tracks
+
+
+def source_track(site: Site, source: str, hours: Floats) -> SourcePosition:
+    """Positions of a source at local clock hours (T,), increasing, on the day of a site.
+
+    They are computed each hour; splines through them give the direction between them within 0.001 degree.
+    """
+    beyond = _TRACK_ENDS * TRACK_NODE_H
+    nodes = np.arange(hours[0] - beyond, hours[-1] + TRACK_NODE_H + beyond, TRACK_NODE_H)
+    where = position(
+        source, local_times_utc(site, nodes), site.latitude_deg, site.longitude_deg, 1e3 * site.altitude_km
+    )
+    up, turn = np.radians(where.elevation), np.radians(where.azimuth)
+    level = np.cos(up)
+    vector = np.stack([level * np.sin(turn), level * np.cos(turn), np.sin(up)], axis=-1) * where.distance[:, None]
+
+    def between(values: Floats) -> Floats:
+        spline: Floats = scipy.interpolate.make_interp_spline(nodes, values, k=_TRACK_DEGREE)(hours)
+        return spline
+
+    east, north, above = between(vector).T
+    return SourcePosition(
+        np.degrees(np.arctan2(above, np.hypot(east, north))),
+        np.degrees(np.arctan2(east, north)) % 360.0,
+        np.sqrt(east**2 + north**2 + above**2),
+        np.clip(between(where.phase_angle), 0.0, 180.0),
+        where.waxing[np.searchsorted(nodes, hours, side="right") - 1],
+        between(where.sun_distance),
+    )

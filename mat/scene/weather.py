@@ -8,13 +8,13 @@ from datetime import timedelta
 
 import numpy as np
 
-from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.mat.atmosphere.state.ground_air import GroundAir
 from skyshine.mat.atmosphere.state.sea_air import SeaAir
 from skyshine.mat.job.atmosphere import State
-from skyshine.mat.job.site import Site, local_times_utc
+from skyshine.mat.job.site import Site
 from skyshine.mat.job.surface import HourlyWeather, Weather
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.scene.sources import source_track
 from skyshine.mat.surface.convection import WIND_HEIGHT, Wind
 from skyshine.mat.surface.ground_year import GroundSeason
 from skyshine.mat.surface.measured import MeasuredRadiation
@@ -28,9 +28,7 @@ _QUARTERS = np.arange(0, 24, 0.25)  # hours at which a mean of the day is taken
 
 def sun_path(site: Site) -> SunPath:
     """The Sun through the day of a site."""
-    sun = position(
-        "sun", local_times_utc(site, sun_hours()), site.latitude_deg, site.longitude_deg, site.altitude_km * 1e3
-    )
+    sun = source_track(site, "sun", sun_hours())
     return SunPath(site.altitude_km * 1e3, sun.elevation, sun.azimuth, float(sun.sun_distance[0]))
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
+from functools import cache, cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -90,7 +91,7 @@ class Forcing:
             on_plane = self.shortwave_direct + self.shortwave_diffuse + self.shortwave_reflected
             object.__setattr__(self, "open_light", on_plane)
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, int]:
         """(columns, N)."""
         columns, steps = np.broadcast_shapes(*(np.shape(values) for values in self.given.values()))
@@ -99,8 +100,7 @@ class Forcing:
     @property
     def given(self) -> dict[str, Floats]:
         """The fields that it has, by name."""
-        values = ((item.name, getattr(self, item.name)) for item in fields(self))
-        return {name: array for name, array in values if array is not None}
+        return {name: array for name in _names() if (array := getattr(self, name)) is not None}
 
     @classmethod
     def stacked(cls, parts: Sequence[Forcing]) -> Forcing:
@@ -144,6 +144,12 @@ class Forcing:
                 f"found {name} = {value:g} in column {position[0]} at time step {position[1]}; "
                 f"allowed: finite numbers of at least {limit:g}; check the weather or sky that it comes from"
             )
+
+
+@cache
+def _names() -> tuple[str, ...]:
+    """Names of the fields: `dataclasses.fields` takes longer than what is done with them."""
+    return tuple(item.name for item in fields(Forcing))
 
 
 def _rows(values: npt.ArrayLike, chosen: slice | Integers) -> Floats:

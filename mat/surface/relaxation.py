@@ -33,7 +33,7 @@ _NEAR, _NEAR_NEWTON, _NEAR_COARSE = 5e-4, 3e-3, 0.02
 _COLDEST, _HOTTEST = 1.0, 3000.0
 _RENEWED = 0.1  # K: after larger changes each column of a field gets its own slopes anew
 _USUAL = 4  # iterations after which a column whose steps change sign is taken to cycle across a bend
-_SAMPLE, _RENEWALS = 32, 3  # columns and coarse matrices that determine the relaxation of a material
+_SAMPLE = 32  # columns that determine the relaxation of a material
 # Steps of a day, at least, in which they are found, and in which more steps than twice as many begin: 96 steps that
 # began in 48 took 1.2 times as long.
 _COARSE_STEPS = 96
@@ -164,19 +164,15 @@ class Relaxation:
 
     @classmethod
     def _converging(cls, balance: Exchange, conduction: HeatFlux, source: Floats) -> tuple[Floats, Floats | None]:
-        """Temperatures (columns, N) [K] near the solution, by matrices renewed about them, and their mean (1, N); no
-        mean where the iteration diverges.
+        """Temperatures (columns, N) [K] near the solution, by a matrix about a first guess, and their mean (1, N); the
+        guess and no mean where the iteration diverges. A second matrix, about these, saves no iteration.
         """
-        temperature: Floats = first_guess(balance)
-        start: Floats | None = None
-        for _ in range(_RENEWALS):
-            relaxation = cls._about(balance, conduction, temperature, start)
-            iterate, _, _ = relaxation.iterate(balance, source, temperature, 2, 0.0)
-            if not np.all(plausible(iterate)):
-                break
-            temperature = iterate.astype(float, copy=False)
-            start = temperature.mean(axis=0, keepdims=True)
-        return temperature, start
+        guess = first_guess(balance)
+        iterate, _, _ = cls._about(balance, conduction, guess, None).iterate(balance, source, guess, 2, 0.0)
+        if not np.all(plausible(iterate)):
+            return guess, None
+        temperature = iterate.astype(float, copy=False)
+        return temperature, temperature.mean(axis=0, keepdims=True)
 
     @classmethod
     def _about(cls, balance: Exchange, conduction: HeatFlux, temperature: Floats, start: Floats | None) -> Relaxation:

@@ -12,6 +12,7 @@ from skyshine.mat.atmosphere.particles.rain import RainLayer
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.spectra.fluxes import LONGWAVE, SHORTWAVE, broadband_fluxes, sky_emission, sunlight_shares
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
 
 pytestmark = pytest.mark.validation
 
@@ -37,7 +38,8 @@ def test_few_points_agree_with_all_under(name):
     sun = points.weight * solar_irradiance(0.5 * (low + high), high - low)[points.interval]
     light = 0.0
     for part in np.array_split(np.arange(sun.size), 16):  # bounds memory
-        light = light + np.array(sunlight_shares(state, points.subset(part), ALTITUDE, ELEVATION, ALBEDO)) @ sun[part]
+        air = SpectralAir.of(state, points.subset(part))
+        light = light + np.array(sunlight_shares(air, ALTITUDE, ELEVATION, ALBEDO)) @ sun[part]
     error = few.longwave_down - longwave, few.direct_normal - light[0], few.diffuse - light[1]
     largest = [float(np.abs(one).max()) for one in error]
     print(f"\n{name}: longwave {largest[0]:.2f}, direct normal {largest[1]:.2f}, diffuse {largest[2]:.2f} W m-2")

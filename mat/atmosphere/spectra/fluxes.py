@@ -159,9 +159,8 @@ def broadband_fluxes(
     points = packaged_points() if points is None else points
     longwave = sky_emission(state, points.longwave, altitude) @ points.longwave.weight
     sunlight = points.shortwave.weight / sun_distance**2
-    direct, diffuse = (
-        part @ sunlight for part in sunlight_shares(state, points.shortwave, altitude, elevation, ground_albedo)
-    )
+    air = SpectralAir.of(state, points.shortwave)
+    direct, diffuse = (part @ sunlight for part in sunlight_shares(air, altitude, elevation, ground_albedo))
     return BroadbandFluxes(altitude, elevation, longwave, direct, diffuse)
 
 
@@ -174,18 +173,17 @@ def sky_emission(state: AtmosphericState, points: SpectralPoints, altitude: Floa
 
 
 def sunlight_shares(
-    state: AtmosphericState,
-    points: SpectralPoints,
-    altitude: Floats,
-    source_elevation: Floats,
-    ground_albedo: float,
+    air: SpectralAir, altitude: Floats, source_elevation: Floats, ground_albedo: float, *, spherical: bool = True
 ) -> tuple[Floats, Floats]:
     """Direct and diffuse sunlight at a surface, per unit of the irradiance normal to it outside the atmosphere.
 
     Parameters
     ----------
+    air : SpectralAir
     altitude : (A,) array, m
     source_elevation : (S,) array, degree
+    spherical : bool
+        Diffuse light under a low source is that of spherical layers, otherwise of plane ones.
 
     Returns
     -------
@@ -195,16 +193,22 @@ def sunlight_shares(
         On a horizontal surface, from above; with the light that particles scatter straight forward, however near to the
         Sun.
     """
-    air = SpectralAir.of(state, points)
-    elevation = np.radians(source_elevation)
+    elevation, sine = np.radians(source_elevation), np.sin(np.radians(source_elevation))
     direct = direct_transmittance(air.source_paths, altitude, elevation)
-    diffuse = np.maximum(np.sin(elevation), 0.0)[:, None] * forward_scattered(air, altitude, elevation, direct)
-    levels = state.altitude
+    diffuse = np.maximum(sine, 0.0)[:, None] * forward_scattered(air, altitude, elevation, direct)
+    levels = air.state.altitude
     lower = np.clip(np.searchsorted(levels, altitude, side="right") - 1, 0, levels.size - 2)
     share = ((altitude - levels[lower]) / np.diff(levels)[lower])[:, None, None]
-    sine = np.sin(elevation)
     _, falling = level_light(
-        state, air.shells, air.optics, air.delta_fraction, air.scaled_source_paths, sine, ground_albedo, air.nodes
+        air.state,
+        air.shells,
+        air.optics,
+        air.delta_fraction,
+        air.scaled_source_paths,
+        sine,
+        ground_albedo,
+        air.nodes,
+        spherical=spherical,
     )
     diffuse += falling[lower] * (1 - share) + falling[lower + 1] * share
     return direct, diffuse

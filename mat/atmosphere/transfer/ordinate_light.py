@@ -222,6 +222,8 @@ def level_light(
     sine: Floats,
     albedo: npt.ArrayLike,
     nodes: int = NODES,
+    *,
+    spherical: bool = True,
 ) -> tuple[Floats, Floats]:
     """Rising and falling diffuse flux (N, U, P) on the levels, under a source of unit irradiance at elevations of sines
     (U,).
@@ -231,7 +233,7 @@ def level_light(
     """
     rising, falling = np.empty((2, state.altitude.size, sine.size, optics.wavenumber.size))
     moments = solved_moments(optics, nodes)
-    low_sun = LowSun.of(shells, nodes, sine)
+    low_sun = LowSun.of(shells, nodes, sine) if spherical else None
     parts = layer_parts(shells, optics, fraction, molecules=True)
 
     def solve(start: int) -> None:

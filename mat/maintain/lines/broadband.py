@@ -33,6 +33,7 @@ from skyshine.mat.atmosphere.spectra.level_fluxes import LevelFluxes
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.atmosphere.state.state import AerosolComponent, AtmosphericState
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.spectroscopy.training import HELD_OUT_PROFILE, TRAINING_PROFILES
 from skyshine.schemas.arrays import Floats, Integers, Reals
@@ -121,7 +122,7 @@ def shortwave_targets(states: Sequence[AtmosphericState], points: SpectralPoints
 
     def shares(state: AtmosphericState, part: SpectralPoints) -> Reals:
         altitude = state.surface_altitude + HEIGHTS
-        both = sunlight_shares(state, part, altitude, ELEVATIONS, state.mean_albedo)
+        both = sunlight_shares(SpectralAir.of(state, part), altitude, ELEVATIONS, state.mean_albedo)
         return np.stack(both).reshape(2, altitude.size * ELEVATIONS.size, -1).astype(np.float32)
 
     parts = [_in_chunks(partial(shares, state), points) for state in states]

@@ -28,8 +28,15 @@ def sky(visibility):
     """Sky by direction, direct normal and level diffuse irradiance (S,) at all points."""
     points, state = packaged_points().shortwave, rural(visibility)
     ground = np.array([state.surface_altitude])
-    direct, diffuse = (part[0] @ points.weight for part in sunlight_shares(state, points, ground, ELEVATIONS, 0.2))
-    return SunlitSky.of(SpectralAir.of(state, points), points.weight, ELEVATIONS), direct, diffuse
+    air = SpectralAir.of(state, points)
+    direct, diffuse = (part[0] @ points.weight for part in sunlight_shares(air, ground, ELEVATIONS, 0.2))
+    return SunlitSky.of(air, points.weight, ELEVATIONS), direct, diffuse
+
+
+def of_points(state, elevation):
+    """The sky by the strongest of the packaged points."""
+    points = packaged_points().shortwave
+    return sunlit_sky(SpectralAir.of(state, points), points.weight, elevation)
 
 
 def test_the_sky_by_direction_holds_its_flux():
@@ -60,7 +67,7 @@ def test_what_obstacles_before_the_sun_leave_of_the_sky(hazes):
     errors = {"share": [], "none": [], "hay": []}
     for visibility in hazes:
         whole, direct, diffuse = sky(visibility)
-        around = sunlit_sky(rural(visibility), packaged_points().shortwave, ELEVATIONS).aureole
+        around = of_points(rural(visibility), ELEVATIONS).aureole
         for hides in OBSTACLES.values():
             share, even = whole.within(hides)
             of = {"share": around, "none": 0.0, "hay": direct / SOLAR_CONSTANT}
@@ -79,7 +86,7 @@ def test_walls_receive_as_much_as_by_hay_and_davies(hazes):
     up = DIRECTIONS.cosine > 0
     for visibility in hazes:
         whole, direct, diffuse = sky(visibility)
-        share = sunlit_sky(rural(visibility), packaged_points().shortwave, ELEVATIONS).aureole
+        share = of_points(rural(visibility), ELEVATIONS).aureole
         for slope in (30.0, 60.0, 90.0):
             for turn in (0.0, 45.0, 90.0, 180.0):
                 s, a = np.radians(slope), np.radians(turn)
@@ -95,16 +102,16 @@ def test_walls_receive_as_much_as_by_hay_and_davies(hazes):
 @pytest.mark.validation  # 4 s
 def test_few_points_and_directions_are_enough():
     state, points = rural(23.0), packaged_points().shortwave
-    few = sunlit_sky(state, points, ELEVATIONS).aureole
+    few = of_points(state, ELEVATIONS).aureole
     fine = SunlitSky.of(SpectralAir.of(state, points), points.weight, ELEVATIONS, Directions.of(16, 24)).aureole
     np.testing.assert_allclose(few, fine, atol=0.012)
     assert np.all((few > 0.1) & (few < 0.4))
 
 
 def test_fog_has_hardly_an_aureole_at_a_low_sun():
-    assert sunlit_sky(rural(1.0), packaged_points().shortwave, np.array([5.0])).aureole[0] < 0.03
+    assert of_points(rural(1.0), np.array([5.0])).aureole[0] < 0.03
 
 
 @pytest.mark.parametrize("elevation", [90.0, 0.0])
 def test_ends_of_the_elevations_are_finite(elevation):
-    assert 0 <= sunlit_sky(rural(23.0), packaged_points().shortwave, np.array([elevation])).aureole[0] < 1
+    assert 0 <= of_points(rural(23.0), np.array([elevation])).aureole[0] < 1

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
-from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
+from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes, packaged_points
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.quantities import aureole
 from skyshine.mat.scene import clear_sky as module
 from skyshine.mat.scene.clear_sky import ClearLight, band_model_sky
 from skyshine.schemas.kept_arrays import CACHE_VARIABLE
@@ -60,8 +62,23 @@ def test_another_distance_of_the_sun_is_its_inverse_square_and_needs_no_other(ai
     near = band_model_sky(air, 250.0, 0.2, 0.9833, CONTINUUM)
     exact = broadband_fluxes(air, near.altitude, near.solar_elevation, 0.2, sun_distance=0.9833)
     np.testing.assert_allclose(near.direct, exact.direct_normal, rtol=1e-12)
-    np.testing.assert_allclose(near.diffuse, exact.diffuse, rtol=1e-12)
+    np.testing.assert_allclose(near.diffuse, exact.diffuse, atol=0.4)
     assert len(times) == 1
+
+
+def test_light_is_near_that_of_all_elevations_in_spherical_layers(monkeypatch, few_suns):
+    """Under haze too, where a low Sun lights plane layers by 2.8 W/m2 too much."""
+    hazy = AtmosphericState.from_profile("midlatitude_summer", aerosol=Aerosol("rural", 4.0), surface_albedo=0.3)
+    monkeypatch.setattr(module, "SUN_ELEVATIONS", few_suns[::4])
+    monkeypatch.setattr(aureole, "_POINTS", 24)
+    light, points = ClearLight.of(hazy, np.array([0.0, 250.0]), 0.3, CONTINUUM), packaged_points(CONTINUUM).shortwave
+    exact = broadband_fluxes(hazy, light.fluxes.altitude, few_suns[::4], 0.3)
+    np.testing.assert_allclose(light.fluxes.diffuse, exact.diffuse, atol=0.6)
+    np.testing.assert_allclose(light.fluxes.direct_normal, exact.direct_normal, rtol=1e-12)
+    few = aureole.strongest(points.weight, 24)
+    lit = SpectralAir.of(hazy, points.subset(few))
+    whole = aureole.SunlitSky.of(lit, points.weight[few], module.AUREOLE_ELEVATIONS)
+    np.testing.assert_allclose(light.aureole, whole.aureole, atol=0.004)
 
 
 @pytest.mark.parametrize("change", ["warmer", "albedo", "higher", "continuum"])

@@ -50,7 +50,7 @@ def test_few_points_agree_with_all_of_the_table(state, fluxes):
     sun = points.weight * solar_irradiance(0.5 * (low + high), high - low)[points.interval]
     direct = diffuse = 0.0
     for part in np.array_split(np.arange(points.wavenumber.size), 8):  # bounds memory
-        both = sunlight_shares(state, points.subset(part), HEIGHTS[:1], ELEVATIONS[6:7], 0.2)
+        both = sunlight_shares(SpectralAir.of(state, points.subset(part)), HEIGHTS[:1], ELEVATIONS[6:7], 0.2)
         direct, diffuse = (total + one[0, 0] @ sun[part] for total, one in zip((direct, diffuse), both, strict=True))
     assert abs(fluxes.direct_normal[0, 6] - direct) <= stated["direct_normal"]["max"]
     assert abs(fluxes.diffuse[0, 6] - diffuse) <= stated["diffuse"]["max"]
@@ -63,7 +63,7 @@ def test_light_under_a_cloud_is_that_of_tables_and_spectra():
     )
     points = AbsorptionTable.open().points(15380.0, 15390.0)
     elevation = np.array([30.0, 60.0])
-    _, diffuse = sunlight_shares(cloudy, points, HEIGHTS[:1], elevation, 0.2)
+    _, diffuse = sunlight_shares(SpectralAir.of(cloudy, points), HEIGHTS[:1], elevation, 0.2)
     sky = sky_irradiance(SpectralAir.of(cloudy, points), HEIGHTS[:1], np.radians(elevation))
     assert diffuse == pytest.approx(sky.scattered, rel=5e-4)
 

@@ -10,6 +10,7 @@ from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.spectra.fluxes import sky_emission, sunlight_shares
 from skyshine.mat.atmosphere.spectra.level_fluxes import LevelFluxes
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 
 
@@ -46,7 +47,7 @@ def test_light_falling_on_the_ground_is_that_of_the_broadband_fluxes():
     fluxes = LevelFluxes.of(state, points, [50.0, 20.0])
     sky = sky_emission(state, points, state.altitude[:1])
     np.testing.assert_allclose(fluxes.thermal_down[0], sky[0], rtol=5e-3)  # lines of sight through shells
-    direct, diffuse = sunlight_shares(state, points, state.altitude[:1], np.array([50.0, 20.0]), 0.2)
+    direct, diffuse = sunlight_shares(SpectralAir.of(state, points), state.altitude[:1], np.array([50.0, 20.0]), 0.2)
     sine = np.sin(np.radians([50.0, 20.0]))[:, None]
     np.testing.assert_allclose(fluxes.direct[0], sine * direct[0], rtol=1e-9)
     np.testing.assert_allclose(fluxes.diffuse_down[0], diffuse[0], rtol=1e-6)

@@ -30,7 +30,8 @@ TASK = 0.9  # s for what a table of the air reads and writes
 # s for each band, and for each of its spectral points: for the choice of points, and for their errors in an air.
 CHOICE_BAND, CHOICE_POINT = 0.7, 6.5e-4
 TEST_BAND, TEST_POINT = 0.4, 6.0e-4
-CELL = 2.6  # times as much of a choice for the airs of a cell
+# Times as much of a choice for the airs of a cell, and of errors in airs inside it; s for a band of a state of it.
+CELL, CELL_TESTS, SHARED_TEST = 2.6, 1.6, 0.15
 # s for the channels of a band of one source, for each of its wavelengths: where light of the Sun counts, and where it
 # hardly does. Then the share of a further source, which keeps the nodes of the first.
 CHANNEL, CHANNEL_LONG, LONGEST_SUN, FURTHER_SOURCE = 0.20, 0.11, 5.5, 0.45
@@ -45,7 +46,7 @@ _PARTS = 1000  # lines, to know which share of them samples the part of the path
 GRID_NODE = 3e-7  # s for each node of path radiance on the axes of a job, evaluated from the channels
 # s for the sky of a state, for each material under it, for placing its times of day, and for each distinct surface
 # column, its forcing included.
-SKY, MATERIAL, TIMES, COLUMN = 3.5, 0.008, 0.01, 2.3e-5
+SKY, MATERIAL, TIMES, COLUMN = 1.4, 0.008, 0.01, 2.3e-5
 # s for placing nodes of temperatures by a tolerance, for a state and for each material, and for their tables at 0.5 K.
 PLACED, PLACED_MATERIAL, PLACED_TABLE = 1.5, 0.20, 0.048
 # s for each material and plane of the response to shade, and for the whole solutions of a material that measure it.
@@ -99,7 +100,12 @@ def estimate(loaded: LoadedJob, plan: Plan, changes: Changes | None = None) -> d
     choice, test = CHOICE_BAND * bands + CHOICE_POINT * points, TEST_BAND * bands + TEST_POINT * points
     return {
         "start": START,
-        "compile": part * ((chosen + (CELL - 1) * of_cells) * choice + distinct_airs(job) * test),
+        "compile": part
+        * (
+            (chosen + (CELL - 1) * of_cells) * choice
+            + (chosen + (CELL_TESTS - 1) * of_cells) * test
+            + SHARED_TEST * bands * sharing
+        ),
         "atmosphere": channels * (states - sharing + CELL_NODES * of_cells + SHARED * sharing) + TASK * states * bands,
         "accuracy": part * probes * bands * (PROBES + PROBES_OF_SOURCE * sources),
         "grid": GRID_NODE * nodes * states * bands * sources,
@@ -163,11 +169,6 @@ def _surroundings(job: Job) -> float:
     grounds = sum(state.ground_material is not None for state in job.states)
     walls = sum(state.surroundings is not None and state.surroundings.wall.material is not None for state in job.states)
     return GROUND * grounds + WALLS * walls * len(job.surface_altitudes_km)
-
-
-def distinct_airs(job: Job) -> int:
-    """In how many airs the points of the bands are tested."""
-    return len({_air(state) for state in job.states})
 
 
 def choices(loaded: LoadedJob) -> int:

@@ -13,7 +13,7 @@ from skyshine.mat.atmosphere.transfer.bounds import Scattering
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.plan.left_out import LeftOut
-from skyshine.mat.scene.air_cells import AirCell, shared_cell, states_of_cell
+from skyshine.mat.scene.air_cells import AirCell, airs_of_cell, shared_cell
 from skyshine.mat.scene.assessed_points import assessed_points
 from skyshine.mat.scene.atmosphere import air_key, atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
@@ -55,7 +55,7 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
             all_air = _at_all_points(air, everything)
             cell = shared_cell(loaded.requested, state)
             if (band, cell) not in omitted or cell is None:
-                similar = () if cell is None else states_of_cell(job.site, state, cell, response, library)
+                similar = () if cell is None else airs_of_cell(job.site, state, cell, response, library).corners
                 omitted[band, cell] = negligible_gases(
                     [_at_all_points(similar_state, everything) for similar_state in similar] or [all_air],
                     everything,

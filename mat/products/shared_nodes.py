@@ -8,16 +8,15 @@ them in its own air. They are kept on the machine as the points of bands are.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import fields
 
 import numpy as np
 
 from skyshine.mat import measure, products, quantities
 from skyshine.mat.atmosphere.band.cache import code_digest, content_key
-from skyshine.mat.atmosphere.band.compile import over_air
+from skyshine.mat.atmosphere.band.compile import SimilarAirs
 from skyshine.mat.atmosphere.band.points import BandPoints
-from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.fields import tolerance_parts
@@ -61,12 +60,12 @@ def shared_nodes(
     """
     job = loaded.trimmed
     airs = similar_airs(loaded.requested, state_of_job, response)
-    if not airs:
+    if airs is None:
         return None
     key = content_key(
         code_digest(measure, products, quantities),
         absorption_table(job.water_continuum).content,
-        [over_air(air) for air in airs],
+        airs,
         [everything.wavenumber, everything.weight, everything.gases],
         [path_grid(job), path_scope(loaded), job.atmosphere_grid.most_nodes, job.ambient_harmonics],
         [job.accuracy.seed, job.accuracy.spectral_tolerance, job.atmosphere_grid.tolerance],
@@ -86,7 +85,7 @@ def shared_nodes(
 
 def _placed(
     loaded: LoadedJob,
-    airs: Sequence[AtmosphericState],
+    airs: SimilarAirs,
     response: SpectralResponse,
     source: str,
     everything: BandPoints,
@@ -108,7 +107,7 @@ def _placed(
             (SpectralAir.of(air, everything.points, everything.gases, everything.weight), light),
             band_wavelengths(response),
         )
-        for air in map(over_air, airs)
+        for air in airs.corners
     )
     try:
         return reference.shared(others, job.atmosphere_grid.most_nodes)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
+from skyshine.mat.atmosphere.band.compile import SimilarAirs, over_air
 from skyshine.mat.atmosphere.state.ground_air import GroundAir
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.atmosphere import State
@@ -32,6 +33,8 @@ TEMPERATURES = (200.0, 220.0, 240.0, 260.0, 280.0, 300.0, 310.0, 320.0)
 HUMIDITIES = (0.01, 0.2, 0.5, 1.0)
 # Airs for which points are chosen: places in the cell from its lower to its upper edge of temperature, of humidity.
 _PLACES = ((0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0))
+# The same for the airs in which they are tested: the error at most days of a year lies below the largest there.
+_TESTED = ((0.5, 0.5), (0.25, 0.75), (0.75, 0.25))
 _BLEND_STEPS = 2  # the weights of a blended profile are rounded to halves
 
 
@@ -95,19 +98,22 @@ def shared_cells(job: Job) -> list[AirCell | None]:
     ]
 
 
-def states_of_cell(
+def airs_of_cell(
     site: Site, state: State, cell: AirCell, response: SpectralResponse, library: MaterialLibrary
-) -> tuple[AtmosphericState, ...]:
-    """The airs of a cell for which the points of a band are chosen, over the ground of a state of the cell."""
-    middle = _middle(state)
-    altitude = 1e3 * cell.others[-1]
-    states = []
-    for along, moist in _PLACES:
+) -> SimilarAirs:
+    """The airs of a cell for which the points of a band are chosen, and in which these are tested, over the ground of a
+    state of the cell.
+    """
+    middle, altitude = _middle(state), 1e3 * cell.others[-1]
+
+    def air(along: float, moist: float) -> AtmosphericState:
         kelvin = _at(cell.temperature, along)
         vapour = _at(cell.humidity, moist) * float(saturation_pressure(kelvin))
-        air = GroundAir(altitude, kelvin, kelvin, vapour, vapour)
-        states.append(over_ground(atmospheric_state(site, middle, air), middle, response, library))
-    return tuple(states)
+        ground_air = GroundAir(altitude, kelvin, kelvin, vapour, vapour)
+        return over_air(over_ground(atmospheric_state(site, middle, ground_air), middle, response, library))
+
+    corners, inside = (tuple(air(*place) for place in places) for places in (_PLACES, _TESTED))
+    return SimilarAirs(corners, inside)
 
 
 def _middle(state: State) -> State:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypedDict
 
 import numpy as np
 
 from skyshine.mat.atmosphere.band.cache import Origin, cached_compile_band, points_for_airs
-from skyshine.mat.atmosphere.band.compile import CompiledBand
+from skyshine.mat.atmosphere.band.compile import CompiledBand, SimilarAirs
 from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.path_axes import PathScope
@@ -17,7 +16,7 @@ from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.radiometry.blackbody import SpectralResponse
-from skyshine.mat.scene.air_cells import shared_cell, states_of_cell
+from skyshine.mat.scene.air_cells import airs_of_cell, shared_cell
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, all_points, response_of
 from skyshine.mat.scene.grids import path_grid, path_scope
@@ -93,7 +92,7 @@ class StateBand:
         return cls(response, air, everything, *compiled_band(loaded, state_of_job, response, air, everything))
 
 
-def band_of_airs(loaded: LoadedJob, airs: Sequence[AtmosphericState], everything: BandPoints) -> BandPoints:
+def band_of_airs(loaded: LoadedJob, airs: SimilarAirs, everything: BandPoints) -> BandPoints:
     """All points of a band reduced for similar airs; parameters as `compiled_band`."""
     job = loaded.trimmed
     table = absorption_table(job.water_continuum)
@@ -120,9 +119,9 @@ def _usual(job: Job, everything: BandPoints) -> Floats:
     return np.stack([usual_irradiance(source, everything.wavenumber, everything.width) for source in job.sources])
 
 
-def similar_airs(requested: Job, state_of_job: State, response: SpectralResponse) -> tuple[AtmosphericState, ...]:
-    """The airs for which the points of a state are chosen together with those of other states; none where it has its
+def similar_airs(requested: Job, state_of_job: State, response: SpectralResponse) -> SimilarAirs | None:
+    """The airs for which the points of a state are chosen together with those of other states; None where it has its
     own.
     """
     cell = shared_cell(requested, state_of_job)
-    return () if cell is None else states_of_cell(requested.site, state_of_job, cell, response, job_library(requested))
+    return None if cell is None else airs_of_cell(requested.site, state_of_job, cell, response, job_library(requested))

@@ -2,8 +2,8 @@
 
 Within a process fits are cached too, for states of the same air: the ground and the source of another day change the
 errors, which are measured for each state, but not the points. States of similar air share points that are chosen for
-all of them, where these meet the tolerance in the state. What a state gets does not depend on what a process has built
-before, nor on what is cached.
+all of them, and the errors of these in airs between, where they meet the tolerance. What a state gets does not depend
+on what a process has built before, nor on what is cached.
 
 The key is a hash over all that a compilation depends on: state, points and response, axes, sources, tolerance, the
 absorption table and the source code that compiles. What is kept is what compiling gave, to the last bit. A file is
@@ -19,13 +19,14 @@ import math
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import fields
 from enum import Enum
 from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 from typing import Any, TypedDict
 
 import numpy as np
@@ -33,14 +34,17 @@ import numpy.typing as npt
 
 from skyshine.mat import atmosphere, radiometry
 from skyshine.mat.atmosphere.band.compile import (
+    AirTest,
     ChosenPoints,
     CompiledBand,
     FittedBand,
     SampledBand,
+    SharedPoints,
+    SimilarAirs,
     choose_points,
     fit_band,
     over_air,
-    points_in_air,
+    with_errors_of_own_air,
 )
 from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.band.targets import KINDS
@@ -53,15 +57,16 @@ from skyshine.schemas.digest import digest_of
 from skyshine.schemas.kept_arrays import keep_arrays, kept_arrays, kept_folder
 
 FOLDER = "bands"  # folder of the kept files
-FORMAT = 3  # raised when the layout of the kept files changes
-HEAD = b"skyshine compiled band 3\n"  # then the digest in hexadecimal digits, and the arrays as numpy keeps several
+FORMAT = 4  # raised when the layout of the kept files changes
+HEAD = b"skyshine compiled band 4\n"  # then the digest in hexadecimal digits, and the arrays as numpy keeps several
 STATISTICS = ("max", "p95", "rms")
+_TEST = "test"  # begins the names of the arrays of a test
 # Tolerances that shared points may err where the largest number of points, not the tolerance, ended their choice: those
 # fitted to the air of the state alone then miss the tolerance by as much.
 _LIMITED = 1.5
 _MAX_FITS = 8  # largest number of fits of some 10 MB each
 _fits: OrderedDict[str, FittedBand] = OrderedDict()  # the latest last
-_choices: dict[str, ChosenPoints] = {}  # choices of some 10 kB each
+_choices: dict[str, SharedPoints] = {}  # choices of some 300 kB each
 _samples: dict[str, tuple[SampledBand, float]] | None = None  # results of `shared_samples`
 _lock = threading.Lock()
 
@@ -95,12 +100,13 @@ def cached_compile_band(
     max_points: int,
     seed: int,
     scope: PathScope = ALL_PATHS,
-    similar: Sequence[AtmosphericState] = (),
+    similar: SimilarAirs | None = None,
 ) -> tuple[CompiledBand, Origin]:
-    """A compiled band, its points chosen under usual sources, its errors measured in the state.
+    """A compiled band, its points chosen under usual sources, its errors measured in the state or in airs like it.
 
-    The points are those chosen for similar airs, if there are any and each quantity meets the tolerance (rms) in the
-    state, or 1.5 times it where `max_points` ended the choice, else points fitted to the state's air.
+    The points are those chosen for similar airs, if there are any and each quantity meets the tolerance (rms) in airs
+    between them, and transmittance in the state's own, or 1.5 times it where `max_points` ended the choice; else points
+    fitted to the state's air.
 
     Parameters
     ----------
@@ -110,7 +116,7 @@ def cached_compile_band(
         As `compile.compile_band`.
     usual_irradiance : (P,) or (B, P) array
         Typical irradiance of the same sources, equal for all states that are to share the points.
-    similar : sequence of AtmosphericState
+    similar : SimilarAirs, optional
         Airs for which points are chosen that the state may share.
 
     Returns
@@ -122,26 +128,23 @@ def cached_compile_band(
     tolerance, max_points, seed = float(tolerance), int(max_points), int(seed)
     settings = _Settings(tolerance=tolerance, max_points=max_points, seed=seed, scope=scope)
     usual, irradiance = np.asarray(usual_irradiance), np.asarray(source_irradiance)
-    airs = [over_air(similar_state) for similar_state in similar]
     common = _common(table, band, grid, usual, settings)
-    key = content_key(*common, over_air(state), airs, state.surface_temperature, irradiance)
+    key = content_key(*common, over_air(state), similar, state.surface_temperature, irradiance)
     path = None if folder is None else folder / f"{key}.npz"
     compiled = None if path is None else _read(path, key, band)
     if compiled is not None:
         return compiled, Origin.CACHE
 
-    if airs:
-        chosen, cached = _cached_choice(
-            content_key(*common, airs), band, lambda: choose_points(airs, band, grid, usual, **settings)
-        )
-        fit, _ = _cached_fit(
-            content_key(*common, over_air(state), airs),
-            lambda: points_in_air(chosen, over_air(state), band, grid, len(np.atleast_2d(usual)), seed, scope),
-        )
-        compiled = fit.measured(state.surface_temperature, irradiance)
-        errors, origin = compiled.errors.values(), Origin.SHARED_SIMILAR if cached else Origin.SIMILAR
-        if any(error["rms"] > tolerance * (_LIMITED if chosen.is_limited(tolerance) else 1.0) for error in errors):
-            compiled = None
+    if similar is not None:
+        shared, cached = _cached_choice(table, similar, band, grid, usual, settings)
+        limited = shared.chosen.is_limited(tolerance) or shared.chosen.index.size >= max_points
+        allowed = tolerance * (_LIMITED if limited else 1.0)
+        if shared.worst <= allowed:
+            compiled = shared.measured(irradiance)
+            compiled = with_errors_of_own_air(compiled, over_air(state), band, grid, seed, scope)
+            origin = Origin.SHARED_SIMILAR if cached else Origin.SIMILAR
+            if compiled.errors["transmittance"]["rms"] > allowed:
+                compiled = None
     if compiled is None:
         fit, cached = _cached_fit(
             content_key(*common, over_air(state)), lambda: _fitted(table, over_air(state), band, grid, usual, settings)
@@ -191,7 +194,7 @@ def _fitted(
 
 def points_for_airs(
     table: AbsorptionTable,
-    similar: Sequence[AtmosphericState],
+    similar: SimilarAirs,
     band: BandPoints,
     grid: PathAxes,
     usual_irradiance: Floats,
@@ -202,10 +205,8 @@ def points_for_airs(
     scope: PathScope = ALL_PATHS,
 ) -> ChosenPoints:
     """The points that are chosen for similar airs; parameters as `cached_compile_band`."""
-    usual, airs = np.asarray(usual_irradiance), [over_air(state) for state in similar]
     settings = _Settings(tolerance=float(tolerance), max_points=int(max_points), seed=int(seed), scope=scope)
-    key = content_key(*_common(table, band, grid, usual, settings), airs)
-    return _cached_choice(key, band, lambda: choose_points(airs, band, grid, usual, **settings))[0]
+    return _cached_choice(table, similar, band, grid, np.asarray(usual_irradiance), settings)[0].chosen
 
 
 def _common(
@@ -215,22 +216,53 @@ def _common(
     return table.content, band.weight, band.points.wavenumber, band.gases, grid, usual, settings
 
 
-def _cached_choice(key: str, band: BandPoints, choice: Callable[[], ChosenPoints]) -> tuple[ChosenPoints, bool]:
+def _cached_choice(
+    table: AbsorptionTable,
+    similar: SimilarAirs,
+    band: BandPoints,
+    grid: PathAxes,
+    usual: Floats,
+    settings: _Settings,
+) -> tuple[SharedPoints, bool]:
     """A choice for similar airs of this process, of the folder, or a new one; whether it was known."""
+    key = content_key(*_common(table, band, grid, usual, settings), similar)
     if key in _choices:
         return _choices[key], True
     folder = kept_folder(FOLDER)
     path = None if folder is None else folder / f"{key}.npz"
-    stored = None if path is None else _read(path, key, band)
-    if stored is None:
-        chosen = choice()
+    shared = None if path is None else _read_shared(path, key, band)
+    known = shared is not None
+    if shared is None:
+        shared = choose_points(similar.corners, similar.inside, band, grid, usual, **settings)
         if path is not None:
-            compiled = CompiledBand(chosen.band, chosen.index, chosen.total_points, {}, chosen.dropped, chosen.ladder)
-            _write(path, key, compiled)
-    else:
-        chosen = ChosenPoints(stored.band, stored.index, stored.total_points, stored.dropped, stored.ladder)
-    _choices[key] = chosen
-    return chosen, stored is not None
+            _write(path, key, shared.chosen.with_errors({}, {}), _tests_kept(shared))
+    _choices[key] = shared
+    return shared, known
+
+
+def _tests_kept(shared: SharedPoints) -> dict[str, npt.NDArray[Any]]:
+    """The tests of shared points as arrays by name."""
+    return {"usual_brightness": shared.usual_brightness} | {
+        f"{_TEST}.{number}.{part.name}.{kind}": values
+        for number, test in enumerate(shared.tests)
+        for part in fields(AirTest)
+        for kind, values in getattr(test, part.name).items()
+    }
+
+
+def _read_shared(path: Path, key: str, band: BandPoints) -> SharedPoints | None:
+    """Kept points of similar airs with their tests, or None where there are none that can be believed."""
+    stored, arrays = _read(path, key, band), kept_arrays(path, HEAD, key)
+    if stored is None or arrays is None:
+        return None
+    parts: dict[int, dict[str, dict[str, npt.NDArray[Any]]]] = {}
+    for name, values in arrays.items():
+        if name.startswith(f"{_TEST}."):
+            _, number, part, kind = name.split(".")
+            parts.setdefault(int(number), {field.name: {} for field in fields(AirTest)})[part][kind] = values
+    chosen = ChosenPoints(stored.band, stored.index, stored.total_points, stored.dropped, stored.ladder)
+    tests = tuple(AirTest(**parts[number]) for number in sorted(parts))
+    return SharedPoints(chosen, tests, arrays["usual_brightness"]) if tests else None
 
 
 def _cached_fit(key: str, fit: Callable[[], FittedBand]) -> tuple[FittedBand, bool]:
@@ -261,8 +293,10 @@ def code_digest(*packages: ModuleType) -> str:
     return digest.hexdigest()
 
 
-def _write(path: Path, key: str, compiled: CompiledBand) -> None:
-    """Keep a band."""
+def _write(
+    path: Path, key: str, compiled: CompiledBand, more: Mapping[str, npt.NDArray[Any]] = MappingProxyType({})
+) -> None:
+    """Keep a band, with more arrays."""
     about = {
         "gases": compiled.band.gases,
         "total_points": compiled.total_points,
@@ -276,7 +310,7 @@ def _write(path: Path, key: str, compiled: CompiledBand) -> None:
         "ladder": compiled.ladder,
         "about": np.array(json.dumps(about)),
     }
-    keep_arrays(path, HEAD, key, arrays)
+    keep_arrays(path, HEAD, key, arrays | dict(more))
 
 
 def _read(path: Path, key: str, band: BandPoints) -> CompiledBand | None:

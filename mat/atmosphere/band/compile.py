@@ -10,14 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from skyshine.mat.atmosphere.band.points import BandPoints
-from skyshine.mat.atmosphere.band.sample import Sample, lines_to_space
+from skyshine.mat.atmosphere.band.sample import Sample, SampledLine, lines_to_space
 from skyshine.mat.atmosphere.band.selection import select_points
 from skyshine.mat.atmosphere.band.targets import (
     DIRECT,
+    KINDS,
     Responses,
     Targets,
     fitted_and_tested,
@@ -30,7 +32,8 @@ from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.optics import spectral_optics
 from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathAxes, PathScope
 from skyshine.mat.atmosphere.transfer.scene_lines import REGIONS
-from skyshine.schemas.arrays import Floats, Integers
+from skyshine.mat.atmosphere.transfer.segments import Depths
+from skyshine.schemas.arrays import Floats, Integers, Reals
 
 # A larger number of candidates is thinned, evenly in mean logarithm of optical depth.
 _MAX_CANDIDATES = 1600
@@ -39,8 +42,11 @@ _SHORT_LIST = 6
 # Lines of sight for the fit and for the test.
 _TRAINING_RAYS, _TEST_RAYS = 160, 240
 _FEWEST = 10  # errors of a region that is stated apart
-# The same for each of many states that share points: they err alike.
+# The same for each of the airs in which points that many states share are tested: they err alike.
 _SHARED_TEST_RAYS, _SHARED_TEST_SKIES = 64, 2
+_OWN_RAYS = 24  # on which transmittance alone is tested in the air of each of these states
+# Choices of shared points at most, and the part of the tolerance at which the next aims where one misses it.
+_CHOICES, _FINER = 3, 0.9
 _TEST_STREAM = 1  # stream of random numbers: what a band is tested on does not depend on what it was fitted to
 # Elevations of the source at which the field of light scattered more than once is solved, degree, and its azimuthal
 # moments: fewer than in tables, as points are many and all of them are compared in the same field.
@@ -110,9 +116,18 @@ class ChosenPoints:
     dropped: dict[str, float]
     ladder: Floats
 
+    @property
+    def width(self) -> float:
+        """Width of the band, in the measure of `BandPoints.weight`."""
+        return float(self.band.weight.sum())
+
     def is_limited(self, tolerance: float) -> bool:
         """Whether the largest number of points, not the tolerance, ended the choice."""
         return bool(self.ladder[-1] > tolerance * _FIT_SHARE)
+
+    def with_errors(self, errors: dict[str, dict[str, float]], absolute: Absolute) -> CompiledBand:
+        """The compiled band of these points."""
+        return CompiledBand(self.band, self.index, self.total_points, errors, self.dropped, self.ladder, absolute)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,33 +158,132 @@ class FittedBand:
         chosen, (irradiance, brightness) = self.chosen, _light(source_irradiance)
         exact = self.exact.mean(surface_temperature, irradiance, brightness)
         approximate = self.approximate.mean(surface_temperature, irradiance[:, chosen.index], brightness)
-        return CompiledBand(
-            chosen.band,
-            chosen.index,
-            chosen.total_points,
-            _errors(exact, approximate),
-            chosen.dropped,
-            chosen.ladder,
-            self._absolute(exact, approximate, brightness),
-        )
+        errors = _errors(exact, approximate), _absolute(exact, approximate, self.exact, brightness, chosen.width)
+        return chosen.with_errors(*errors)
 
-    def _absolute(self, exact: dict[str, Floats], approximate: dict[str, Floats], brightness: Floats) -> Absolute:
-        """`CompiledBand.absolute` of in-band means (M,) by quantity, direct light relative to brightness (B,)."""
-        width = float(self.chosen.band.weight.sum())
-        result: Absolute = {}
-        for kind, values in exact.items():
-            error, source = np.abs(approximate.get(kind, np.zeros(1)) - values), self.exact.source[kind]
-            region = self.exact.region[kind]
-            if kind != "transmittance":
-                error = error * width
-            if kind == DIRECT:
-                error = error * brightness[source]
-            sunlit = kind not in ("transmittance", "path_thermal")
-            result[kind] = [
-                _by_region(error[rows], region[rows])
-                for rows in ((source == number) | (not sunlit) for number in range(brightness.size))
-            ]
-        return result
+
+@dataclass(frozen=True, eq=False)
+class AirTest:
+    """In-band values of a sample in some air, at all points of a band and at the chosen ones.
+
+    Attributes
+    ----------
+    exact, approximate : dict of (2, M) arrays
+        Values by quantity at all points, and at the chosen ones: without light of a source, and what the usual light of
+        the sources adds; direct light relative to its brightness.
+    source, region : dict of (M,) int arrays
+        Sources and regions, as in `Responses`.
+    """
+
+    exact: dict[str, Floats]
+    approximate: dict[str, Floats]
+    source: dict[str, Integers]
+    region: dict[str, Integers]
+
+    @classmethod
+    def of(cls, fit: FittedBand, surface_temperature: float, usual_irradiance: Floats) -> AirTest:
+        """The values of a fit over a ground [K], under usual sources (B, P)."""
+        irradiance, brightness = _light(usual_irradiance)
+
+        def parts(responses: Responses, light: Floats) -> dict[str, Floats]:
+            lit = responses.mean(surface_temperature, light, brightness)
+            dark = responses.mean(surface_temperature, np.zeros_like(light), brightness)
+            unlit = {kind: dark.get(kind, np.zeros_like(values)) for kind, values in lit.items()}
+            return {kind: np.stack([unlit[kind], values - unlit[kind]]) for kind, values in lit.items()}
+
+        exact = parts(fit.exact, irradiance)
+        approximate = parts(fit.approximate, irradiance[:, fit.chosen.index])
+        places = ({kind: values[kind] for kind in exact} for values in (fit.exact.source, fit.exact.region))
+        return cls(exact, {kind: approximate.get(kind, np.zeros_like(exact[kind])) for kind in exact}, *places)
+
+    def errors(
+        self, brighter: Floats, brightness: Floats, width: float
+    ) -> tuple[dict[str, dict[str, float]], Absolute]:
+        """`CompiledBand.errors` and `absolute` under sources of brightness (B,), so many times (B,) the usual ones."""
+
+        def values(parts: dict[str, Floats]) -> dict[str, Floats]:
+            return {
+                kind: unlit + lit * (1.0 if kind == DIRECT else brighter[self.source[kind]])
+                for kind, (unlit, lit) in parts.items()
+            }
+
+        exact, approximate = values(self.exact), values(self.approximate)
+        return _errors(exact, approximate), _absolute(exact, approximate, self, brightness, width)
+
+
+@dataclass(frozen=True, eq=False)
+class SimilarAirs:
+    """Airs of a cell over ground as warm as they are: `corners`, for which points are chosen, and others `inside`."""
+
+    corners: tuple[AtmosphericState, ...]
+    inside: tuple[AtmosphericState, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class SharedPoints:
+    """Points of a band for a cell of airs.
+
+    Attributes
+    ----------
+    chosen : ChosenPoints
+    tests : tuple of AirTest
+        Tests in airs of the cell other than those for which the points were chosen.
+    usual_brightness : (B,) array
+        Brightness of the usual sources.
+    """
+
+    chosen: ChosenPoints
+    tests: tuple[AirTest, ...]
+    usual_brightness: Floats
+
+    @property
+    def worst(self) -> float:
+        """The largest relative rms error of a quantity in the airs of the tests, under the usual sources."""
+        bright = self.usual_brightness
+        tests = (test.errors(np.ones_like(bright), bright, self.chosen.width)[0] for test in self.tests)
+        return max(error["rms"] for errors in tests for error in errors.values())
+
+    def measured(self, source_irradiance: Floats) -> CompiledBand:
+        """The compiled band of a state of the cell under its sources; the errors are the largest of the tests."""
+        _, brightness = _light(source_irradiance)
+        brighter = brightness / self.usual_brightness
+        tests = [test.errors(brighter, brightness, self.chosen.width) for test in self.tests]
+        return self.chosen.with_errors(*(_largest(list(part)) for part in zip(*tests, strict=True)))
+
+
+def _largest(parts: Sequence[Any]) -> Any:
+    """The largest of numbers at the same places of nested dicts and lists; places need not be in all of them."""
+    first = parts[0]
+    if isinstance(first, dict):
+        keys = dict.fromkeys(key for part in parts for key in part)
+        return {key: _largest([part[key] for part in parts if key in part]) for key in keys}
+    if isinstance(first, list):
+        return [_largest(numbers) for numbers in zip(*parts, strict=True)]
+    return max(parts)
+
+
+def _absolute(
+    exact: dict[str, Floats],
+    approximate: dict[str, Floats],
+    places: Responses | AirTest,
+    brightness: Floats,
+    width: float,
+) -> Absolute:
+    """`CompiledBand.absolute` of in-band means (M,) by quantity at places, direct light relative to brightness (B,)."""
+    result: Absolute = {}
+    for kind, values in exact.items():
+        error, source = np.abs(approximate.get(kind, np.zeros(1)) - values), places.source[kind]
+        region = places.region[kind]
+        if kind != "transmittance":
+            error = error * width
+        if kind == DIRECT:
+            error = error * brightness[source]
+        sunlit = kind not in ("transmittance", "path_thermal")
+        result[kind] = [
+            _by_region(error[rows], region[rows])
+            for rows in ((source == number) | (not sunlit) for number in range(brightness.size))
+        ]
+    return result
 
 
 def compile_band(
@@ -303,6 +417,7 @@ class SampledBand:
 
 def choose_points(
     states: Sequence[AtmosphericState],
+    inside: Sequence[AtmosphericState],
     band: BandPoints,
     grid: PathAxes,
     source_irradiance: Floats,
@@ -311,13 +426,18 @@ def choose_points(
     max_points: int,
     seed: int,
     scope: PathScope = ALL_PATHS,
-) -> ChosenPoints:
+) -> SharedPoints:
     """Points of a band that are to suffice in several airs, and between them.
+
+    Points that miss the tolerance inside are chosen anew by a finer one.
 
     Parameters
     ----------
     states : sequence of AtmosphericState
-        Their sample of paths is about as large together as that of one state in `compile_band`.
+        Airs for which the points are chosen. Their sample of paths is about as large together as that of one state in
+        `compile_band`.
+    inside : sequence of AtmosphericState
+        Airs between them, in which the points are tested.
     band, grid, source_irradiance, tolerance, max_points, seed, scope
         As `compile_band`.
     """
@@ -330,31 +450,72 @@ def choose_points(
         fitted_targets(air, band.weight, irradiance, brightness, sample, candidates)
         for air, sample in zip(airs, training, strict=True)
     ]
-    return _chosen(targets, candidates, band, gases, dropped, tolerance, max_points, seed)
+    del airs  # their fields take 100 MB each
+    tested = [_tested(state, band, grid, len(irradiance), seed, scope) for state in inside]
+    aim = tolerance
+    for _ in range(_CHOICES):
+        chosen = _chosen(targets, candidates, band, gases, dropped, aim, max_points, seed)
+        fits = [
+            FittedBand(chosen, exact, _approximate(chosen, state, air, test, len(irradiance)))
+            for state, (air, test, exact) in zip(inside, tested, strict=True)
+        ]
+        tests = (
+            AirTest.of(fit, state.surface_temperature, irradiance) for fit, state in zip(fits, inside, strict=True)
+        )
+        shared = SharedPoints(chosen, tuple(tests), brightness)
+        if (worst := shared.worst) <= tolerance or chosen.index.size >= max_points:
+            break
+        aim *= _FINER * tolerance / worst
+    return shared
 
 
-def points_in_air(
-    chosen: ChosenPoints,
-    state: AtmosphericState,
-    band: BandPoints,
-    grid: PathAxes,
-    sources: int,
-    seed: int,
-    scope: PathScope = ALL_PATHS,
-) -> FittedBand:
-    """Chosen points with their responses in some air, on fewer paths than those on which `fit_band` tests.
-
-    Parameters
-    ----------
-    state, band, grid, seed, scope
-        As `compile_band`.
-    sources : int
-        Number of sources.
+def _tested(
+    state: AtmosphericState, band: BandPoints, grid: PathAxes, sources: int, seed: int, scope: PathScope
+) -> tuple[SpectralAir, Sample, Responses]:
+    """Air of a state without its fields, paths in it, fewer than those on which `fit_band` tests, and the responses of
+    all points there.
     """
     air = _air(state, band, grid, scope)
     test = _test(air, grid, seed, scope, _SHARED_TEST_RAYS, skies=_SHARED_TEST_SKIES)
-    exact = tested_responses(air, band.weight, test, sources)
-    return FittedBand(chosen, exact, _approximate(chosen, state, air, test, sources))
+    return replace(air), test, tested_responses(air, band.weight, test, sources)
+
+
+def with_errors_of_own_air(
+    compiled: CompiledBand,
+    state: AtmosphericState,
+    band: BandPoints,
+    grid: PathAxes,
+    seed: int,
+    scope: PathScope = ALL_PATHS,
+) -> CompiledBand:
+    """A band of shared points with the errors of transmittance in a state's own air, on few paths, where these are
+    larger; arguments as `compile_band`.
+    """
+    air = _air(state, band, grid, scope)
+    test = _test(air, grid, seed, scope, _OWN_RAYS, skies=1)
+    points = compiled.band
+    few = spectral_optics(state, points.points, points.gases).extinction.astype(np.float32)
+    every = air.optics.extinction.astype(np.float32)
+    shares = (weight / weight.sum() for weight in (band.weight, points.weight))
+    exact, approximate = (
+        np.concatenate([_transmittance(line, extinction) @ share for line in test.lines])
+        for extinction, share in zip((every, few), shares, strict=True)
+    )
+    kind, region = KINDS[0], np.concatenate([line.region for line in test.lines])
+    errors = _errors({kind: exact}, {kind: approximate})
+    absolute = {kind: [_by_region(np.abs(approximate - exact), region)] * len(compiled.absolute[kind])}
+    return replace(
+        compiled,
+        errors=_largest([compiled.errors, errors]),
+        absolute=_largest([compiled.absolute, absolute]),
+    )
+
+
+def _transmittance(line: SampledLine, extinction: Reals) -> Floats:
+    """Transmittances (R, P) along a line to its ranges."""
+    depths = Depths(line.segments.column(extinction))
+    through: Floats = np.exp(-depths.cumulative[line.node].astype(float))
+    return through
 
 
 def _air(state: AtmosphericState, band: BandPoints, grid: PathAxes, scope: PathScope) -> SpectralAir:

@@ -4,7 +4,7 @@ import pytest
 
 from skyshine.mat.api.examples import example
 from skyshine.mat.job.load import load_job
-from skyshine.mat.plan.cost import choices, distinct_airs, estimate
+from skyshine.mat.plan.cost import choices, estimate
 from skyshine.mat.plan.plan import make_plan
 from skyshine.mat.plan.resources import resources, together
 from skyshine.materials.library import load_library
@@ -84,15 +84,14 @@ def test_points_are_chosen_once_for_states_of_one_air_or_cell_whatever_the_night
     warmer = (more[0], more[1].replace("[22, 33]", "[24, 33]", 1))
     moon = ("sources: [sun]", "sources: [sun, moon]")
     other = ("bands:", "  - {profile: tropical, weather: {air_temperature_c: 30}}\nbands:")
-    for changes, chosen, tested in (((more,), 1, 1), ((more, moon), 1, 1), ((other,), 2, 2), ((warmer,), 1, 2)):
-        loaded = load(*changes)
-        assert (choices(loaded), distinct_airs(loaded.trimmed)) == (chosen, tested), changes
+    for changes, chosen in (((more,), 1), ((more, moon), 1), ((other,), 2), ((warmer,), 1)):
+        assert choices(load(*changes)) == chosen, changes
 
 
-def test_a_further_day_of_a_cell_costs_a_test_of_its_points_alone(cost):
+def test_a_further_day_of_a_cell_chooses_no_points(cost):
     days = [f"  - {{profile: midlatitude_summer, weather: {{air_temperature_c: [{23 + k}, 33]}}}}\n" for k in (0, 1)]
     one, two, three = (cost(("bands:", f"{''.join(days[:count])}bands:"))["compile"] for count in (0, 1, 2))
-    assert 0 < three - two < 0.6 * one and two - one > three - two  # two of a cell take points for its corners
+    assert 0 < three - two < 0.3 * one and two - one > three - two  # two of a cell take points for its corners
 
 
 def test_what_takes_less_is_named_with_the_seconds_that_remain():

@@ -7,7 +7,7 @@ import pytest
 
 from skyshine.mat.job.load import load_job
 from skyshine.mat.radiometry.blackbody import SpectralResponse
-from skyshine.mat.scene.air_cells import HUMIDITIES, TEMPERATURES, air_cell, shared_cell, shared_cells, states_of_cell
+from skyshine.mat.scene.air_cells import HUMIDITIES, TEMPERATURES, air_cell, airs_of_cell, shared_cell, shared_cells
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.materials.library import load_library
 
@@ -53,8 +53,8 @@ def test_a_cell_does_not_depend_on_the_other_states_in_it(job_of):
     state = few.states[0]
     assert shared_cell(few, state) == shared_cell(many, state)
     for one, other in zip(
-        states_of_cell(few.site, state, shared_cell(few, state), BAND, load_library()),
-        states_of_cell(many.site, many.states[3], shared_cell(many, state), BAND, load_library()),
+        airs_of_cell(few.site, state, shared_cell(few, state), BAND, load_library()).corners,
+        airs_of_cell(many.site, many.states[3], shared_cell(many, state), BAND, load_library()).corners,
         strict=True,
     ):
         assert np.array_equal(one.temperature, other.temperature)
@@ -110,10 +110,10 @@ def test_the_corners_enclose_temperature_and_vapour_of_the_states_of_a_cell(job_
     assert cell.temperature in pairwise(TEMPERATURES)
     assert cell.humidity in pairwise(HUMIDITIES)
     own = atmospheric_state(job.site, state)
-    corners = states_of_cell(job.site, state, cell, BAND, load_library())
-    assert len(corners) == 4
-    kelvin = [corner.temperature[0] for corner in corners]
-    vapour = [corner.mole_fraction["H2O"][0] * corner.pressure[0] for corner in corners]
+    airs = airs_of_cell(job.site, state, cell, BAND, load_library())
+    kelvin, inside = ([air.temperature[0] for air in part] for part in (airs.corners, airs.inside))
+    vapour = [corner.mole_fraction["H2O"][0] * corner.pressure[0] for corner in airs.corners]
+    assert len(kelvin) == 4 and min(kelvin) < min(inside) < max(inside) < max(kelvin)
     assert min(kelvin) == pytest.approx(cell.temperature[0]) and max(kelvin) == pytest.approx(cell.temperature[1])
     assert min(kelvin) <= own.temperature[0] <= max(kelvin)
     assert min(vapour) <= own.mole_fraction["H2O"][0] * own.pressure[0] <= max(vapour)

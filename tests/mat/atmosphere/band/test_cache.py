@@ -13,7 +13,7 @@ import pytest
 
 from skyshine.mat.atmosphere.band import cache as band_cache
 from skyshine.mat.atmosphere.band.cache import FOLDER, Origin, cached_compile_band, content_key
-from skyshine.mat.atmosphere.band.compile import fit_band, over_air
+from skyshine.mat.atmosphere.band.compile import AirTest, SharedPoints, SimilarAirs, fit_band, over_air
 from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
@@ -98,47 +98,63 @@ def test_states_of_one_air_share_the_points_and_have_errors_of_their_own(folder,
     assert compiled(other, band)[1] is Origin.FITTED and len(fits) == 2
 
 
-def test_similar_airs_share_points_where_these_hold(folder, state, band, monkeypatch, result):
-    chosen, tests = [], []
-    good = replace(result)
-    halves = {kind: 0.5 * values for kind, values in result.approximate.unlit.items()}
-    poor = replace(result, approximate=replace(result.approximate, unlit=halves))
+@pytest.fixture
+def choices(monkeypatch, result, state, band):
+    """Has points be chosen for similar airs by a function that is given; each choice is a row."""
+    made = []
     for name in ("_fits", "_choices"):
         monkeypatch.setattr(band_cache, name, OrderedDict())
-    monkeypatch.setattr(band_cache, "choose_points", lambda *args, **settings: chosen.append(args) or result.chosen)
-    monkeypatch.setattr(band_cache, "points_in_air", lambda *args: tests.append(args) or good)
-    airs = [replace(state, temperature=state.temperature + shift) for shift in (-5.0, 5.0)]
+
+    def choose(chosen, approximate):
+        fit = replace(result, chosen=chosen, approximate=approximate)
+        sun = solar_irradiance(band.wavenumber, band.width)[None]
+        shared = SharedPoints(chosen, (AirTest.of(fit, state.surface_temperature, sun),), sun.mean(axis=1))
+        monkeypatch.setattr(band_cache, "choose_points", lambda *args, **settings: made.append(args) or shared)
+        return made
+
+    return choose
+
+
+def similar(state):
+    return SimilarAirs(tuple(replace(state, temperature=state.temperature + shift) for shift in (-5.0, 5.0)), (state,))
+
+
+def test_similar_airs_share_points_where_these_hold(folder, state, band, monkeypatch, result, choices):
+    chosen = choices(result.chosen, result.approximate)
     days = [replace(state, temperature=state.temperature + shift) for shift in (-1.0, 1.0)]
+    airs = similar(state)
     first, origin = compiled(days[0], band, similar=airs, tolerance=1.0)
     assert origin is Origin.SIMILAR and len(list(folder.iterdir())) == 2  # the choice, and the band of the state
     assert compiled(days[1], band, similar=airs, tolerance=1.0)[1] is Origin.SHARED_SIMILAR
-    assert len(chosen) == 1 and len(tests) == 2
-    assert tests[0][1].temperature[0] == days[0].temperature[0]  # tested in the air of the state itself
-    # Another process finds the choice in the folder.
+    assert len(chosen) == 1
+    # Another process finds the choice in the folder, and its tests.
     monkeypatch.setattr(band_cache, "_choices", {})
     again, origin = compiled(replace(days[0], surface_temperature=299.0), band, similar=airs, tolerance=1.0)
     assert origin is Origin.SHARED_SIMILAR and len(chosen) == 1
-    assert np.array_equal(first.index, again.index) and np.array_equal(first.band.weight, again.band.weight)
-    monkeypatch.setattr(band_cache, "points_in_air", lambda *args: poor)
-    third = replace(state, temperature=state.temperature + 2.0)
-    assert compiled(third, band, similar=airs)[1] is Origin.FITTED
+    assert same(first, again) and first.absolute == again.absolute
+
+
+def test_points_that_fail_in_airs_of_the_cell_or_in_the_own_air_are_not_shared(
+    folder, state, band, monkeypatch, result, choices
+):
+    halves = {kind: 0.5 * values for kind, values in result.approximate.unlit.items()}
+    choices(result.chosen, replace(result.approximate, unlit=halves))
+    assert compiled(state, band, similar=similar(state))[1] is Origin.FITTED
+    monkeypatch.setattr(band_cache, "_choices", {})
+    choices(result.chosen, result.approximate)
+    humid = replace(state, mole_fraction=state.mole_fraction | {"H2O": 9 * state.mole_fraction["H2O"]})
+    assert compiled(humid, band, similar=similar(state), seed=1)[1] is Origin.FITTED
 
 
 @pytest.mark.parametrize(("fit_error", "origin"), [(1e-4, Origin.FITTED), (4e-4, Origin.SIMILAR)])
 def test_shared_points_may_miss_the_tolerance_where_their_number_is_limited(
-    folder, state, band, monkeypatch, result, fit_error, origin
+    folder, state, band, result, fit_error, origin, choices
 ):
     """By 1.3 times it, which points of the state's own air would miss too; otherwise these are fitted."""
     brighter = {kind: 1.0013 * values for kind, values in result.exact.unlit.items()}
     approximate = replace(result.exact, unlit=brighter, interval_start=np.arange(result.exact.interval_start.size))
-    chosen = replace(result.chosen, index=result.exact.interval_start, ladder=np.array([fit_error]))
-    for name in ("_fits", "_choices"):
-        monkeypatch.setattr(band_cache, name, OrderedDict())
-    monkeypatch.setattr(band_cache, "choose_points", lambda *args, **settings: chosen)
-    monkeypatch.setattr(
-        band_cache, "points_in_air", lambda *args: replace(result, chosen=chosen, approximate=approximate)
-    )
-    shared, found = compiled(state, band, similar=[state])
+    choices(replace(result.chosen, index=result.exact.interval_start[:9], ladder=np.array([fit_error])), approximate)
+    shared, found = compiled(state, band, similar=similar(state))
     assert found is origin
     if found is Origin.SIMILAR:
         assert 1e-3 < shared.errors["transmittance"]["rms"] < 1.5e-3

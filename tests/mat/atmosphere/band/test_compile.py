@@ -5,13 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from skyshine.mat.atmosphere.band import compile as compile_module
 from skyshine.mat.atmosphere.band.compile import (
     EVERYWHERE,
+    AirTest,
+    SharedPoints,
     choose_points,
     compile_band,
     fit_band,
     over_air,
-    points_in_air,
+    with_errors_of_own_air,
 )
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.band.response_points import points_of_band
@@ -145,22 +148,70 @@ def test_the_ground_shows_in_hazy_air_alone(state, band, fitted):
     assert not np.any(clear.exact.ground["path_thermal"])
 
 
-def test_points_chosen_at_the_ends_of_a_span_of_airs_hold_between_them(band):
+def test_points_chosen_at_the_ends_of_a_span_of_airs_hold_between_them(band, monkeypatch):
     """Better than points chosen at one end, on paths that neither was fitted to."""
     sun = solar_irradiance(band.wavenumber)
     cold, mild, warm = (
         over_air(AtmosphericState.from_profile("midlatitude_summer", gas_amounts=GasAmounts(scale={"H2O": scale})))
         for scale in (0.5, 0.9, 1.5)
     )
-    shared = choose_points([cold, warm], band, GRID, sun, **SETTINGS)
-    of_one_end = fit_band(warm, band, GRID, sun, **SETTINGS).chosen
-    errors, at_end = (
-        points_in_air(chosen, mild, band, GRID, 1, 0).measured(mild.surface_temperature, sun).errors
-        for chosen in (shared, of_one_end)
-    )
+    monkeypatch.setattr(compile_module, "_CHOICES", 1)
+    shared, of_one_end = (choose_points(airs, [mild], band, GRID, sun, **SETTINGS) for airs in ([cold, warm], [warm]))
+    errors, at_end = (points.measured(sun).errors for points in (shared, of_one_end))
     for kind in KINDS:
         assert errors[kind]["rms"] < 2e-3, kind
     assert errors["transmittance"]["rms"] < 0.75 * at_end["transmittance"]["rms"]
+
+
+def test_shared_points_that_miss_the_tolerance_between_their_airs_are_chosen_by_a_finer_one(band, monkeypatch):
+    sun = solar_irradiance(band.wavenumber)
+    cold, mild, warm = (
+        over_air(AtmosphericState.from_profile("midlatitude_summer", gas_amounts=GasAmounts(scale={"H2O": scale})))
+        for scale in (0.5, 0.9, 1.5)
+    )
+    settings = SETTINGS | {"tolerance": 4e-3}
+    monkeypatch.setattr(compile_module, "_CHOICES", 1)
+    once = choose_points([cold, warm], [mild], band, GRID, sun, **settings)
+    monkeypatch.setattr(compile_module, "_CHOICES", 3)
+    asked = settings | {"tolerance": 0.8 * once.worst}
+    again = choose_points([cold, warm], [mild], band, GRID, sun, **asked)
+    assert again.worst <= asked["tolerance"] and again.chosen.index.size >= once.chosen.index.size
+
+
+def test_errors_of_shared_points_are_the_largest_of_their_tests_and_follow_the_light_of_the_day(band, monkeypatch):
+    """As those of a fit in the one air of a test, under a source twice as bright."""
+    sun, mild = solar_irradiance(band.wavenumber), over_air(AtmosphericState.from_profile("midlatitude_summer"))
+    fit = fit_band(mild, band, GRID, sun, **SETTINGS)
+    dim = fit_band(over_air(AtmosphericState.from_profile("subarctic_winter")), band, GRID, sun, **SETTINGS)
+    test, other = (
+        AirTest.of(each, kelvin, sun[None]) for each, kelvin in ((fit, mild.surface_temperature), (dim, 250.0))
+    )
+    alone, both = (SharedPoints(fit.chosen, tests, np.array([sun.mean()])) for tests in ((test,), (test, other)))
+    expected, found = fit.measured(mild.surface_temperature, 2 * sun), alone.measured(2 * sun)
+    for kind, errors in expected.errors.items():
+        assert found.errors[kind] == pytest.approx(errors, rel=1e-9, abs=1e-15)
+        assert found.absolute[kind][0][EVERYWHERE] == pytest.approx(expected.absolute[kind][0][EVERYWHERE], rel=1e-9)
+    of_other = SharedPoints(fit.chosen, (other,), alone.usual_brightness).measured(2 * sun)
+    largest = both.measured(2 * sun)
+    for kind in expected.errors:
+        pair = (found.errors[kind]["rms"], of_other.errors.get(kind, {"rms": 0.0})["rms"])
+        assert largest.errors[kind]["rms"] == max(pair)
+
+
+def test_points_that_fail_in_a_state_are_found_by_its_own_transmittances(state, band):
+    sun, air = solar_irradiance(band.wavenumber), over_air(state)
+    fit = fit_band(air, band, GRID, sun, **SETTINGS)
+    kind, good = KINDS[0], fit.measured(air.surface_temperature, sun)
+    small = {name: 0.01 * value for name, value in good.errors[kind].items()}
+    regions = {name: dict.fromkeys(("max", "p99", "p95", "rms"), 0.0) for name in good.absolute[kind][0]}
+    shared = replace(good, errors=good.errors | {kind: small}, absolute=good.absolute | {kind: [regions]})
+    own = with_errors_of_own_air(shared, air, band, GRID, 0)
+    assert own.errors[kind]["rms"] == pytest.approx(good.errors[kind]["rms"], rel=1.0)
+    assert own.errors[kind]["rms"] > small["rms"] and own.absolute[kind][0][EVERYWHERE]["max"] > 0
+    assert {name: own.errors[name] for name in KINDS[1:]} == {name: good.errors[name] for name in KINDS[1:]}
+    other = replace(air, mole_fraction=air.mole_fraction | {"H2O": 4 * air.mole_fraction["H2O"]})
+    elsewhere = with_errors_of_own_air(shared, other, band, GRID, 0)
+    assert elsewhere.errors[kind]["rms"] > 3 * own.errors[kind]["rms"]
 
 
 def test_the_shared_choice_keeps_a_gas_that_any_of_its_airs_needs(band):
@@ -169,9 +220,9 @@ def test_the_shared_choice_keeps_a_gas_that_any_of_its_airs_needs(band):
         AtmosphericState.from_profile("us_standard", gas_amounts=GasAmounts(scale={"O3": scale}))
         for scale in (0.0, 1.0)
     )
-    assert "O3" in choose_points([thin], band, GRID, sun, **SETTINGS).dropped
+    assert "O3" in choose_points([thin], [thin], band, GRID, sun, **SETTINGS).chosen.dropped
     for order in ([thin, thick], [thick, thin]):
-        assert "O3" in choose_points(order, band, GRID, sun, **SETTINGS).band.gases
+        assert "O3" in choose_points(order, [thin], band, GRID, sun, **SETTINGS).chosen.band.gases
 
 
 def test_irradiance_that_varies_within_an_interval_is_refused(state, band, fitted):

@@ -26,7 +26,6 @@ class Mark:
 
     Attributes
     ----------
-    label : str
     shape : {'circle', 'diamond'}
     x, low, high, y : float
         Seconds, their least and most, and the error.

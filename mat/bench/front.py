@@ -14,7 +14,6 @@ import skyshine
 from skyshine.mat.bench.front_sentences import KELVIN, SHARE, sentences
 from skyshine.mat.bench.lowtran import find_source
 from skyshine.mat.bench.model import ModelledRung, TimeModel, modelled
-from skyshine.mat.bench.pareto import unbeaten
 from skyshine.mat.bench.part_errors import part_errors, with_coarser_points
 from skyshine.mat.bench.peers import EqualError, comparisons
 from skyshine.mat.bench.pixel_errors import Truths, compute_truths, errors_of, measure
@@ -47,7 +46,6 @@ class Options:
         Views of each state, band and source, and what they are drawn with.
     states : int
         Built of a job of many, at most.
-    lowtran_path : str or None
     full : bool
         Whether every rung is built; otherwise the job as written, `BUILT_KELVIN` and the finest.
     """
@@ -68,7 +66,6 @@ class Front:
     ----------
     loaded : LoadedJob
         Job as written, with all its states.
-    options : Options
     rungs : list of Rung
         Built and measured.
     modelled : list of ModelledRung
@@ -77,7 +74,6 @@ class Front:
         Errors with one part coarser.
     failed : dict of str to str
         Settings that cannot run, with the reason in one line.
-    peers : list of EqualError
     absent : dict of str to str
         Peers that are not here, with the reason.
     """
@@ -116,11 +112,9 @@ def measured(
 
     Parameters
     ----------
-    loaded : LoadedJob
     folder : Path
         Folder whose subfolder ``rungs`` stores the databases; rungs of the same job that it already contains are not
         built again.
-    options : Options
     say : callable
         Called with a line of text that says what is done next.
 
@@ -335,3 +329,12 @@ def _described(rung: Rung | ModelledRung, units: str) -> dict[str, Any]:
         "size": quantity(rung.size, "byte"),
         "sets": rung.errors["sets"],
     }
+
+
+def unbeaten(points: Sequence[tuple[float, float]]) -> list[bool]:
+    """Whether each point (seconds, error) is on the Pareto front; of equal points both are."""
+    return [not any(_beats(rival, point) for rival in points) for point in points]
+
+
+def _beats(rival: tuple[float, float], point: tuple[float, float]) -> bool:
+    return rival[0] <= point[0] and rival[1] <= point[1] and rival != point

@@ -246,7 +246,6 @@ def run(
         Program from `build`.
     state : AtmosphericState
         State of at most 34 levels; gases of LOWTRAN7 that the state lacks are 0.
-    sights : sequence of Sight
     low, high : float
         cm^-1, multiples of 5.
     by_gas : bool

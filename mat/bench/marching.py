@@ -1,7 +1,7 @@
 """Surface temperatures by marching in time through finite differences, as commonly done: peers for the bench.
 
-A skin and some cells a layer, stepped day after day of the same forcing until the start is forgotten, explicitly or by
-a theta scheme with one Newton step of the surface balance. Vectorised over columns.
+A skin and some cells a layer, stepped day after day of the same forcing until the start is forgotten, by a theta
+scheme with one Newton step of the surface balance. Vectorised over columns.
 """
 
 from __future__ import annotations
@@ -17,8 +17,6 @@ from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.schemas.arrays import Floats
 
 DAY = 86400.0  # s
-# W m^-2 K^-1 of radiation and wind on the surface node, for the stability limit of explicit steps.
-_SURFACE_CONDUCTANCE = 40.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,13 +56,6 @@ class Grid:
         matrix = np.diag(self.conductance + np.concatenate([[0.0], inner]))
         return matrix - np.diag(inner, 1) - np.diag(inner, -1)
 
-    @property
-    def explicit_steps(self) -> int:
-        """Steps a day, a multiple of 96, up to which explicit steps are unstable."""
-        leaving = np.diag(self.exchange).copy()
-        leaving[0] += _SURFACE_CONDUCTANCE
-        return 96 * int(np.ceil(DAY * np.max(leaving / self.capacity) / 96))
-
 
 def _at_times(forcing: Forcing, material: SurfaceMaterial, steps: int) -> list[Balance]:
     """The balance of all columns at each of some steps of the day, by the forcing of the nearest time before."""
@@ -86,7 +77,7 @@ def march(material: SurfaceMaterial, forcing: Forcing, steps: int, days: int, ce
     forcing : Forcing
         Forcing at times of which `steps` is a multiple.
     theta : float
-        0 explicit Euler, 1/2 Crank-Nicolson, 1 implicit Euler.
+        1/2 Crank-Nicolson, 1 implicit Euler.
     """
     grid = Grid.of(material, cells)
     balances = _at_times(forcing, material, steps)
@@ -108,10 +99,6 @@ def march(material: SurfaceMaterial, forcing: Forcing, steps: int, days: int, ce
             after = balances[(step + 1) % steps]
             gain = -(temperature @ exchange.T)
             gain[:, -1] += grid.conductance[-1] * drive[:, (step + 1) % steps]
-            if theta == 0:
-                gain[:, :1] -= balances[step].loss(temperature[:, :1])
-                temperature += gain / storage
-                continue
             loss, slope = after.loss_and_slope(temperature[:, :1])
             if theta < 1:
                 loss = theta * loss + (1 - theta) * balances[step].loss(temperature[:, :1])

@@ -25,7 +25,6 @@ class ModelledRung:
 
     Attributes
     ----------
-    setting : Setting
     stages : dict of str to float
         Processor seconds by `STAGES`.
     uncertainty : float
@@ -108,11 +107,8 @@ def modelled(
 
     Parameters
     ----------
-    setting : Setting
     kelvin, finest_kelvin : float
         Tolerances of the setting, and of the tables that are thinned.
-    finest : Rung
-    model : TimeModel
     """
     factor = interval_factor(kelvin, finest_kelvin)
 

@@ -89,8 +89,6 @@ def part_errors(rung: Rung, truths: Truths, model: TimeModel) -> list[dict[str, 
     ----------
     rung : Rung
         Job as written, built and measured.
-    truths : Truths
-    model : TimeModel
     """
     rows = []
     whole, _ = model.stages(counts(rung, rung.tables))

@@ -98,10 +98,8 @@ class EqualError:
 
     Attributes
     ----------
-    work, peer : str
     error : float
         In `units`.
-    units : str
     ours, theirs : float
         Processor seconds of a unit of work.
     note : str
@@ -147,11 +145,8 @@ def spectra(
     ----------
     program : Path
         LOWTRAN7, from `lowtran.built_program`.
-    job : Job
     state : AtmosphericState
         Air without particles, on levels that LOWTRAN7 takes.
-    sights : sequence of lowtran.Sight
-    response : SpectralResponse
     """
     low, high = (5.0 * round(1e4 / edge / 5.0) for edge in (response.upper, response.lower))
     sights = [replace(sight, sun=None) for sight in sights]
@@ -369,7 +364,6 @@ def comparisons(
     ----------
     rung : Rung
         The job as it is written, built.
-    library : MaterialLibrary
     lowtran_path : str, optional
         Path as in `lowtran.find_source`.
     say : callable

@@ -46,7 +46,6 @@ class Truths:
         Job as written, with the states that are built.
     jobs : sequence of Job
         Jobs at all settings: scenes lie inside the axes of each.
-    library : MaterialLibrary
     scenes, seed : int
         Views of each state, band and source, and what they are drawn with.
     folder : Path
@@ -178,8 +177,6 @@ def errors_of(truths: Truths, tables: TablesOf, steps: int | None = None, air: A
 
     Parameters
     ----------
-    truths : Truths
-    tables : callable
     steps : int, optional
         Steps of the heat balance, by whose error the temperatures in the tables are changed.
     air : callable, optional
@@ -216,7 +213,6 @@ def compute_truths(truths: Truths, rung: Rung) -> None:
 
     Parameters
     ----------
-    truths : Truths
     rung : Rung
         Any that is built, with its cache.
     """

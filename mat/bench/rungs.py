@@ -53,7 +53,6 @@ class BuildTime:
         Seconds of all processes of the build, their start included.
     wall : float
         Seconds by the clock.
-    tasks : tuple of TaskTime
     """
 
     processor: float
@@ -90,7 +89,6 @@ class Rung:
 
     Attributes
     ----------
-    setting : Setting
     loaded : LoadedJob
         The job at this setting, with the states that are built.
     folder : Path

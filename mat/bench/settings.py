@@ -24,7 +24,6 @@ class Setting:
 
     Attributes
     ----------
-    name : str
     kelvin : float or None
         Asked of the pixel; None for the job as written.
     content : dict

@@ -28,7 +28,6 @@ def compile_bands(settings: Sequence[tuple[LoadedJob, Path]], folder: Path) -> l
     ----------
     settings : sequence of (LoadedJob, Path)
         Jobs that differ in their accuracy, with their caches.
-    folder : Path
 
     Returns
     -------

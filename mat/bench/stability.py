@@ -39,7 +39,6 @@ class Case:
 
     Attributes
     ----------
-    kind : str
     number, seed : int
         Generator's key [seed, number].
     measures : dict

@@ -25,7 +25,6 @@ def thinned(tables: Tables, air: float, surface: float) -> Tables:
 
     Parameters
     ----------
-    tables : Tables
     air, surface : float
         Factors of the atmosphere's axes and of those of the temperatures, at least 1.
     """

@@ -55,7 +55,6 @@ def draw_card(material: Material, summary: Mapping[str, float], file: Path) -> N
         Material of the library, so that its day can be solved by name.
     summary : mapping of str to float
         Result of `scene.material_summary`.
-    file : Path
 
     Raises
     ------

@@ -55,7 +55,6 @@ def model_options(
 
     Parameters
     ----------
-    model : type of pydantic.BaseModel
     fields : mapping of str to str
         Field by the name of the parameter, which is that of the option with dashes.
     defaults : mapping of str to str, optional
@@ -101,12 +100,10 @@ def axis_option(
 
     Parameters
     ----------
-    model : type of pydantic.BaseModel
     axis : str
         Key of the grid, which ends in its unit.
     option : str
         Name of the option, with that of its parameter after a space where they differ.
-    default : float, optional
     note : str, optional
         End of the help.
     what : str, optional

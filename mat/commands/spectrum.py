@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -181,7 +182,7 @@ def command(
         **{key: value for key, value in air.items() if value is not None},
     }
     if compare_continua:
-        from skyshine.mat.commands.continua import print_comparison
+        from skyshine.mat.commands.spectrum import print_comparison
 
         others = {"--line-by-line": line_by_line, "--out": out, "--compare": compare}
         for option in (name for name, value in others.items() if value is not None):
@@ -319,3 +320,31 @@ def _range(text: str) -> float:
     if not 0 <= value < math.inf:
         raise InputError(f"--range found '{text}'; allowed: at least 0 km, or 'space'")
     return value
+
+
+def print_comparison(arguments: Mapping[str, Any], *, as_json: bool) -> None:
+    """Print a line of sight with every water vapour continuum: CSV, or JSON.
+
+    Parameters
+    ----------
+    arguments : mapping
+        Arguments of `skyshine.mat.spectrum`; its `water_continuum` is ignored.
+    """
+    from skyshine.mat.api.continua import compare_continua
+
+    effects = compare_continua(**{name: value for name, value in arguments.items() if name != "water_continuum"})
+    if as_json:
+        emit_json(
+            {
+                effect.name: {
+                    "transmittance": quantity(effect.transmittance, "1"),
+                    "temperature": quantity(effect.temperature, "K"),
+                    "difference": quantity(effect.difference, "K"),
+                }
+                for effect in effects
+            }
+        )
+        return
+    click.echo("water_continuum,transmittance[1],apparent_temperature[K],difference[K]")
+    for effect in effects:
+        click.echo(f"{effect.name},{effect.transmittance:.4f},{effect.temperature:.3f},{effect.difference:+.3f}")

@@ -32,8 +32,6 @@ from skyshine.schemas.documents import Document, parse_model, problem_text, read
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.paths import job_path
 
-Location = tuple[str | int, ...]
-
 
 @dataclass(frozen=True)
 class LoadedJob:

@@ -13,7 +13,6 @@ class StatedGround:
 
     Attributes
     ----------
-    emissivity : float
     temperature : float
         K.
     radiance : float

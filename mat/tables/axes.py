@@ -23,7 +23,6 @@ class AxisRule:
 
     Attributes
     ----------
-    name : str
     nodes : (n,) ndarray
         Strictly ascending.
     interpolation : str

@@ -35,7 +35,6 @@ def band_group(
 
     Parameters
     ----------
-    response : SpectralResponse
     materials : (M,) sequence of Material
         Codes ascending.
     irradiance : (wavelength, spectral irradiance)

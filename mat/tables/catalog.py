@@ -48,7 +48,6 @@ class Entry(pydantic.BaseModel):
     ----------
     file : str
         Its name, after the folder of its site where the job has several.
-    filetype : str
     site : str or None
         Name of its site, of a job that has several.
     state, band : int or None

@@ -52,15 +52,8 @@ class ChannelContent:
 
     Attributes
     ----------
-    rays : RayCoordinates
-    nodes : ChannelNodes
     wavenumber, weight : (P,) arrays
         Wavenumbers of the channels, cm^-1, and their weights in the band, of any sum.
-    absorbers : Parts
-    light : BandLight
-    fields : PathFields
-    sources : SourceParts
-    surface : SurfaceLight
     shares : WavelengthShares
         Wavelength shares of the light of the channels.
     bends_paths : bool
@@ -96,7 +89,6 @@ def channel_group(content: ChannelContent, accuracy: Group, attributes: Mapping[
 
     Parameters
     ----------
-    content : ChannelContent
     accuracy : Group
         The measured errors.
     attributes : mapping

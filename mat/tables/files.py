@@ -13,7 +13,6 @@ class FileType:
     ----------
     name : str
         The root attribute ``filetype``.
-    title : str
     """
 
     name: str

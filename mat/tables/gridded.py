@@ -31,7 +31,6 @@ class Gridded:
 
     Attributes
     ----------
-    grid : PathGrid
     values : array
         Values on as many axes of the grid as the quantity has, in their order.
     valid : (R, A, E) bool array

@@ -69,7 +69,6 @@ def htt_group(
         Codes and names of the materials, codes ascending.
     axes : dict
         altitude_km, azimuth_deg, slope_deg, time_h.
-    accuracy : Group
     attributes : dict
         State, site and weather, for the root.
     midnight : str, optional
@@ -165,7 +164,6 @@ def shade_fields(table: ResponseTable, scene: Scene) -> Fields:
 
     Parameters
     ----------
-    table : ResponseTable
     scene : Scene
         Its altitudes are those of the temperatures.
     """

@@ -23,7 +23,6 @@ class Limits:
     ----------
     words : str
         What a value must do, for messages.
-    low, high : float
     above : bool
         Whether `low` itself is outside.
     """
@@ -122,7 +121,6 @@ def refuse_values(path: StrPath, name: str, values: npt.NDArray[np.number]) -> N
         Named in messages.
     name : str
         Name of the array in the file, with its groups.
-    values : ndarray
 
     Raises
     ------

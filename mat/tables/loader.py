@@ -126,7 +126,6 @@ def open_as(kind: type[TableType], path: StrPath, remedy: str) -> TableType:
     ----------
     kind : type
         `TemperatureTable`, `BandTable` or `AtmosphereTable`.
-    path : path
     remedy : str
         What to do where the file is of another type, for the message.
 

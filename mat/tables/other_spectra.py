@@ -62,7 +62,6 @@ class OtherSpectrum:
 
     Attributes
     ----------
-    file : Path
     wavenumber : (N,) array
         Increasing [cm^-1].
     values : dict of str to (N,) array

@@ -134,7 +134,6 @@ def read_header(path: Path, form: str) -> tuple[dict[str, Any], Path]:
 
     Parameters
     ----------
-    path : Path
     form : str
         The format that the header must name.
 

@@ -64,7 +64,6 @@ class Panel:
     lines : mapping of str to (N,) array
     upright : bool
         Whether the axis is vertical, as altitude is.
-    logarithmic : bool
     """
 
     x: Any

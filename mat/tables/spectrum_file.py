@@ -37,7 +37,6 @@ def write_spectrum(path: StrPath, columns: Columns, attributes: Mapping[str, Any
 
     Parameters
     ----------
-    path : path
     columns : mapping
         Units and values (B,) by name; wavenumber becomes the axis.
     attributes : mapping of str to str or float

@@ -19,8 +19,6 @@ class ErrorMeasure:
 
     Attributes
     ----------
-    quantity : str
-    points : int
     maximum, p99, p95, rms : float
         Errors in the units of the quantity; of atmospheric tables all but the first of the worst region.
     maximum_kelvin, p99_kelvin, p95_kelvin, rms_kelvin : float
@@ -84,7 +82,6 @@ def with_independent(
 
     Parameters
     ----------
-    measured : ErrorMeasure
     kelvin, percent : mappings
         The others by region and then by "max", "p99", "p95" and "rms"; none where there are no others.
     region : str
@@ -145,7 +142,6 @@ def accuracy_group(
 
     Parameters
     ----------
-    measures : sequence of ErrorMeasure
     extra, axes : mappings
         Further errors (of the compiled band, of the solver) with their axes.
     notes : dict

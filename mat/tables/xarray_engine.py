@@ -26,7 +26,6 @@ class SkyshineEngine(BackendEntrypoint):
 
         Parameters
         ----------
-        filename_or_obj : path
         drop_variables : str or iterable of str, optional
             Arrays to leave out.
 

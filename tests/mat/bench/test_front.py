@@ -9,10 +9,9 @@ from xml.etree import ElementTree
 import pytest
 
 from skyshine.mat.bench.charts import _LETTER, Mark, front_chart, seconds_text
-from skyshine.mat.bench.front import _one_line
+from skyshine.mat.bench.front import _one_line, unbeaten
 from skyshine.mat.bench.front_page import render
 from skyshine.mat.bench.front_sentences import sentences
-from skyshine.mat.bench.pareto import unbeaten
 from skyshine.mat.bench.rungs import STAGES
 from skyshine.schemas.documents import MAPPING
 from skyshine.schemas.errors import InputError

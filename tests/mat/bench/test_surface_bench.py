@@ -63,14 +63,6 @@ def test_marching_comes_to_the_periodic_solution(theta, limit):
     assert np.abs(found - exact.temperature).max() < limit
 
 
-def test_explicit_steps_are_stable_where_the_grid_says():
-    chosen = wall(Back("adiabatic"))
-    steps = Grid.of(chosen, 3).explicit_steps
-    found = march(chosen, day(96), steps, 12, 3, 0.0)
-    ((_, exact),) = solve_columns(chosen, day, steps=96)
-    assert np.abs(found[:, :: steps // 96] - exact.temperature).max() < 1.5
-
-
 def test_energyplus_is_asked_for_a_closed_prism():
     text = energyplus.model(1, walls=6)
     assert text.count("Wall, wall, inside, , Outdoors") == 6 and text.count("Roof") == 1

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -13,24 +15,24 @@ import numpy as np
 import skyshine
 from skyshine.mat.bench.front_sentences import KELVIN, SHARE, sentences
 from skyshine.mat.bench.lowtran import find_source
-from skyshine.mat.bench.model import ModelledRung, TimeModel, modelled
-from skyshine.mat.bench.part_errors import part_errors, with_coarser_points
+from skyshine.mat.bench.model import ModelledRung, TimeModel, kelvin_of_nodes, modelled, thinner
+from skyshine.mat.bench.part_errors import part_errors, parts, with_coarser_points
 from skyshine.mat.bench.peers import EqualError, comparisons
-from skyshine.mat.bench.pixel_errors import Truths, compute_truths, errors_of, measure
+from skyshine.mat.bench.pixel_errors import Variant, described, errors_of_band
 from skyshine.mat.bench.rungs import STAGES, Rung
-from skyshine.mat.bench.sample import cache_in
 from skyshine.mat.bench.settings import AS_WRITTEN, BUILT_KELVIN, CHANGED, settings_of
 from skyshine.mat.bench.shared_compile import compile_bands
-from skyshine.mat.job.fields import tolerance_parts
+from skyshine.mat.builder.executors import open_executor
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.own_materials import job_materials
 from skyshine.mat.plan.plan import make_plan
 from skyshine.mat.plan.size import check_size
 from skyshine.mat.scene.check import check_scene
-from skyshine.mat.threads import core_count
+from skyshine.mat.threads import VARIABLE, core_count
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.documents import MAPPING
 from skyshine.schemas.errors import CheckFailed, InputError
+from skyshine.schemas.kept_arrays import CACHE_VARIABLE
 from skyshine.schemas.quantity import quantity
 
 
@@ -46,6 +48,7 @@ class Options:
         Views of each state, band and source, and what they are drawn with.
     states : int
         Built of a job of many, at most.
+    lowtran_path : str or None
     full : bool
         Whether every rung is built; otherwise the job as written, `BUILT_KELVIN` and the finest.
     """
@@ -60,20 +63,24 @@ class Options:
 
 @dataclass
 class Front:
-    """What is measured so far.
+    """What was measured of a job.
 
     Attributes
     ----------
     loaded : LoadedJob
         Job as written, with all its states.
+    options : Options
     rungs : list of Rung
         Built and measured.
     modelled : list of ModelledRung
         Settings whose errors are those of thinned tables, and whose times are modelled.
+    errors : dict of str to dict
+        Errors of the pixel by name of the setting, as of `pixel_errors.described`.
     parts : list of dict
         Errors with one part coarser.
     failed : dict of str to str
         Settings that cannot run, with the reason in one line.
+    peers : list of EqualError
     absent : dict of str to str
         Peers that are not here, with the reason.
     """
@@ -82,6 +89,7 @@ class Front:
     options: Options
     rungs: list[Rung] = field(default_factory=list)
     modelled: list[ModelledRung] = field(default_factory=list)
+    errors: dict[str, dict[str, Any]] = field(default_factory=dict)
     parts: list[dict[str, Any]] = field(default_factory=list)
     failed: dict[str, str] = field(default_factory=dict)
     peers: list[EqualError] = field(default_factory=list)
@@ -90,7 +98,7 @@ class Front:
     @property
     def units(self) -> str:
         """Units of the error: kelvin, or where no band has thermal light, per cent of the mean radiance."""
-        return KELVIN if all(rung.errors["all"]["temperature"] for rung in self.rungs) else SHARE
+        return KELVIN if all(errors["all"]["temperature"] for errors in self.errors.values()) else SHARE
 
 
 def check(loaded: LoadedJob, options: Options) -> None:
@@ -105,23 +113,18 @@ def check(loaded: LoadedJob, options: Options) -> None:
     check_scene(loaded)
 
 
-def measured(
-    loaded: LoadedJob, folder: Path, options: Options, say: Callable[[str], object] = lambda _: None
-) -> Iterator[Front]:
-    """Build and measure a job at one setting after the other; peers last.
+def measured(loaded: LoadedJob, folder: Path, options: Options, say: Callable[[str], object] = lambda _: None) -> Front:
+    """Build a job at one setting after the other; then measure all of them, each part and the peers.
 
     Parameters
     ----------
+    loaded : LoadedJob
     folder : Path
         Folder whose subfolder ``rungs`` stores the databases; rungs of the same job that it already contains are not
         built again.
+    options : Options
     say : callable
         Called with a line of text that says what is done next.
-
-    Yields
-    ------
-    Front
-        The same one, after each rung and after the peers.
     """
     library, front = job_materials(loaded.trimmed.own_materials), Front(loaded, options)
     rungs: list[Rung] = []
@@ -130,38 +133,21 @@ def measured(
             rungs.append(Rung.of(setting, loaded, folder / "rungs", options.states))
         except InputError as error:
             front.failed[setting.name] = _one_line(error)
-    as_written, jobs = rungs[0].loaded, [rung.loaded.trimmed for rung in rungs]
+    jobs = [rung.loaded.trimmed for rung in rungs]
     rungs = [rung for number, rung in enumerate(rungs) if rung.loaded.trimmed not in jobs[:number]]
-    truths = Truths(as_written, jobs, library, options.scenes, options.seed, folder / "truth", say)
-    states, of_the_job = len(as_written.trimmed.states), len(loaded.trimmed.states)
+    states, of_the_job = len(jobs[0].states), len(loaded.trimmed.states)
     say(f"{loaded.trimmed.name}: {len(rungs)} settings of {states} of its {of_the_job} states, into {folder}")
-    refused: str | None = None
     real = rungs if options.full else _built(rungs)
     _compile(real, library, folder / "rungs", say)
-    for number, rung in enumerate(real, 1):
-        name = f"{rung.setting.name} ({number} of {len(real)})"
+    for number, rung in enumerate(real):
+        refused = [other.setting.name for other in real[:number] if other.refusal and other.setting.kelvin is not None]
         if refused and rung.setting.kelvin is not None:  # tolerances are tried from the coarsest on
-            front.failed[rung.setting.name] = f"not tried: finer than {refused}, which cannot run"
-            continue
-        try:
-            _build(rung, library, front.rungs[0] if front.rungs else None, name, say)
-            if not front.rungs:
-                say("computing the truth of the scenes")
-                compute_truths(truths, rung)
-            with cache_in(front.rungs[0].cache if front.rungs else rung.cache):
-                measure(rung, truths)
-            front.rungs.append(rung)
-        except (InputError, CheckFailed) as error:
-            refused = rung.setting.name if rung.refusal and rung.setting.kelvin is not None else None
-            front.failed[rung.setting.name] = _one_line(error)
-            say(f"{name} cannot run: {_one_line(error)}")
-        yield front
+            front.failed[rung.setting.name] = f"not tried: finer than {refused[0]}, which cannot run"
+        else:
+            _build(rung, library, front, say)
     if front.rungs:
-        _model(front, truths, [rung for rung in rungs if rung not in real], say)
-        yield front
-    if front.rungs and front.rungs[0].setting.name == AS_WRITTEN:
-        front.peers, front.absent = comparisons(front.rungs[0], library, lowtran_path=options.lowtran_path, say=say)
-        yield front
+        _measure(front, rungs[0].loaded, [rung for rung in rungs if rung not in real], say)
+    return front
 
 
 def _built(rungs: list[Rung]) -> list[Rung]:
@@ -171,26 +157,37 @@ def _built(rungs: list[Rung]) -> list[Rung]:
     return [rung for rung in rungs if rung.setting.kelvin in chosen]
 
 
-def _kelvin(rung: Rung) -> float:
-    """Tolerance of the nodes of a rung's atmosphere."""
-    return tolerance_parts(rung.loaded.trimmed.atmosphere_grid.tolerance)[0]
+def _measure(front: Front, loaded: LoadedJob, others: list[Rung], say: Callable[[str], object]) -> None:
+    """Errors of all settings and parts, times of those that are not built, and peers.
 
-
-def _model(front: Front, truths: Truths, rungs: list[Rung], say: Callable[[str], object]) -> None:
-    """Errors and times of settings that are not built, and of single parts."""
-    model, finest = TimeModel(front.rungs), min(front.rungs, key=_kelvin)
-    say(f"measuring the pixel of {len(rungs)} settings on the tables of {finest.setting.name}, thinned")
-    with cache_in(front.rungs[0].cache):
-        for rung in rungs:
-            if _kelvin(rung) < _kelvin(finest):
-                front.failed[rung.setting.name] = f"not tried: finer than {finest.setting.name}, the finest that ran"
-                continue
-            thinner, tables = modelled(rung.setting, _kelvin(rung), finest, _kelvin(finest), model)
-            thinner.errors = errors_of(truths, tables)
-            front.modelled.append(thinner)
-        if front.rungs[0].setting.name == AS_WRITTEN:
-            say("measuring the pixel with each part coarser")
-            front.parts = part_errors(front.rungs[0], truths, model)
+    Each band of a state is measured in a process of its own, the peers in another.
+    """
+    finest, first = min(front.rungs, key=kelvin_of_nodes), front.rungs[0]
+    coarser = [rung for rung in others if kelvin_of_nodes(rung) >= kelvin_of_nodes(finest)]
+    for rung in others:
+        if rung not in coarser:
+            front.failed[rung.setting.name] = f"not tried: finer than {finest.setting.name}, the finest that ran"
+    variants = [Variant(rung.setting.name, rung) for rung in front.rungs] + [thinner(rung, finest) for rung in coarser]
+    as_written = first.setting.name == AS_WRITTEN
+    if as_written:
+        variants += parts(first).values()
+    say(f"measuring the pixel of {len(front.rungs)} settings, of {len(coarser)} by thinned tables, of parts; peers")
+    options, job = front.options, loaded.trimmed
+    numbers = list(product(range(1, len(job.states) + 1), job.needed_bands))
+    of_band = partial(errors_of_band, loaded, variants, options.scenes, options.seed)
+    variables = {CACHE_VARIABLE: str(first.cache), VARIABLE: "1"}
+    with open_executor(None, min(len(numbers) + as_written, core_count()), first.folder, variables) as pool:
+        tasks = [pool.submit(of_band, number) for number in numbers]
+        peers = pool.submit(comparisons, first, options.lowtran_path) if as_written else None
+        sets = [of_set for task in tasks for of_set in task.result()]
+        front.peers, front.absent = peers.result() if peers else ([], {})
+    if not sets:
+        raise CheckFailed("the axes of the job leave no room for a view; widen its ranges, altitudes or elevations")
+    model = TimeModel.of(front.rungs, sets)
+    front.modelled = [modelled(rung.setting, sets, model) for rung in coarser]
+    front.errors = {rung.setting.name: described(sets, rung.setting.name) for rung in [*front.rungs, *coarser]}
+    if as_written:
+        front.parts = part_errors(first, sets, model)
 
 
 def _compile(rungs: Sequence[Rung], library: MaterialLibrary, folder: Path, say: Callable[[str], object]) -> None:
@@ -212,18 +209,28 @@ def _compile(rungs: Sequence[Rung], library: MaterialLibrary, folder: Path, say:
             rung.compiled = seconds
 
 
-def _build(
-    rung: Rung, library: MaterialLibrary, textures_of: Rung | None, name: str, say: Callable[[str], object]
-) -> None:
-    """Build a rung, unless an earlier run has."""
+def _build(rung: Rung, library: MaterialLibrary, front: Front, say: Callable[[str], object]) -> None:
+    """Build a rung, unless an earlier run has, and add it to the front or to what cannot run.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written.
+    """
+    name = rung.setting.name
     try:
         if rung.cost is None:
             say(f"{name}: building")
-            rung.build(library, textures_of)
+            rung.build(library, front.rungs[0] if front.rungs else None)
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror}; name another --out", file=rung.folder) from None
+    except (InputError, CheckFailed) as error:
+        front.failed[name] = _one_line(error)
+        say(f"{name} cannot run: {_one_line(error)}")
+        return
     assert rung.cost is not None
-    say(f"{name}: {rung.cost.processor:.0f} s; measuring the pixel")
+    say(f"{name}: {rung.cost.processor:.0f} s")
+    front.rungs.append(rung)
 
 
 def _one_line(error: InputError | CheckFailed) -> str:
@@ -236,7 +243,7 @@ def _one_line(error: InputError | CheckFailed) -> str:
 def describe(front: Front) -> dict[str, Any]:
     """A front as plain values: what ``mat bench JOB --json`` prints and the page shows."""
     units = front.units
-    rungs = [_described(rung, units) for rung in front.rungs] + [_described(rung, units) for rung in front.modelled]
+    rungs = [_described(rung, front.errors[rung.setting.name], units) for rung in [*front.rungs, *front.modelled]]
     on_the_front = unbeaten([(rung["time"]["value"], rung["error"]["value"]) for rung in rungs])
     for rung, on_front in zip(rungs, on_the_front, strict=True):
         rung["on_the_front"] = on_front
@@ -289,15 +296,15 @@ def _method(front: Front) -> str:
     if (
         front.units == KELVIN
         and front.rungs
-        and any(band["temperature"] is None for band in front.rungs[0].errors["bands"])
+        and any(band["temperature"] is None for band in front.errors[front.rungs[0].setting.name]["bands"])
     ):
         text += " Bands that end before 2.5 um have no error in kelvin; the JSON gives theirs in shares of radiance."
     return text
 
 
-def _described(rung: Rung | ModelledRung, units: str) -> dict[str, Any]:
-    """A rung as plain values."""
-    errors, floor = (_in_units(item, units) for item in (rung.errors["all"], rung.errors["all"]["exact_tables"]))
+def _described(rung: Rung | ModelledRung, measured: dict[str, Any], units: str) -> dict[str, Any]:
+    """A rung with its errors as plain values."""
+    errors, floor = (_in_units(item, units) for item in (measured["all"], measured["all"]["exact_tables"]))
     if isinstance(rung, ModelledRung):
         seconds, wall, stages, uncertainty = rung.seconds, np.nan, rung.stages, rung.uncertainty
     else:
@@ -319,7 +326,7 @@ def _described(rung: Rung | ModelledRung, units: str) -> dict[str, Any]:
                 "error": values["p99"],
                 "floor": _in_units(band["exact_tables"], units)["p99"],
             }
-            for band in rung.errors["bands"]
+            for band in measured["bands"]
             if (values := _in_units(band, units))
         ],
         "time": quantity(seconds, "s"),
@@ -327,7 +334,7 @@ def _described(rung: Rung | ModelledRung, units: str) -> dict[str, Any]:
         "wall_time": quantity(wall, "s"),
         "stages": {name: quantity(stages[name], "s") for name in STAGES},
         "size": quantity(rung.size, "byte"),
-        "sets": rung.errors["sets"],
+        "sets": measured["sets"],
     }
 
 

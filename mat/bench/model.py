@@ -2,44 +2,42 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from skyshine.mat.bench.pixel_errors import TablesOf, sets_of
+from skyshine.mat.bench.pixel_errors import SetErrors, Variant
 from skyshine.mat.bench.rungs import STAGES, Rung
 from skyshine.mat.bench.settings import Setting
-from skyshine.mat.bench.thinned import thinned, value_counts
-from skyshine.mat.budget.built_tables import Tables
+from skyshine.mat.bench.thinned import thinned
+from skyshine.mat.job.fields import tolerance_parts
 from skyshine.schemas.arrays import Floats
 
 BY_VALUES = ("tables", "temperature")  # stages whose time goes by the values of atmosphere and of temperatures
 _UNTESTED = 0.25  # relative uncertainty of a stage where fewer than three settings were built
 
 
-@dataclass
+@dataclass(frozen=True)
 class ModelledRung:
     """A setting that is not built.
 
     Attributes
     ----------
+    setting : Setting
     stages : dict of str to float
         Processor seconds by `STAGES`.
     uncertainty : float
         Of their sum, s.
     size : float
         Bytes.
-    errors : dict
-        As `Rung.errors`.
     """
 
     setting: Setting
     stages: dict[str, float]
     uncertainty: float
     size: float
-    errors: dict[str, Any] = field(default_factory=dict)
 
     @property
     def seconds(self) -> float:
@@ -56,16 +54,19 @@ class TimeModel:
 
     Attributes
     ----------
-    rungs : list of Rung
+    rungs : sequence of R Rung
         Built, at least one.
+    values : (R, 2) array
+        Numbers of values of atmosphere and of temperatures in their tables.
     """
 
-    rungs: list[Rung]
+    rungs: Sequence[Rung]
+    values: Floats
 
-    @cached_property
-    def _counts(self) -> Floats:
-        """Values (R, 2) of atmosphere and of temperatures in the built rungs."""
-        return np.array([counts(rung, rung.tables) for rung in self.rungs], float)
+    @classmethod
+    def of(cls, rungs: Sequence[Rung], sets: Sequence[SetErrors]) -> TimeModel:
+        """The model by rungs whose tables were measured."""
+        return cls(rungs, np.array([counts(sets, rung.setting.name) for rung in rungs], float))
 
     def _measured(self, stage: str) -> Floats:
         return np.array([rung.cost.stages[stage] for rung in self.rungs if rung.cost is not None])
@@ -82,42 +83,36 @@ class TimeModel:
                 others += measured
                 continue
             column = BY_VALUES.index(stage)
-            seconds[stage] = _between(self._counts[:, column], measured, values[column])
-            variance += (seconds[stage] * _missed(self._counts[:, column], measured)) ** 2
+            seconds[stage] = _between(self.values[:, column], measured, values[column])
+            variance += (seconds[stage] * _missed(self.values[:, column], measured)) ** 2
         return seconds, float(np.sqrt(variance + (np.ptp(others) / 2) ** 2))
 
     def size(self, values: tuple[int, int]) -> float:
         """Bytes of databases of so many values, linear as the times are."""
-        return _between(self._counts.sum(axis=1), np.array([rung.size for rung in self.rungs], float), sum(values))
+        return _between(self.values.sum(axis=1), np.array([rung.size for rung in self.rungs], float), sum(values))
 
 
-def counts(rung: Rung, tables: TablesOf) -> tuple[int, int]:
-    """Values of atmosphere and of temperatures of a job's databases."""
-    job, air, surface = rung.loaded.trimmed, 0, {}
-    for state, band, source in sets_of(job):
-        of_set, surface[state] = value_counts(tables(state, band, source))
-        air += of_set
-    return air, sum(surface.values())
+def counts(sets: Sequence[SetErrors], name: str) -> tuple[int, int]:
+    """Values of atmosphere and of temperatures of a variant's tables; states have the latter in common."""
+    surface = {of_set.state: of_set.values[name][1] for of_set in sets}
+    return sum(of_set.values[name][0] for of_set in sets), sum(surface.values())
 
 
-def modelled(
-    setting: Setting, kelvin: float, finest: Rung, finest_kelvin: float, model: TimeModel
-) -> tuple[ModelledRung, TablesOf]:
-    """A coarser setting, from the tables of the finest: an interval's error goes with the square of its length.
+def kelvin_of_nodes(rung: Rung) -> float:
+    """Tolerance of the nodes of a rung's atmosphere."""
+    return tolerance_parts(rung.loaded.trimmed.atmosphere_grid.tolerance)[0]
 
-    Parameters
-    ----------
-    kelvin, finest_kelvin : float
-        Tolerances of the setting, and of the tables that are thinned.
-    """
-    factor = interval_factor(kelvin, finest_kelvin)
 
-    def tables(state: int, band: int, source: str) -> Tables:
-        return thinned(finest.tables(state, band, source), factor, factor)
+def thinner(rung: Rung, finest: Rung) -> Variant:
+    """A coarser setting by the tables of the finest: an interval's error goes with the square of its length."""
+    factor = interval_factor(kelvin_of_nodes(rung), kelvin_of_nodes(finest))
+    return Variant(rung.setting.name, finest, partial(thinned, air=factor, surface=factor))
 
-    values = counts(finest, tables)
-    stages, uncertainty = model.stages(values)
-    return ModelledRung(setting, stages, uncertainty, model.size(values)), tables
+
+def modelled(setting: Setting, sets: Sequence[SetErrors], model: TimeModel) -> ModelledRung:
+    """Times and size of a setting by the numbers of values of its thinned tables."""
+    values = counts(sets, setting.name)
+    return ModelledRung(setting, *model.stages(values), model.size(values))
 
 
 def interval_factor(kelvin: float, finest_kelvin: float) -> float:

@@ -2,270 +2,225 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, fields
-from functools import cached_property, partial
-from itertools import product
-from pathlib import Path
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cache, partial
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from skyshine.mat.bench.rungs import Rung, job_digest
+from skyshine.mat.bench.rungs import Rung
+from skyshine.mat.bench.thinned import value_counts
 from skyshine.mat.budget.built_tables import Tables
-from skyshine.mat.budget.pixel import PixelTruth, Scenes
+from skyshine.mat.budget.pixel import PixelTruth, Scenes, temperature_among
 from skyshine.mat.budget.sizes import kelvin_of, measures
 from skyshine.mat.budget.truth import Prepared
-from skyshine.mat.builder.executors import open_executor
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
+from skyshine.mat.job.own_materials import job_materials
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
-from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.grids import path_grid
-from skyshine.mat.threads import VARIABLE, core_count
-from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.arrays import Floats
-from skyshine.schemas.errors import CheckFailed
-from skyshine.schemas.kept_arrays import CACHE_VARIABLE
 from skyshine.schemas.quantity import quantity
-from skyshine.schemas.whole_files import write_whole
 
-_SURFACE = ("altitude", "azimuth", "slope")
 MEASURES = ("rms", "p99", "maximum")
+AirOf: TypeAlias = Callable[[Prepared], BandAtmosphere]
 
 
-@dataclass(eq=False)
-class Truths:
-    """The whole truth of random scenes of a job, computed once for all settings.
+def unchanged(tables: Tables) -> Tables:
+    """Tables as they were built."""
+    return tables
+
+
+@dataclass(frozen=True)
+class Variant:
+    """Tables whose pixel is measured.
 
     Attributes
     ----------
-    loaded : LoadedJob
-        Job as written, with the states that are built.
-    jobs : sequence of Job
-        Jobs at all settings: scenes lie inside the axes of each.
-    scenes, seed : int
-        Views of each state, band and source, and what they are drawn with.
-    folder : Path
-        Keeps the radiances, for the next run.
-    say : callable
-        Called with a line of text that says what is computed.
-    prepared : dict of (int, int) to Prepared
-        Prepared atmospheres by state and band, as far as they were needed.
+    name : str
+    rung : Rung
+        Built setting whose tables they are.
+    tables : callable
+        What is changed of them.
+    steps : int or None
+        Steps of the heat balance, by whose error the temperatures are changed.
+    air : callable or None
+        Coarser air, by whose light that of the tables is changed.
     """
 
-    loaded: LoadedJob
-    jobs: Sequence[Job]
-    library: MaterialLibrary
-    scenes: int
-    seed: int
-    folder: Path
-    say: Callable[[str], object]
-    prepared: dict[tuple[int, int], Prepared] = field(default_factory=dict)
-    _cache: dict[tuple[int, int, str], PixelTruth | None] = field(default_factory=dict)
-
-    @cached_property
-    def grid(self) -> PathGrid:
-        """Nodes of the job as it is written, between the ends that all settings have."""
-        grids = [path_grid(job) for job in [self.loaded.trimmed, *self.jobs]]
-        return PathGrid(*(_common([getattr(grid, axis.name) for grid in grids]) for axis in fields(PathGrid)))
-
-    @cached_property
-    def surface_axes(self) -> dict[str, Floats]:
-        """The same of the temperature table; times are the hours that scenes ask for, where the job limits them."""
-        axes = [_surface_axes(job) for job in [self.loaded.trimmed, *self.jobs]]
-        ends = {name: _common([job_axes[name] for job_axes in axes]) for name in ("altitude", "slope")}
-        return axes[0] | ends
-
-    @cached_property
-    def key(self) -> str:
-        """Key of the job and the scenes: errors on equal keys may be compared."""
-        nodes = [getattr(self.grid, axis.name).tolist() for axis in fields(PathGrid)]
-        nodes += [self.surface_axes[name].tolist() for name in (*_SURFACE, "time")]
-        return job_digest(self.loaded, "exact tables", [self.scenes, self.seed, nodes])
-
-    def of(self, state: int, band: int, source: str, tables: Tables) -> PixelTruth | None:
-        """The truth of one set of scenes; None where the axes leave no room for a view.
-
-        Parameters
-        ----------
-        tables : Tables
-            Tables of any setting: materials, and their lobes.
-        """
-        key = state, band, source
-        if key not in self._cache:
-            if key[:2] not in self.prepared:
-                self.prepared[key[:2]] = Prepared.of(self.loaded, state, band)
-            scenes = Scenes.drawn(
-                self.prepared[key[:2]],
-                self.library,
-                tables.materials,
-                self.grid,
-                self.surface_axes,
-                shades=tables.shades,
-                source=source,
-                scenes=self.scenes,
-                seed=self.seed,
-            )
-            self._cache[key] = None if scenes is None else self._computed(scenes, tables, f"s{state}b{band}{source}")
-        return self._cache[key]
-
-    def _computed(self, scenes: Scenes, tables: Tables, name: str) -> PixelTruth:
-        """The truth of scenes: that of an earlier run where it was of the same job and scenes."""
-        file, materials = self.folder / f"{name}.json", list(tables.materials)
-        try:
-            stored = json.loads(file.read_text(encoding="utf-8"))
-            if stored["key"] == self.key and stored["materials"] == materials:
-                return PixelTruth(scenes, np.array(stored["radiance"], float), np.array(stored["averages"], float))
-        except (OSError, ValueError, KeyError, TypeError):
-            pass  # none, or damaged: computed again
-        self.say(f"computing the truth of {name}")
-        truth = PixelTruth.of(scenes, tables)
-        self.folder.mkdir(parents=True, exist_ok=True)
-        values = {"radiance": truth.radiance.tolist(), "averages": truth.averages.tolist()}
-        stored = {"key": self.key, "materials": materials, **values}
-        write_whole(file, json.dumps(stored) + "\n")
-        return truth
+    name: str
+    rung: Rung
+    tables: Callable[[Tables], Tables] = unchanged
+    steps: int | None = None
+    air: AirOf | None = None
 
 
-def _surface_axes(job: Job) -> dict[str, Floats]:
+@dataclass(frozen=True, eq=False)
+class SetErrors:
+    """Errors of the pixels of a state, a band and a source, (n, M) of n views and M materials, W m^-2 sr^-1.
+
+    Attributes
+    ----------
+    state, band : int
+        Counted from 1.
+    source : str
+    response : SpectralResponse
+    radiance : (n, M) array
+    averages : (n, M) array
+        Error with exact tables.
+    assigned : (M, M) array or None
+        Share of the texels of each material that the textures assign to each material, where there are textures.
+    errors : dict of str to (n, M) array
+        By name of the variant.
+    values : dict of str to (int, int)
+        Numbers of values of atmosphere and temperatures in the tables of a variant.
+    points : dict of str to (int, int)
+        Spectral points of the air of the tables, and of the coarser air, of variants with such.
+    seconds : dict of str to (float, float)
+        Processor seconds of the fields of light of both.
+    """
+
+    state: int
+    band: int
+    source: str
+    response: SpectralResponse
+    radiance: Floats
+    averages: Floats
+    assigned: Floats | None
+    errors: dict[str, Floats] = field(default_factory=dict)
+    values: dict[str, tuple[int, int]] = field(default_factory=dict)
+    points: dict[str, tuple[int, int]] = field(default_factory=dict)
+    seconds: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+    def kelvin(self, error: Floats) -> Floats:
+        """Errors as differences of equivalent temperature; not numbers below 2.5 um."""
+        return kelvin_of(self.response, self.radiance, error)
+
+    def share(self, error: Floats) -> Floats:
+        """Errors over the mean radiance of the set."""
+        share: Floats = error / self.radiance.mean()
+        return share
+
+
+def errors_of_band(
+    loaded: LoadedJob, variants: Sequence[Variant], scenes: int, seed: int, number: tuple[int, int]
+) -> list[SetErrors]:
+    """Errors of the pixel of all variants in a state and a band, under each source that is above the horizon.
+
+    Parameters
+    ----------
+    loaded : LoadedJob
+        Job as written, with the states that are built: scenes lie inside its axes, which all settings have.
+    variants : sequence of Variant
+        Variants to measure; the first is that of the job as written.
+    scenes, seed : int
+        Views of each set, and what they are drawn with.
+    number : (int, int)
+        State and band.
+    """
+    prepared = Prepared.of(loaded, *number)
+    airs: dict[AirOf, tuple[BandAtmosphere, float]] = {}
+
+    def with_fields(air: AirOf) -> tuple[BandAtmosphere, float]:
+        """Air with its fields of light, and the processor seconds that they took."""
+        if air not in airs:
+            atmosphere, begin = air(prepared), time.process_time()
+            atmosphere.air.prepare()
+            airs[air] = atmosphere, time.process_time() - begin
+        return airs[air]
+
+    found = []
+    for source in loaded.trimmed.sources:
+        rungs = dict.fromkeys(variant.rung for variant in variants)
+        built = {rung: rung.tables(*number, source) for rung in rungs}
+        tables = built[variants[0].rung]
+        truth = _truth(prepared, tables, source, scenes, seed)
+        if truth is None:
+            continue
+        of_set = SetErrors(*number, source, prepared.response, truth.radiance, truth.averages, tables.assigned_share)
+        kelvin = temperature_among(tables, truth.scenes.views, truth.scenes.circumstances)
+        light = cache(partial(truth.radiance_in, tables, kelvin))
+        for variant in variants:
+            changed = variant.tables(built[variant.rung])
+            error = truth.error(changed, variant.steps)
+            if variant.air is not None:
+                pair = with_fields(_of_tables), with_fields(variant.air)
+                error = error + light(pair[1][0]) - light(pair[0][0])
+                usual, coarser = (air.band.weight.size for air, _ in pair)
+                of_set.points[variant.name] = usual, coarser
+                of_set.seconds[variant.name] = pair[0][1], pair[1][1]
+            of_set.errors[variant.name], of_set.values[variant.name] = error, value_counts(changed)
+        found.append(of_set)
+    return found
+
+
+def _of_tables(prepared: Prepared) -> BandAtmosphere:
+    return prepared.reduced
+
+
+def _truth(prepared: Prepared, tables: Tables, source: str, scenes: int, seed: int) -> PixelTruth | None:
+    """The truth of one set of scenes; None where the axes leave no room for a view."""
+    job = prepared.loaded.trimmed
+    drawn = Scenes.drawn(
+        prepared,
+        job_materials(job.own_materials),
+        tables.materials,
+        path_grid(job),
+        surface_axes(job),
+        shades=tables.shades,
+        source=source,
+        scenes=scenes,
+        seed=seed,
+    )
+    return None if drawn is None else PixelTruth.of(drawn, tables)
+
+
+def surface_axes(job: Job) -> dict[str, Floats]:
+    """Axes of the faces of scenes; times are the hours that scenes ask for, where the job limits them."""
     limits, grid = job.query_limits, job.surface_grid
     times = grid.times
     if limits is not None and limits.hours is not None:
         start, stop = limits.hours
         times = [start, stop + (24.0 if stop < start else 0.0)] if len(times) > 1 else times
-    nodes = job.surface_altitudes_km, grid.azimuth_deg, grid.slope_deg, times
-    return {name: np.asarray(values, float) for name, values in zip((*_SURFACE, "time"), nodes, strict=True)}
+    nodes = {"altitude": job.surface_altitudes_km, "azimuth": grid.azimuth_deg, "slope": grid.slope_deg, "time": times}
+    return {name: np.asarray(values, float) for name, values in nodes.items()}
 
 
-def _common(axes: Sequence[Floats]) -> Floats:
-    """Nodes of the first of some axes between the ends that all of them have.
-
-    Raises
-    ------
-    CheckFailed
-        They have no place in common.
-    """
-    low, high = max(axis[0] for axis in axes), min(axis[-1] for axis in axes)
-    if low > high:
-        raise CheckFailed(f"axes that end at {high:g} and begin at {low:g} have no scene in common")
-    nodes = axes[0]
-    return np.unique([low, high, *nodes[(nodes > low) & (nodes < high)]])
-
-
-TablesOf: TypeAlias = Callable[[int, int, str], Tables]  # tables of a state, a band and a source
-AirOf: TypeAlias = Callable[[Prepared], BandAtmosphere]
-
-
-def measure(rung: Rung, truths: Truths) -> None:
-    """Measure the pixel of a rung's databases, unless it is known on these scenes already.
-
-    Raises
-    ------
-    InputError
-        A database is missing or does not belong to the job.
-    """
-    if rung.errors.get("key") != truths.key:
-        rung.errors = {"key": truths.key, **errors_of(truths, rung.tables)}
-        rung.keep()
-
-
-def errors_of(truths: Truths, tables: TablesOf, steps: int | None = None, air: AirOf | None = None) -> dict[str, Any]:
-    """Errors of the pixel of some tables: of all sets of scenes together, by band, and of each set.
-
-    Parameters
-    ----------
-    steps : int, optional
-        Steps of the heat balance, by whose error the temperatures in the tables are changed.
-    air : callable, optional
-        Coarser air, by whose light that of the tables is changed.
-    """
-    job = truths.loaded.trimmed
-    sets: list[dict[str, Any]] = []
-    errors: list[_SetErrors] = []
-    for state, band, source in sets_of(job):
-        of_source = tables(state, band, source)
-        truth = truths.of(state, band, source, of_source)
-        if truth is None:
-            continue
-        prepared = truths.prepared[state, band]
-        airs = None if air is None else (prepared.reduced, air(prepared))
-        of_set = _SetErrors(band, prepared.response, truth, truth.error(of_source, steps, airs))
-        errors.append(of_set)
-        sets.append({"state": state, "source": source, "views": len(truth.scenes.views), **_described([of_set])})
-    bands = [[scene_error for scene_error in errors if scene_error.band == band] for band in job.needed_bands]
+def described(sets: Sequence[SetErrors], name: str) -> dict[str, Any]:
+    """Errors of a variant: of all sets of scenes together, by band, and of each set."""
+    bands = dict.fromkeys(of_set.band for of_set in sets)
     return {
-        "all": _described(errors),
-        "bands": [_described(of_band) for of_band in bands if of_band],
-        "sets": sets,
+        "all": _together(sets, name),
+        "bands": [_together([of_set for of_set in sets if of_set.band == band], name) for band in bands],
+        "sets": [
+            {"state": of_set.state, "source": of_set.source, "views": len(of_set.radiance)} | _together([of_set], name)
+            for of_set in sets
+        ],
     }
 
 
-def sets_of(job: Job) -> Iterator[tuple[int, int, str]]:
-    """State, band and source of each set of scenes."""
-    return product(range(1, len(job.states) + 1), job.needed_bands, job.sources)
-
-
-def compute_truths(truths: Truths, rung: Rung) -> None:
-    """Compute the truth of all sets of scenes and keep it, each band of a state in a process of its own.
-
-    Parameters
-    ----------
-    rung : Rung
-        Any that is built, with its cache.
-    """
-    job = truths.loaded.trimmed
-    numbers = list(product(range(1, len(job.states) + 1), job.needed_bands))
-    variables = {CACHE_VARIABLE: str(rung.cache), VARIABLE: "1"}
-    settings = truths.loaded, truths.jobs, truths.scenes, truths.seed, truths.folder
-    with open_executor(None, min(len(numbers), core_count()), truths.folder, variables) as pool:
-        list(pool.map(partial(_compute, settings, rung), numbers))
-
-
-def _compute(settings: tuple[LoadedJob, Sequence[Job], int, int, Path], rung: Rung, number: tuple[int, int]) -> None:
-    loaded, jobs, scenes, seed, folder = settings
-    truths = Truths(loaded, jobs, load_library(), scenes, seed, folder, lambda _: None)
-    for source in loaded.trimmed.sources:
-        truths.of(*number, source, rung.tables(*number, source))
-
-
-@dataclass(frozen=True, eq=False)
-class _SetErrors:
-    """Errors of the pixels of a band under one state and source, W m^-2 sr^-1."""
-
-    band: int
-    response: SpectralResponse
-    truth: PixelTruth
-    error: Floats
-
-    def kelvin(self, error: Floats) -> Floats:
-        """As differences of equivalent temperature; not numbers below 2.5 um."""
-        return kelvin_of(self.response, self.truth.radiance, error)
-
-    def share(self, error: Floats) -> Floats:
-        """Share of the mean radiance of the set."""
-        share: Floats = error / self.truth.radiance.mean()
-        return share
-
-
-def _described(errors: Sequence[_SetErrors]) -> dict[str, Any]:
+def _together(sets: Sequence[SetErrors], name: str) -> dict[str, Any]:
     """Errors of some sets together: of their pixels, and with exact tables, in kelvin and in shares of radiance."""
-    thermal = [scene_error for scene_error in errors if np.isfinite(scene_error.kelvin(scene_error.error)).all()]
-    bands = {scene_error.band: scene_error.response for scene_error in errors}
+    bands = {of_set.band: of_set.response for of_set in sets}
     return {
         "bands": list(bands),
         "wavelengths": [quantity([response.lower, response.upper], "um") for response in bands.values()],
-        "pixels": sum(scene_error.error.size for scene_error in errors),
-        "temperature": _measures([scene_error.kelvin(scene_error.error) for scene_error in thermal], "K"),
-        "share_of_radiance": _measures([scene_error.share(scene_error.error) for scene_error in errors], "1"),
-        "exact_tables": {
-            "temperature": _measures([scene_error.kelvin(scene_error.truth.averages) for scene_error in thermal], "K"),
-            "share_of_radiance": _measures(
-                [scene_error.share(scene_error.truth.averages) for scene_error in errors], "1"
-            ),
-        },
+        "pixels": sum(of_set.radiance.size for of_set in sets),
+        **_in_both_units(sets, [of_set.errors[name] for of_set in sets]),
+        "exact_tables": _in_both_units(sets, [of_set.averages for of_set in sets]),
+    }
+
+
+def _in_both_units(sets: Sequence[SetErrors], errors: Sequence[Floats]) -> dict[str, Any]:
+    """Measures in kelvin, of the sets that have thermal light, and in shares of radiance."""
+    pairs = list(zip(sets, errors, strict=True))
+    kelvin = [of_set.kelvin(error) for of_set, error in pairs]
+    return {
+        "temperature": _measures([values for values in kelvin if np.isfinite(values).all()], "K"),
+        "share_of_radiance": _measures([of_set.share(error) for of_set, error in pairs], "1"),
     }
 
 

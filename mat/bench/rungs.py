@@ -77,13 +77,7 @@ def _stage(kind: Kind, name: str) -> str:
     return _NAMED.get(name) or _OF_KIND.get(kind, "tables")
 
 
-def job_digest(loaded: LoadedJob, *others: Any) -> str:
-    """Digest of a job, the version of the package and other plain values."""
-    text = json.dumps([loaded.requested.model_dump(mode="json"), skyshine.__version__, *others], sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-@dataclass
+@dataclass(eq=False)
 class Rung:
     """A setting of a job with its databases, and what is known of them.
 
@@ -97,14 +91,10 @@ class Rung:
         None before it is built.
     size : int
         Bytes of the databases.
-    errors : dict
-        Errors of the pixel, with the key that identifies the scenes; empty before they are measured.
     refusal : str
         Why the setting cannot be built, in one line; empty where that is not known.
     compiled : dict of (int, int) to float
         Processor seconds of the bands that are compiled already, by state and band.
-    opened : dict
-        Tables that were read, by state, band and source.
     """
 
     setting: Setting
@@ -112,10 +102,8 @@ class Rung:
     folder: Path
     cost: BuildTime | None = None
     size: int = 0
-    errors: dict[str, Any] = field(default_factory=dict)
     refusal: str = ""
     compiled: Seconds = field(default_factory=dict)
-    opened: dict[tuple[int, int, str], Tables] = field(default_factory=dict)
 
     @classmethod
     def of(cls, setting: Setting, as_written: LoadedJob, folder: Path, states: int) -> Rung:
@@ -137,7 +125,8 @@ class Rung:
     @property
     def _digest(self) -> str:
         """Digest of the job, the version of the package and the cores that a build takes."""
-        return job_digest(self.loaded, core_count())
+        values = [self.loaded.requested.model_dump(mode="json"), skyshine.__version__, core_count()]
+        return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
 
     def resume(self, library: MaterialLibrary) -> None:
         """Take over what an earlier run measured, where the databases are those of the same job and version."""
@@ -147,14 +136,14 @@ class Rung:
             measured = spent and BuildTime(
                 spent["processor"], spent["wall"], tuple(TaskTime(**task) for task in spent["tasks"])
             )
-            size, errors, refusal = int(record["size"]), dict(record["errors"]), str(record["refusal"])
+            size, refusal = int(record["size"]), str(record["refusal"])
             same_job = record["digest"] == self._digest
         except (OSError, ValueError, KeyError, TypeError):
             return
         if same_job and refusal:
             self.refusal = refusal
         elif same_job and measured and self._is_current(library):
-            self.cost, self.size, self.errors = measured, size, errors
+            self.cost, self.size = measured, size
 
     def _is_current(self, library: MaterialLibrary) -> bool:
         """Whether all databases are there, undamaged and of this job."""
@@ -170,11 +159,14 @@ class Rung:
         return True
 
     def tables(self, state: int, band: int, source: str) -> Tables:
-        """The databases of a state, a band and a source, read once."""
-        key = state, band, source
-        if key not in self.opened:
-            self.opened[key] = Tables.open(self.files, *key, self.loaded.trimmed)
-        return self.opened[key]
+        """The databases of a state, a band and a source."""
+        return Tables.open(self.files, state, band, source, self.loaded.trimmed)
+
+    def seconds(self, kind: Kind, *stages: str) -> float:
+        """Processor seconds of some stages, or of all, of the tasks of a kind; not a number where none has them."""
+        tasks = [] if self.cost is None else [task.stages for task in self.cost.tasks if Kind(task.kind) is kind]
+        seconds = [task[name] for task in tasks for name in task if name in stages or not stages]
+        return sum(seconds) if seconds else float("nan")
 
     @property
     def cache(self) -> Path:
@@ -201,7 +193,6 @@ class Rung:
         plan = make_plan(self.loaded, library)
         finished = None if textures_of is None else textures_of.cost
         shared = [task.files[0] for task in plan.tasks if task.kind is Kind.TEXTURE] if finished else []
-        self.opened.clear()
         shutil.rmtree(self.files, ignore_errors=True)
         for folder in (self.files, self.cache):
             folder.mkdir(parents=True, exist_ok=True)
@@ -224,7 +215,6 @@ class Rung:
             copied = tuple(task for task in finished.tasks if Kind(task.kind) is Kind.TEXTURE)
             tasks = (*(task for task in tasks if Kind(task.kind) is not Kind.TEXTURE), *copied)
             processor += sum(sum(task.stages.values()) for task in copied)
-        self.errors = {}
         self.cost = BuildTime(processor, wall, tasks)
         self.size = sum((self.files / name).stat().st_size for name in result["files"])
         self.keep()
@@ -236,7 +226,6 @@ class Rung:
             "digest": self._digest,
             "time": None if self.cost is None else asdict(self.cost),
             "size": self.size,
-            "errors": self.errors,
             "refusal": self.refusal,
         }
         write_whole(self.folder / RECORD, json.dumps(record, indent=1) + "\n")

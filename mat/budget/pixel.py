@@ -147,11 +147,14 @@ class PixelTruth:
         W m^-2 sr^-1.
     averages : (n, M) array
         Error of the runtime's equations with exact quantities and temperatures, W m^-2 sr^-1: what no table removes.
+    open_air : (n, M) array
+        Temperatures of the faces in the open, K.
     """
 
     scenes: Scenes
     radiance: Floats
     averages: Floats
+    open_air: Floats
 
     @classmethod
     def of(cls, scenes: Scenes, tables: Tables) -> PixelTruth:
@@ -166,33 +169,33 @@ class PixelTruth:
         readings = integrated_readings(scenes.truth, facets)
         light = integrated_light(tables, scenes.truth, facets)
         runtime = runtime_radiance(readings, tables.emission(facets.kelvin), facets.bounce, tables.finish, light)
-        return cls(scenes, facets.radiance, runtime - facets.radiance)
+        return cls(scenes, facets.radiance, runtime - facets.radiance, facets.open_air)
 
-    def error(
-        self, tables: Tables, steps: int | None = None, airs: tuple[BandAtmosphere, BandAtmosphere] | None = None
-    ) -> Floats:
+    def error(self, tables: Tables, steps: int | None = None) -> Floats:
         """Error (n, M) of a runtime that reads all tables at the pixel, W m^-2 sr^-1.
 
         Parameters
         ----------
         steps : int, optional
             Steps of the heat balance, by whose error the temperatures are changed.
-        airs : pair of BandAtmosphere, optional
-            Air of the tables, and a coarser one, by whose difference the radiance is changed.
         """
         views, circumstances, truth = self.scenes.views, self.scenes.circumstances, self.scenes.truth
         kelvin = temperature_among(tables, views, circumstances)
         if steps is not None:
-            place = views.normal, views.surface_altitude, views.time
-            kelvin = kelvin + truth.temperature(*place, steps=steps) - truth.temperature(*place)
-        error = pixel_radiance(tables, truth, views, circumstances, kelvin) - self.radiance
-        if airs is not None:
-            usual, coarser = (self._radiance_in(air, tables, kelvin) for air in airs)
-            error = error + coarser - usual
-        return error
+            coarser = truth.temperature(views.normal, views.surface_altitude, views.time, steps=steps)
+            kelvin = kelvin + coarser - self.open_air
+        return pixel_radiance(tables, truth, views, circumstances, kelvin) - self.radiance
 
-    def _radiance_in(self, air: BandAtmosphere, tables: Tables, kelvin: Floats) -> Floats:
-        """Radiance (n, M) of the runtime's equations with the quantities of some air computed directly."""
+    def radiance_in(self, tables: Tables, kelvin: Floats, air: BandAtmosphere) -> Floats:
+        """Radiance (n, M) of the runtime's equations with the quantities of some air computed directly, W m^-2 sr^-1.
+
+        Parameters
+        ----------
+        tables : Tables
+        kelvin : (n, M) array
+            Temperatures of the faces.
+        air : BandAtmosphere
+        """
         views, circumstances, truth = self.scenes.views, self.scenes.circumstances, self.scenes.truth.in_air(air)
         lines, finish, band = truth.lines(views, circumstances), tables.finish, truth.air.band
         emitted = emitted_transmittance(band, truth.reflectance, lines, kelvin)

@@ -217,6 +217,7 @@ class FacetTruth:
             [] if ground is None else [library[ground]], job.operated, self.inputs[1].wetting
         )
         self._lowest = job.site.altitude_km
+        self._ground_kelvin: dict[Views, Floats] = {}
 
     def _enter(self, air: BandAtmosphere) -> None:
         """Take the light, at the points of some air."""
@@ -289,10 +290,19 @@ class FacetTruth:
     def faces(self, views: Views, circumstances: Circumstances | None = None) -> Facets:
         """The faces of views, over ground whose temperature is solved at their times, among walls or in the open."""
         slope, azimuth = slope_and_azimuth(views.normal)
-        ground = np.full(len(views), self.air.air.state.surface_temperature)
-        if self._ground:
+        walls = None
+        if circumstances is not None:
+            walls = Walls(circumstances.sky_view, circumstances.wall_temperature, circumstances.wall_emissivity)
+        normal = face_normal(slope, azimuth - views.source_azimuth)
+        return Facets(normal, self._ground_temperature(views), views.surface_altitude * 1e3, walls)
+
+    def _ground_temperature(self, views: Views) -> Floats:
+        """Temperature (n,) [K] of the ground at the times of views, solved once for light of all kinds of air."""
+        if not self._ground:
+            return np.full(len(views), self.air.air.state.surface_temperature)
+        if views not in self._ground_kelvin:
             level, altitude = np.zeros(len(views)), np.full(len(views), self._lowest)
-            ground = temperatures_at(
+            self._ground_kelvin[views] = temperatures_at(
                 self._ground,
                 self.inputs,
                 altitude,
@@ -302,11 +312,7 @@ class FacetTruth:
                 steps=FINE_STEPS,
                 material_temperatures=self.given,
             )[:, 0]
-        walls = None
-        if circumstances is not None:
-            walls = Walls(circumstances.sky_view, circumstances.wall_temperature, circumstances.wall_emissivity)
-        normal = face_normal(slope, azimuth - views.source_azimuth)
-        return Facets(normal, ground, views.surface_altitude * 1e3, walls)
+        return self._ground_kelvin[views]
 
     def lines(self, views: Views, circumstances: Circumstances) -> SpectralLines:
         """Spectra of the lines of sight and of the light on the faces, that of the Sun on their walls among it."""

@@ -83,10 +83,8 @@ def front(
     loaded.refuse_without_bands()
     options = Options(settings or KELVINS, scenes, seed, states, lowtran, full)
     check(loaded, options)
-    result: dict[str, Any] = {}
-    for so_far in measured(loaded, folder, options, lambda text: click.echo(text, err=True)):
-        result = describe(so_far)
-        _write(folder, result)
+    result = describe(measured(loaded, folder, options, lambda text: click.echo(text, err=True)))
+    _write(folder, result)
     if as_json:
         emit_json(result)
     else:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+from ladders import GRID, VISIBILITY
 
 from skyshine.mat.atmosphere.band.compile import compile_band
 from skyshine.mat.atmosphere.band.points import BandPoints
@@ -26,7 +27,7 @@ from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.sky import sky_irradiance
 from skyshine.mat.atmosphere.transfer.stream_count import azimuthal_count
-from skyshine.mat.bench.peers import GRID, VISIBILITY, thinned
+from skyshine.mat.bench.peer_light import thinned
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import AtmosphericQuantities

@@ -18,11 +18,20 @@ from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.optics import gas_absorption
-from skyshine.mat.bench.peers import GRID
+from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.spectroscopy.training import TRAINING_PROFILES
 from skyshine.schemas.arrays import Floats, Integers
 
+VISIBILITY = 23.0  # km, of rural haze
+# The paths on which bands are compiled: those of a usual job.
+GRID = PathGrid(
+    range_km=np.array([0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100.0]),
+    altitude_km=np.array([0.0, 0.5, 1, 2, 4, 8, 12]),
+    elevation_deg=np.array([-90.0, -60, -30, -15, -5, 0, 5, 15, 30, 60, 90]),
+    source_elevation_deg=np.array([5.0, 30, 60, 90]),
+    source_azimuth_deg=np.array([0.0, 90, 180]),
+)
 # Choice of points in wider intervals: as many as an interval of the table has, as exact.
 _MOST_POINTS, _TOLERANCE = 16, 4e-4
 # Below the error of any band of 64 points; a narrow band ends its ladder where it holds this.

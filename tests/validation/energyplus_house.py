@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mat.maintain.bench import energyplus
+from skyshine.mat.bench import energyplus
 
 STEPS = 6  # an hour
 # Thickness m, conductivity, density, heat capacity: dense concrete on insulation.

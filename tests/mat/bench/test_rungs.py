@@ -8,7 +8,7 @@ import pytest
 from skyshine.mat.bench import front as front_module
 from skyshine.mat.bench import rungs as module
 from skyshine.mat.bench.front import Options, describe, measured
-from skyshine.mat.bench.pixel_errors import Truths, measure
+from skyshine.mat.bench.pixel_errors import Variant, described, errors_of_band
 from skyshine.mat.bench.rungs import STAGES, BuildTime, Rung, TaskTime
 from skyshine.mat.bench.settings import AS_WRITTEN, Setting
 from skyshine.mat.budget.budget import error_budget
@@ -31,10 +31,12 @@ def loaded(tiny_job, tmp_path_factory):
 
 def four_settings(content, _kelvins):
     """The job as written, with fewer solver steps, and twice with a tolerance that its few nodes cannot hold."""
-    few = {**content["atmosphere_grid"], "most_nodes": 32, "tolerance": "0.01 K"}
+    few = {**content["atmosphere_grid"], "most_nodes": 32}
     changes = {AS_WRITTEN: {}, STEPS: {"accuracy": {"solver_steps": 48}}}
     settings = [Setting(name, None, {**content, **change}) for name, change in changes.items()]
-    return settings + [Setting(name, 0.02, {**content, "atmosphere_grid": few}) for name in (REFUSED, FINER)]
+    for name, kelvin in ((REFUSED, 0.01), (FINER, 0.005)):
+        settings.append(Setting(name, kelvin, {**content, "atmosphere_grid": {**few, "tolerance": f"{kelvin} K"}}))
+    return settings
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +46,7 @@ def run(loaded, build_inline, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "build", build_inline)
         patch.setattr(front_module, "settings_of", four_settings)
-        *_, front = measured(loaded, folder, OPTIONS, said.append)
+        front = measured(loaded, folder, OPTIONS, said.append)
     return folder, front, said
 
 
@@ -58,7 +60,7 @@ def test_what_runs_is_measured_and_what_does_not_is_named_with_its_reason(run):
         and "0.01 cannot be held" in front.failed[REFUSED]
     )
     assert front.failed[FINER] == "not tried: finer than refused, which cannot run"
-    assert [text for text in said if "truth" in text] == ["computing the truth of the scenes"]
+    assert said[-1].startswith("measuring the pixel of 2 settings")
     described = describe(front)
     json.dumps(described, allow_nan=False)
     parts = {part["key"]: part for part in described["parts"]}
@@ -72,24 +74,6 @@ def test_what_runs_is_measured_and_what_does_not_is_named_with_its_reason(run):
         assert all(rung["stages"][name]["value"] > 0 for name in ("compile", "tables", "temperature", "accuracy"))
     assert {"marching in time", "scipy"} <= {peer["peer"] for peer in described["peers"]}
     assert all(peer["time_of_this_job"]["value"] > 0 for peer in described["peers"])
-
-
-@pytest.mark.validation  # of the front of 20 s
-def test_a_finished_rung_is_kept_and_a_changed_job_is_built_again(run, loaded, monkeypatch):
-    folder, first, _ = run
-
-    def refuse(*_, **__):
-        raise InputError("is not to be built")
-
-    monkeypatch.setattr(module, "build", refuse)
-    monkeypatch.setattr(front_module, "settings_of", four_settings)
-    *_, again = measured(loaded, folder, OPTIONS)
-    assert [rung.setting.name for rung in again.rungs] == [AS_WRITTEN, STEPS]
-    assert [rung.cost for rung in again.rungs] == [rung.cost for rung in first.rungs]
-    assert again.failed == first.failed and REFUSED in again.failed  # it is not tried again
-    content = loaded.document.data | {"materials": ["grass_green"]}
-    *_, changed = measured(load_job(content), folder, OPTIONS)
-    assert not changed.rungs and changed.failed[AS_WRITTEN] == "is not to be built"
 
 
 @pytest.mark.validation  # of the front of 20 s
@@ -108,28 +92,34 @@ def test_a_damaged_database_is_not_kept(run, loaded, tmp_path):
 
 
 @pytest.mark.validation  # of the front of 20 s
-def test_the_pixel_of_the_job_as_written_errs_as_its_error_budget_says(run, loaded, tmp_path):
+def test_the_pixel_of_the_job_as_written_errs_as_its_error_budget_says(run, loaded):
     folder, _, _ = run
-    rung, said = rung_of(loaded, folder), []
-    truths = Truths(rung.loaded, [rung.loaded.trimmed], load_library(), 4, 3, tmp_path, said.append)
-    measure(rung, truths)
+    rung = rung_of(loaded, folder)
+    (of_set,) = errors_of_band(rung.loaded, [Variant(AS_WRITTEN, rung)], 4, 3, (1, 1))
+    shares = described([of_set], AS_WRITTEN)["all"]
     budget = error_budget(Prepared.of(loaded, 1, 1), rung.files, load_library(), source="sun", scenes=4, seed=3)
     rms = float(np.sqrt(np.mean(budget.errors["pixel"] ** 2)) / budget.radiance.mean())
-    measured_first = rung.errors
-    averages = measured_first["all"]["exact_tables"]["share_of_radiance"]["rms"]["value"]
-    assert 0 < averages < measured_first["all"]["share_of_radiance"]["rms"]["value"]
-    assert measured_first["all"]["share_of_radiance"]["rms"]["value"] == pytest.approx(rms, rel=1e-12)
-    rung.errors = {}
-    measure(rung, Truths(rung.loaded, [rung.loaded.trimmed], load_library(), 4, 3, tmp_path, said.append))
-    assert rung.errors == measured_first and said == ["computing the truth of s1b1sun"]  # the second time it is kept
+    averages, whole = (entry["share_of_radiance"]["rms"]["value"] for entry in (shares["exact_tables"], shares))
+    assert 0 < averages < whole and whole == pytest.approx(rms, rel=1e-12)
 
 
-def test_scenes_lie_inside_the_axes_of_all_settings(loaded, tmp_path):
-    job = loaded.trimmed
-    narrow = job.model_copy(update={"atmosphere_grid": job.atmosphere_grid.model_copy(update={"range_km": [0.01, 3]})})
-    truths = Truths(loaded, [job, narrow], load_library(), 4, 3, tmp_path, lambda _: None)
-    assert truths.grid.range_km[[0, -1]].tolist() == [0.01, 3]
-    assert truths.key != Truths(loaded, [job], load_library(), 4, 3, tmp_path, lambda _: None).key
+@pytest.mark.validation  # of the front of 20 s
+def test_a_finished_rung_is_kept_and_a_changed_job_is_built_again(run, loaded, monkeypatch):
+    folder, first, _ = run
+
+    def refuse(*_, **__):
+        raise InputError("is not to be built")
+
+    monkeypatch.setattr(module, "build", refuse)
+    monkeypatch.setattr(front_module, "settings_of", four_settings)
+    again = measured(loaded, folder, OPTIONS)
+    assert [rung.setting.name for rung in again.rungs] == [AS_WRITTEN, STEPS]
+    assert [rung.cost for rung in again.rungs] == [rung.cost for rung in first.rungs]
+    assert again.failed == first.failed and REFUSED in again.failed  # it is not tried again
+    # The job is changed last: what it replaces is deleted.
+    content = loaded.document.data | {"materials": ["grass_green"]}
+    changed = measured(load_job(content), folder, OPTIONS)
+    assert not changed.rungs and changed.failed[AS_WRITTEN] == "is not to be built"
 
 
 def test_stages_add_up_to_the_build():

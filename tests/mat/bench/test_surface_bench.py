@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from surface_oracle import solve_oracle
 
-from mat.maintain.bench import energyplus
 from skyshine.mat.api.examples import starter_files
+from skyshine.mat.bench import energyplus
 from skyshine.mat.bench.marching import Grid, march
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
 from skyshine.mat.surface.column_forcing import Forcing
@@ -64,9 +64,9 @@ def test_marching_comes_to_the_periodic_solution(theta, limit):
 
 
 def test_energyplus_is_asked_for_a_closed_prism():
-    text = energyplus.model(1, walls=6)
+    text = energyplus.model(4, 25, 0.4, walls=6)
     assert text.count("Wall, wall, inside, , Outdoors") == 6 and text.count("Roof") == 1
-    assert "6, 21, 2017, 6, 21, 2017" in text and "12, 31, 2017" in energyplus.model(energyplus.YEAR)
+    assert "Timestep, 4;" in text and "0.4, MinimalShadowing, 25" in text
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from skyshine.mat.budget.budget import error_budget
 from skyshine.mat.budget.built_tables import Tables
 from skyshine.mat.budget.circumstances import Circumstances
 from skyshine.mat.budget.measurement import Measurement
-from skyshine.mat.budget.pixel import PixelTruth, Scenes, temperature_among
+from skyshine.mat.budget.pixel import PixelTruth, Scenes
 from skyshine.mat.budget.runtime_terms import (
     AtmosphereReadings,
     Emission,
@@ -25,7 +25,7 @@ from skyshine.mat.budget.runtime_terms import (
 )
 from skyshine.mat.budget.sizes import measures
 from skyshine.mat.budget.summary import BITS, PixelScale, describe
-from skyshine.mat.budget.truth import FacetTruth, Prepared
+from skyshine.mat.budget.truth import FINE_STEPS, FacetTruth, Prepared
 from skyshine.mat.cli import main
 from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.results import SpectralLines
@@ -83,11 +83,12 @@ def test_other_air_changes_the_pixel_by_its_light(prepared, honest, small_build)
     truth = FacetTruth(replace(prepared, exact=air), load_library(), tables.materials, "sun")
     pixel = PixelTruth.of(Scenes(truth, views, alone), tables)
     kelvin = truth.temperature(views.normal, views.surface_altitude, views.time)
-    assert pixel._radiance_in(air, tables, kelvin) == pytest.approx(pixel.radiance + pixel.averages, rel=1e-4)
-    read = temperature_among(tables, views, alone)
-    change = pixel._radiance_in(coarser, tables, read) - pixel._radiance_in(air, tables, read)
-    assert pixel.error(tables, airs=(air, coarser)) - pixel.error(tables) == pytest.approx(change, rel=1e-6, abs=1e-12)
-    assert np.any(change != 0)
+    assert pixel.radiance_in(tables, kelvin, air) == pytest.approx(pixel.radiance + pixel.averages, rel=1e-4)
+    change = pixel.radiance_in(tables, kelvin, coarser) - pixel.radiance_in(tables, kelvin, air)
+    assert np.any(change != 0) and np.abs(change).max() < 0.1 * pixel.radiance.max()
+    # As many steps as the truth has change nothing.
+    assert pixel.error(tables, steps=FINE_STEPS) == pytest.approx(pixel.error(tables), rel=1e-6, abs=1e-9)
+    assert np.any(np.abs(pixel.error(tables, steps=24) - pixel.error(tables)) > 1e-6)
 
 
 def test_extrapolation_grows_with_the_field_of_view(honest):

@@ -24,8 +24,10 @@ def asked(monkeypatch):
     from skyshine.mat.bench import front as bench_front
 
     calls = []
-    monkeypatch.setattr(bench_front, "measured", lambda loaded, *_: calls.append(loaded.trimmed.name) or [])
-    monkeypatch.setattr(module, "_print", lambda result: None)
+    monkeypatch.setattr(bench_front, "measured", lambda loaded, *_: calls.append(loaded.trimmed.name))
+    monkeypatch.setattr(bench_front, "describe", lambda _: {})
+    monkeypatch.setattr(module, "_write", lambda *_: None)
+    monkeypatch.setattr(module, "_print", lambda _: None)
     return calls
 
 

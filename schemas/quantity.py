@@ -25,3 +25,8 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
+
+
+def short(value: float | None) -> str:
+    """A number in three digits for a table; a dash for none."""
+    return "-" if value is None else f"{value:.3g}"

@@ -7,6 +7,7 @@ from typing import Any
 from skyshine.mat.bench.charts import Bar, Mark, front_chart, seconds_text, stage_chart, symbol
 from skyshine.mat.bench.rungs import STAGES
 from skyshine.mat.budget.page import template
+from skyshine.schemas.quantity import short
 
 MOST_BANDS = 3  # with a column of their own; the JSON has all
 _TEMPLATE = "front.html.j2"
@@ -35,18 +36,14 @@ def render(front: dict[str, Any]) -> str:
         charts["front"] = front_chart(_marks(front["rungs"]), reference["error"]["units"], reference["floor"]["value"])
         charts["stages"] = stage_chart(_bars(front["rungs"]), STAGES)
     keys = [(symbol(shape), words) for shape, words in KEYS.items()]
-    page = template(__package__, _TEMPLATE, {"short": _short, "spread": _spread, "seconds": seconds_text})
+    page = template(__package__, _TEMPLATE, {"short": short, "spread": _spread, "seconds": seconds_text})
     bands = front["rungs"][0]["by_band"][:MOST_BANDS] if front["rungs"] else []
     return page.render(front=front, charts=charts, keys=keys, stages=STAGES, bands=bands)
 
 
-def _short(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3g}"
-
-
 def _spread(values: list[float]) -> str:
     """The least and the most of some values, or the only one."""
-    low, high = _short(min(values)), _short(max(values))
+    low, high = short(min(values)), short(max(values))
     return low if low == high else f"{low}\u2013{high}"
 
 
@@ -77,7 +74,7 @@ def _bars(rungs: list[dict[str, Any]]) -> list[Bar]:
         Bar(
             rung["name"],
             [rung["stages"][name]["value"] for name in STAGES],
-            f"{_short(rung['time']['value'])} s, {_short(rung['error']['value'])} {rung['error']['units']}",
+            f"{short(rung['time']['value'])} s, {short(rung['error']['value'])} {rung['error']['units']}",
         )
         for rung in rungs
     ]

@@ -15,6 +15,7 @@ from skyshine.mat.budget.frames import FIELDS_OF_VIEW
 from skyshine.mat.budget.sizes import kelvin
 from skyshine.mat.budget.summary import SLANTS, WHOLE, by_size
 from skyshine.schemas.chart_style import BLACK, BLUE, COLOURS, VERMILLION, chart_style, name_lines, new_figure
+from skyshine.schemas.quantity import short
 
 if TYPE_CHECKING:
     import jinja2
@@ -39,7 +40,7 @@ def render(report: dict[str, Any], budgets: Sequence[Budget]) -> str:
         HTML with style and plots inside.
     """
     filters: dict[str, Callable[..., object]] = {
-        "short": _short,
+        "short": short,
         "by_size": by_size,
         "signed": _signed,
         "units": _units,
@@ -59,10 +60,6 @@ def template(package: str, name: str, filters: Mapping[str, Callable[..., object
     )
     environment.filters.update(filters)
     return environment.from_string(resources.files(package).joinpath(name).read_text(encoding="utf-8"))
-
-
-def _short(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3g}"
 
 
 def _signed(value: float) -> str:

@@ -48,6 +48,17 @@ class YamlValue(click.ParamType):  # type: ignore[type-arg]  # generic only sinc
         return [CompletionItem(name) for name in self.names if name.startswith(incomplete)]
 
 
+def in_order(options: Sequence[Callable[[Command], Command]]) -> Callable[[Command], Command]:
+    """Adds options to a command, whose help lists them in this order, as a decorator."""
+
+    def add(command: Command) -> Command:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return add
+
+
 def model_options(
     model: type[BaseModel], fields: Mapping[str, str], defaults: Mapping[str, str] | None = None
 ) -> Callable[[Command], Command]:
@@ -84,12 +95,7 @@ def model_options(
             )
         )
 
-    def add(command: Command) -> Command:
-        for option in reversed(options):
-            command = option(command)
-        return command
-
-    return add
+    return in_order(options)
 
 
 def axis_option(

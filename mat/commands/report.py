@@ -9,6 +9,7 @@ import click
 
 from skyshine.schemas.commands import echo_table, emit_json, json_option, progress
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.quantity import short
 
 
 @click.command(epilog="Example: mat report demo/job.yaml --out report.html")
@@ -76,8 +77,8 @@ def _print(report: dict[str, Any]) -> None:
         rows = [
             (
                 error["what"],
-                *(_number(error["temperature"][key]["value"]) for key in ("rms", "p99", "maximum")),
-                *(_number(error["radiance"][key]["value"]) for key in ("rms", "p99", "maximum")),
+                *(short(error["temperature"][key]["value"]) for key in ("rms", "p99", "maximum")),
+                *(short(error["radiance"][key]["value"]) for key in ("rms", "p99", "maximum")),
             )
             for error in (budget["errors"][name] for name in by_size(budget["errors"]))
         ]
@@ -86,7 +87,3 @@ def _print(report: dict[str, Any]) -> None:
     for note in report["notes"]:
         click.echo(note)
     click.echo(report["headline"])
-
-
-def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3g}"

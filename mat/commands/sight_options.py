@@ -7,7 +7,7 @@ from collections.abc import Callable
 import click
 
 from skyshine.mat.commands import completions
-from skyshine.mat.commands.model_options import axis_option
+from skyshine.mat.commands.model_options import axis_option, in_order
 from skyshine.mat.job.atmosphere import AtmosphereGrid
 from skyshine.mat.job.surface import SurfaceGrid
 from skyshine.schemas.commands import Command
@@ -40,10 +40,4 @@ def sight_options(band_help: str) -> Callable[[Command], Command]:
         axis_option(SurfaceGrid, "azimuth_deg", "--heading", 0.0, what="Azimuth of the line of sight"),
         axis_option(SurfaceGrid, "altitude_km", "--altitude", note="; by default the lowest of the tables"),
     ]
-
-    def add(command: Command) -> Command:
-        for option in reversed(options):
-            command = option(command)
-        return command
-
-    return add
+    return in_order(options)

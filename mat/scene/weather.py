@@ -20,7 +20,7 @@ from skyshine.mat.surface.ground_year import GroundSeason
 from skyshine.mat.surface.measured import MeasuredRadiation
 from skyshine.mat.surface.sun_path import SunPath, sun_hours
 from skyshine.mat.surface.vapour import saturation_pressure
-from skyshine.mat.surface.weather import NearSurfaceAir, Wetting, from_extremes, from_hours
+from skyshine.mat.surface.weather import NearSurfaceAir, from_extremes, from_hours
 from skyshine.schemas.arrays import Floats
 
 _QUARTERS = np.arange(0, 24, 0.25)  # hours at which a mean of the day is taken
@@ -91,16 +91,6 @@ def _air_of_day(sun: SunPath, readings: Weather, tables: Sequence[HourlyWeather]
     if table.soil_moisture_m3_m3 is not None:
         air = replace(air, soil_moisture=np.interp(sun_hours(), hours, series("soil_moisture_m3_m3")))
     return _measured_at(readings, air)
-
-
-def wetting_of(readings: Weather) -> Wetting:
-    """What of a weather the skins of surfaces need to know, before its air is known: the mean of moisture is that of
-    the readings.
-    """
-    moistures = readings.water.get("soil_moisture_m3_m3")
-    return Wetting(
-        "rain_mm_h" in readings.water, None if moistures is None else float(np.mean(np.concatenate(moistures)))
-    )
 
 
 def _measured_at(readings: Weather, air: NearSurfaceAir) -> NearSurfaceAir:

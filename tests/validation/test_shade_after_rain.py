@@ -9,7 +9,6 @@ import pytest
 from skyshine.mat.job.load import load_job
 from skyshine.mat.products.shade_error import stored_response
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
-from skyshine.mat.scene.weather import wetting_of
 from skyshine.mat.surface.balance import Balance
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.response import response_table
@@ -69,10 +68,10 @@ def solved(material, scene):
 def errors(request):
     """By material: errors of the reading (faces x shades, FINE_STEPS) and change that the shade makes [K]."""
     job = load_job(rainy_job(RAINS[request.param])).trimmed
-    inputs, wetting = scene_inputs(job, 1), wetting_of(job.states[0].weather)
+    inputs = scene_inputs(job, 1)
     library = load_library()
     by_material = {}
-    for material in surface_materials([library[name] for name in NAMES], None, wetting):
+    for material in surface_materials([library[name] for name in NAMES], None, inputs[1].wetting):
         table = response_table([material], Scene(*inputs, ALTITUDE, np.array([0.0, 90.0]), np.zeros(2)))
         response, rows, changes = stored_response(table), [], []
         for slope, azimuth in FACES:

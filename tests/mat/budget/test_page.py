@@ -2,7 +2,7 @@
 
 import pytest
 
-from skyshine.mat.budget.page import _short
+from skyshine.schemas.quantity import short
 
 
 @pytest.mark.parametrize(
@@ -10,4 +10,4 @@ from skyshine.mat.budget.page import _short
     [(None, "-"), (0.0, "0"), (0.00012345, "0.000123"), (3.14159, "3.14"), (-271.8, "-272"), (1234.5, "1.23e+03")],
 )
 def test_three_digits_and_a_dash_for_what_is_not_known(value, text):
-    assert _short(value) == text
+    assert short(value) == text

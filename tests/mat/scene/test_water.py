@@ -9,7 +9,6 @@ import skyshine.mat
 from skyshine.mat.api.temperature import surface_material
 from skyshine.mat.job.load import load_job
 from skyshine.mat.scene.moisture import film_skin, optics
-from skyshine.mat.scene.weather import wetting_of
 from skyshine.mat.surface.measured_skin import read_measured
 from skyshine.mat.surface.weather import Wetting
 from skyshine.mat.surface.weather_readings import read_record
@@ -144,13 +143,6 @@ def test_a_fit_refuses_water_and_says_so(tmp_path):
     file = record(tmp_path, ",surface_temperature[C],rain", lambda hour: ",20,0")
     with pytest.raises(InputError, match="found the column rain; allowed: .*remove the column"):
         read_measured(file)
-
-
-def test_wetting_of_a_weather_before_its_air_is_known():
-    loaded = load_job(job({"soil_moisture_m3_m3": [0.1] * 24, "rain_mm_h": [0.0] * 24}))
-    weather = loaded.trimmed.states[0].weather
-    assert wetting_of(weather) == Wetting(True, pytest.approx(0.1))
-    assert wetting_of(load_job(job()).trimmed.states[0].weather) == Wetting()
 
 
 @pytest.mark.parametrize(

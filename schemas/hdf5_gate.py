@@ -302,7 +302,9 @@ def _names(item: Any) -> list[bytes]:
 _passed: dict[str, tuple[int, ...]] = {}  # files that the gate let through, with what changes when they do
 _REMEMBERED = 256  # files that were checked in this process
 _PACKAGED = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "atmospheres", "")
-_SETTLED = 2.0  # s; a file changed less long ago may change again without a change of its times
+# A file changed less long ago, in seconds, may change again without a change of its times: FAT counts 2 s. Times that
+# are not of whole hundredths of a second are those of a kernel, which counts 0.01 s or less.
+_SETTLED, _SETTLED_FINE, _HUNDREDTH = 2.0, 0.05, 10_000_000
 
 
 def pass_gate(path: StrPath, file: h5py.File) -> None:
@@ -321,11 +323,12 @@ def pass_gate(path: StrPath, file: h5py.File) -> None:
 
 
 def settled_stamp(path: StrPath) -> tuple[int, ...] | None:
-    """What changes when a file does; None where it is not there, or changed less than `_SETTLED` ago."""
+    """What changes when a file does; None where it is not there, or changed less long ago than its times tell."""
     try:
         status = os.stat(path)
     except OSError:
         return None
-    if time.time() - status.st_mtime <= _SETTLED:
+    last = max(status.st_mtime, status.st_ctime)  # a copy may keep the former
+    if time.time() - last <= (_SETTLED_FINE if status.st_ctime_ns % _HUNDREDTH else _SETTLED):
         return None
     return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns

@@ -206,17 +206,25 @@ def builds_here():
         yield
 
 
+def built_alone(loaded, folder, kind):
+    """Path of the first file of a kind, to which no other file of the job is built."""
+    plan = make_plan(loaded, load_library())
+    task = next(task for task in plan.tasks if task.kind is kind)
+    with few_lines():
+        run_task(task, loaded, folder, plan.materials, True)
+    return folder / task.files[0]
+
+
 @pytest.fixture(scope="session")
 def build_surface():
     """Builds the table of temperatures of a job's first state and no other file; gives its path."""
+    return lambda loaded, folder: built_alone(loaded, folder, Kind.TEMPERATURE)
 
-    def built(loaded, folder):
-        plan = make_plan(loaded, load_library())
-        task = next(task for task in plan.tasks if task.kind is Kind.TEMPERATURE)
-        run_task(task, loaded, folder, plan.materials, True)
-        return folder / task.files[0]
 
-    return built
+@pytest.fixture(scope="session")
+def build_atmosphere():
+    """Builds the atmosphere of a job's first state and band and no other file; gives its path."""
+    return lambda loaded, folder: built_alone(loaded, folder, Kind.ATMOSPHERE)
 
 
 def written_once(folder, text, write_files=lambda folder: None):
@@ -254,15 +262,11 @@ def build_once(folder_of_the_run):
 def channel_atmosphere(folder_of_the_run):
     """Path of an atmosphere in channels, of a band of few lines, to which no other file is built."""
     job = written_once(folder_of_the_run / "channels", CHANNEL_JOB)
-    loaded = load_job(job)
-    plan = make_plan(loaded, load_library())
-    task = next(task for task in plan.tasks if task.kind is Kind.ATMOSPHERE)
     with FileLock(job.parent / "lock"):
         if not (job.parent / "whole").exists():
-            with few_lines():
-                run_task(task, loaded, job.parent, plan.materials, True)
+            built_alone(load_job(job), job.parent, Kind.ATMOSPHERE)
             (job.parent / "whole").touch()
-    return job.parent / task.files[0]
+    return job.parent / "s01b01.atmq.h5"
 
 
 @pytest.fixture(scope="session")

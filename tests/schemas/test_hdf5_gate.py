@@ -5,13 +5,16 @@ import resource
 import time
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pytest
 
+from skyshine.schemas import hdf5_gate
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, open_database, read_file, write_file
+from skyshine.schemas.hdf5_gate import settled_stamp
 
 HEADER = Header("band", "materials 1.0.0", "name: x\n", "A title")
 
@@ -271,13 +274,33 @@ def test_a_pipe_or_a_device_is_refused_without_waiting(tmp_path):
 
 
 def test_a_file_that_changes_after_it_has_passed_is_looked_at_again(good):
-    os.utime(good, (1, 1))
+    while settled_stamp(good) is None:
+        time.sleep(0.01)
     read_file(good)
     read_file(good)
     with h5py.File(good, "r+") as file:
         file["other"] = h5py.SoftLink("/beta")
     with pytest.raises(InputError, match="is a soft or external link"):
         read_file(good)
+
+
+@pytest.mark.parametrize(("age", "settled"), [(0.01, False), (0.2, True)])
+def test_times_of_whole_seconds_settle_later(good, monkeypatch, age, settled):
+    """As those of FAT, which has 2 s."""
+    real = os.stat(good)
+    fine, coarse = 1_700_000_000_123_456_789, 1_700_000_000_000_000_000
+    for stamp, expected in ((fine, settled), (coarse, False)):
+        status = SimpleNamespace(
+            **{name: getattr(real, name) for name in ("st_dev", "st_ino", "st_size")},
+            st_mtime=stamp / 1e9,
+            st_ctime=stamp / 1e9,
+            st_mtime_ns=stamp,
+            st_ctime_ns=stamp,
+        )
+        with monkeypatch.context() as patch:
+            patch.setattr(hdf5_gate.os, "stat", lambda _, status=status: status)
+            patch.setattr(hdf5_gate.time, "time", lambda stamp=stamp: stamp / 1e9 + age)
+            assert (settled_stamp(good) is not None) == expected
 
 
 def test_the_limit_of_an_array_can_be_raised_and_must_be_a_number(good, monkeypatch):

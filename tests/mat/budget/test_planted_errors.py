@@ -139,6 +139,17 @@ def test_three_wrong_tables_show_under_their_names(honest, planted):
         assert rms(wrong.errors[name]) == pytest.approx(rms(honest.errors[name]), rel=1e-3), name
 
 
+def test_air_too_opaque_and_harmonics_too_large_show_under_their_names(honest, planted):
+    wrong = planted(
+        ("s01b01.atmq.h5", "log_mean_extinction", lambda log: log + 0.3),
+        ("s01b01.atmq.h5", "thermal_harmonics", lambda light: 1.2 * light),
+    )
+    for name in ("beta_star_table", "tilted_sky"):
+        assert rms(wrong.errors[name] - honest.errors[name]) > rms(honest.errors[name]), name
+    for name in ("temperature_table", "compiled_band", "reflectance", "solver_steps"):
+        assert rms(wrong.errors[name]) == pytest.approx(rms(honest.errors[name]), rel=1e-6), name
+
+
 def test_wavelengths_of_emission_show_as_emitted_transmittance(honest, planted):
     wrong = planted(("s01b01.atmq.h5", "thermal_wavelength_share", lambda share: np.roll(share, 4, axis=1)))
     moved = wrong.errors["emitted_transmittance"] - honest.errors["emitted_transmittance"]

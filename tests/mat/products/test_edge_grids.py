@@ -7,13 +7,12 @@ from skyshine.mat.job.load import load_job
 from skyshine.mat.tables.verify import problems
 
 
-def test_no_point_above_the_ground_is_stated_as_none_measured(build_inline, tiny_job, tmp_path):
+def test_no_point_above_the_ground_is_stated_as_none_measured(build_atmosphere, tiny_job, tmp_path):
     text = tiny_job().replace("range_km: [0.001, 5]", "range_km: [5, 20]")
     text = text.replace("elevation_deg: [-90, 0, 90]", "elevation_deg: [-90, -60]")
     assert "[5, 20]" in text and "[-90, -60]" in text
     (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
-    build_inline(load_job(tmp_path / "job.yaml"))
-    file = tmp_path / "built" / "s01b01.atmq.h5"
+    file = build_atmosphere(load_job(tmp_path / "job.yaml"), tmp_path)
     table = skyshine.mat.open(file)
     assert problems(file) == [] and not table.root.groups["grid"].variables["valid"].data.any()
     stated = table.error("beta_star")

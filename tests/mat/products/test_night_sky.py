@@ -30,13 +30,12 @@ JOB = {
 
 
 @pytest.fixture(scope="module")
-def tables(tmp_path_factory, build_inline):
+def tables(tmp_path_factory, build_atmosphere):
     def built(factor):
         job = copy.deepcopy(JOB)
         job["states"][0]["night_sky"] = factor
-        loaded = load_job(job, folder=tmp_path_factory.mktemp("night"))
-        build_inline(loaded, jobs=1)
-        return skyshine.mat.open(loaded.output_folder / "s01b01.lunar_atmq.h5")
+        folder = tmp_path_factory.mktemp("night")
+        return skyshine.mat.open(build_atmosphere(load_job(job, folder=folder), folder))
 
     return built(0.0), built(1.0)
 

@@ -68,14 +68,13 @@ def test_light_measured_at_night_is_refused_by_the_check_as_by_the_build(tiny_jo
         check_scene(load_job(tmp_path / "job.yaml"))
 
 
-def test_observers_far_above_the_air_that_hardly_look_at_it_are_built(build_inline, tiny_job, tmp_path):
+def test_observers_far_above_the_air_that_hardly_look_at_it_are_built(build_atmosphere, tiny_job, tmp_path):
     text = level(tiny_job()).replace("altitude_km: [0.01, 1]", "altitude_km: [80000, 90000]")
     text = text.replace("[-90, 0, 90]", "[0, 90]")
     (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
     loaded = load_job(tmp_path / "job.yaml")
     check_scene(loaded)
-    build_inline(loaded, jobs=1)
-    assert problems(tmp_path / "built" / "s01b01.atmq.h5") == []
+    assert problems(build_atmosphere(loaded, tmp_path)) == []
 
 
 @pytest.mark.filterwarnings("error")

@@ -101,11 +101,10 @@ def test_ground_of_a_material_has_its_emissivity_and_its_temperature_by_the_hour
     assert sun.root.axes["harmonic"].values.size == 11
 
 
-def test_a_job_of_level_faces_leaves_harmonics_out(build_inline, tiny_job, tmp_path):
+def test_a_job_of_level_faces_leaves_harmonics_out(build_atmosphere, tiny_job, tmp_path):
     text = tiny_job().replace("slope_deg: [0, 45]", "slope_deg: [0]")
     (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
-    build_inline(load_job(tmp_path / "job.yaml"), jobs=1)
-    table = skyshine.mat.open(tmp_path / "built" / "s01b01.atmq.h5")
+    table = skyshine.mat.open(build_atmosphere(load_job(tmp_path / "job.yaml"), tmp_path))
     assert HARMONICS not in table.quantities and "ground_radiance" not in table.attributes
     assert table.ambient_radiance(slope=0.0, **PLACE) == table.value("ambient_radiance", **PLACE)
     with pytest.raises(InputError, match="has no ambient_radiance_harmonics; allowed: slope 0"):

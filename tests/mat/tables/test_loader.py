@@ -1,9 +1,9 @@
 """Opening databases and their flat export: lazily, from several threads, per-axis policies, clear refusals."""
 
 import json
-import os
 import re
 import shutil
+import time
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -20,6 +20,7 @@ from skyshine.mat.tables.loader import open_as
 from skyshine.mat.tables.raw import export_raw, read_raw
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import read_file
+from skyshine.schemas.hdf5_gate import settled_stamp
 
 FILES = ["b01.band.h5", "s01.htt.h5", "s01b01.atmq.h5", "s01b01.lunar_atmq.h5"]
 PLACE = {"altitude": 0.3, "azimuth": 100.0, "slope": 20.0, "time": 7.0}
@@ -54,7 +55,8 @@ def test_arrays_are_read_when_first_asked_for(copied):
 
 
 def test_a_file_is_listed_once_until_it_changes(copied, monkeypatch):
-    os.utime(copied, (1, 1))
+    while settled_stamp(copied) is None:
+        time.sleep(0.01)
     first = skyshine.mat.open(copied)
     hour = first.root.axes["time"].values[0]
     first.temperature(material="asphalt_road", **PLACE)

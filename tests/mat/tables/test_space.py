@@ -5,6 +5,7 @@ import pytest
 
 import skyshine.mat
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
+from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.channels.coordinates import TOP_KM, Entry
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.scattering_angle import scattering_angle
@@ -26,8 +27,10 @@ output: {folder: built, pictures: false}
 
 
 @pytest.fixture(scope="module")
-def air(build_once):
-    return skyshine.mat.open(build_once("orbit", JOB) / "s01b01.atmq.h5")
+def air(build_atmosphere, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("orbit")
+    (folder / "job.yaml").write_text(JOB, encoding="utf-8")
+    return skyshine.mat.open(build_atmosphere(load_job(folder / "job.yaml"), folder))
 
 
 def vectors(altitude, elevation, up, azimuth):

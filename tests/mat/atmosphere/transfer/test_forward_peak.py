@@ -152,9 +152,7 @@ def test_a_few_points_are_enough_for_the_peak_of_a_wide_band(isothermal, monkeyp
     assert np.abs(lights[0] - lights[1]).max() < 5e-3
 
 
-@pytest.mark.parametrize(
-    ("altitude", "optical_depth"), [(1.5e3, 1e-2), (1.5e3, 1.0), (0.0, 30.0), (0.0, 1e4), (1.5e3, 1e4), (1.2e4, 1e4)]
-)
+@pytest.mark.parametrize(("altitude", "optical_depth"), [(1.5e3, 1e-2), (0.0, 1e4), (1.5e3, 1e4), (1.2e4, 1e4)])
 def test_light_is_finite_and_not_negative_in_any_depth(air, altitude, optical_depth):
     thick = air((0.0, 1e-26), clouds=[CloudLayer("water", 1e3, 2e3, 10.0, optical_depth)])
     for elevation, source in ((0.6, 0.6), (-0.02, -0.02), (-0.6, -0.6)):  # the last two: the Earth hides the source

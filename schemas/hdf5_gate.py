@@ -326,7 +326,7 @@ def settled_stamp(path: StrPath) -> tuple[int, ...] | None:
     """What changes when a file does; None where it is not there, or changed less long ago than its times tell."""
     try:
         status = os.stat(path)
-    except OSError:
+    except (OSError, ValueError):  # the latter of a zero byte in the path
         return None
     last = max(status.st_mtime, status.st_ctime)  # a copy may keep the former
     if time.time() - last <= (_SETTLED_FINE if status.st_ctime_ns % _HUNDREDTH else _SETTLED):

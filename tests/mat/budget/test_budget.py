@@ -12,6 +12,7 @@ from click.testing import CliRunner
 from skyshine.mat.budget.budget import error_budget
 from skyshine.mat.budget.built_tables import Tables
 from skyshine.mat.budget.circumstances import Circumstances
+from skyshine.mat.budget.measurement import Measurement
 from skyshine.mat.budget.pixel import PixelTruth, Scenes
 from skyshine.mat.budget.runtime_terms import (
     AtmosphereReadings,
@@ -47,7 +48,11 @@ def budget_of(prepared):
 
 @pytest.fixture(scope="module")
 def honest(budget_of, small_build):
-    return budget_of(small_build)
+    """Without the rows of other air, which the page of a report has."""
+    with pytest.MonkeyPatch.context() as patch:
+        for rows_of_air in ("of_weather", "of_continua"):
+            patch.setattr(Measurement, rows_of_air, lambda _: {})
+        return budget_of(small_build)
 
 
 def rms(error):

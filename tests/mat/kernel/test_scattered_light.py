@@ -108,7 +108,7 @@ def test_phase_functions_given_by_line(case, name):
     assert np.abs(light / np.maximum(air.scattered_light.along(*lines.arguments), 1e-30) - 1).max() > 0.1
 
 
-@pytest.mark.parametrize("depth", [0.0, 1e-9, 1.0, 1e4, 1e30])
+@pytest.mark.parametrize("depth", [0.0, 1e-9, 1e4, 1e30])
 @pytest.mark.parametrize("name", ["clear", "cloud"])
 def test_depths_of_any_size(case, name, depth):
     """Depths of the segments that are not those of the air: nothing overflows, and each counts as it should."""

@@ -11,6 +11,7 @@ def test_the_drawn_files_are_in_the_checkout(pytestconfig, name):
     assert "s30" in text and "61" in text
 
 
+@pytest.mark.validation  # 3 s: a program of developers
 def test_a_build_is_drawn(tmp_path, tiny_job, build_inline, monkeypatch):
     monkeypatch.setattr(build_words, "build", build_inline)
     text, picture = build_words.draw(tmp_path, tiny_job(), steps=(1, 3))

@@ -5,10 +5,8 @@ import struct
 
 import numpy as np
 import pytest
-from filelock import FileLock
 from PIL import Image
 
-from skyshine.mat.job.load import load_job
 from skyshine.mat.render.scene_file import load_scene
 from skyshine.materials.library import load_library
 from skyshine.tmm import TextureJob, map_texture, write_texture
@@ -105,15 +103,7 @@ def scene_of(plain_texture):
 
 
 @pytest.fixture(scope="session")
-def one_material(folder_of_the_run, tiny_job, build_inline):
+def one_material(tiny_job, build_once):
     """Folder of the databases of asphalt alone, whose tables hold the Sun at every hour."""
-    folder = folder_of_the_run / "one_material"
-    folder.mkdir(exist_ok=True)
     text = tiny_job().replace("source_elevation_deg: [-20, 60]", "source_elevation_deg: [-20, 0, 30, 60, 90]")
-    text = text.replace("[00:00, 12:00]", "[00:00, 04:00, 08:00, 12:00, 16:00, 20:00]")
-    with FileLock(folder / "lock"):
-        if not (folder / "whole").exists():
-            (folder / "job.yaml").write_text(text, encoding="utf-8")
-            build_inline(load_job(folder / "job.yaml"), jobs=1)
-            (folder / "whole").touch()
-    return folder / "built"
+    return build_once("one_material", text.replace("[00:00, 12:00]", "[00:00, 04:00, 08:00, 12:00, 16:00, 20:00]"))

@@ -126,13 +126,8 @@ def test_a_cavity_at_rest_is_two_conductances_in_line():
         assert 0.9 * SIGMA * surface**4 - 180.0 == pytest.approx(through, abs=2e-3)
 
 
-@pytest.mark.parametrize(
-    "back",
-    [  # 3 s each
-        replace(CAVITY, capacity=3e5),
-        *(pytest.param(each, marks=pytest.mark.validation) for each in (CAVITY, Back("open", coefficient=8.0))),
-    ],
-)
+@pytest.mark.validation  # 3 s each; by day `test_days_before_reach_a_cavity` marches through one
+@pytest.mark.parametrize("back", [replace(CAVITY, capacity=3e5), CAVITY, Back("open", coefficient=8.0)])
 def test_cavities_agree_with_a_march_in_finite_volumes(back):
     chosen = material(back)
     marched = march(chosen, windy(1152), 1152, 30, 10, 1.0)[:, ::6]

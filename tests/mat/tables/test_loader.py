@@ -75,6 +75,11 @@ def test_a_file_is_listed_once_until_it_changes(copied, monkeypatch):
     assert skyshine.mat.open(copied).root.axes["time"].values[0] == 0.5
 
 
+def test_a_path_that_no_file_has_is_one_line():
+    with pytest.raises(InputError, match="cannot be read"):
+        skyshine.mat.open("a\0b")
+
+
 def test_a_file_built_again_since_it_was_opened_is_not_mixed_with_the_old_one(copied):
     table = skyshine.mat.open(copied)
     with h5py.File(copied, "r+") as file:

@@ -106,7 +106,7 @@ def _content(file: str) -> dict[str, Any]:
     root, attributes = read_file(file, lazy=True)
     grid = {name: _described(group) for name, group in root.groups.items() if name == GRID}
     return {
-        "attributes": {name: str(value) for name, value in attributes.items() if name != "job"},
+        "attributes": {name: _shown(value) for name, value in attributes.items() if name != "job"},
         **_described(root),
         "groups": list(root.groups),
         **grid,
@@ -133,7 +133,7 @@ def _accuracy(root: Group) -> dict[str, Any]:
     group = root.groups.get("accuracy")
     if group is None:
         return {}
-    result: dict[str, Any] = {"attributes": {name: str(value) for name, value in group.attributes.items()}}
+    result: dict[str, Any] = {"attributes": {name: _shown(value) for name, value in group.attributes.items()}}
     for name, variable in group.variables.items():
         labels = [[str(label) for label in group.axes[dim].values] for dim in variable.dims]
         result[name] = {"units": variable.units, "values": _labelled(labels, variable.data.tolist())}
@@ -211,3 +211,8 @@ def _rows(values: dict[str, Any]) -> dict[str, float | None]:
 
 def _number(value: float | None) -> str:
     return "" if value is None else f"{value:.3g}"
+
+
+def _shown(value: Any) -> str:
+    """A value of an attribute as text, a number with six digits."""
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

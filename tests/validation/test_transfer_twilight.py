@@ -148,7 +148,7 @@ def test_the_truth_is_plane_under_a_high_sun():
     assert spherical == pytest.approx(below, rel=0.025)
 
 
-def test_clear_sky_of_low_sun():
+def test_clear_sky_of_low_sun(quoted):
     state, point = scene("clear")
     print(f"\nclear: radiance less that of sasktran2, %; lines at elevation, azimuth from the Sun: {LINES}")
     errors = []
@@ -156,14 +156,16 @@ def test_clear_sky_of_low_sun():
         reference = truth(state, point, sun, LINES)
         errors.append(ours(state, point, sun, LINES) / reference - 1)
         print(f"Sun {sun:+4.0f}:", " ".join(f"{100 * e:+7.1f}" for e in errors[-1]), "  of", reference)
+    quoted("light.twilight.clear", f"{100 * np.abs(errors).max():.1f}", "%")
     assert np.abs(errors).max() < TOLERANCE
 
 
 @pytest.mark.parametrize("air", list(AIRS))
-def test_sky_of_low_sun(air):
+def test_sky_of_low_sun(air, quoted):
     state, point = scene(air)
     shells = spherical_monte_carlo.SphericalAir(*levels(state, point), ALBEDO)
     print(f"\n{air}: radiance less that of Monte Carlo, its standard error, %; lines at elevation, azimuth: {LINES}")
+    errors = {}
     for sun in LOW[air]:
         found = ours(state, point, sun, LINES)
         truths = [
@@ -173,6 +175,10 @@ def test_sky_of_low_sun(air):
         light, error = np.transpose(truths)
         print(f"Sun {sun:+4.0f}:", " ".join(f"{100 * e:+7.1f}" for e in found / light - 1), 100 * error / light)
         assert np.all(np.abs(found - light) < 0.10 * light + 2 * error)
+        errors[sun] = 100 * np.abs(found / light - 1).max()
+    quoted(f"light.twilight.{air}_4_down", f"{errors[-4.0]:.1f}", "%")
+    if air == "haze":
+        quoted("light.twilight.haze", f"{max(errors[sun] for sun in SUNS):.1f}", "%")
 
 
 def test_both_truths_agree_at_sunset():

@@ -13,6 +13,7 @@ from skyshine.mat.job.load import load_job
 from skyshine.mat.job.own_materials import job_materials, of_first_layer
 from skyshine.mat.radiometry.reflectance import solar_absorptance
 from skyshine.mat.scene.atmosphere import materials_digest
+from skyshine.mat.scene.material_summary import material_summary
 from skyshine.mat.scene.moisture import job_library
 from skyshine.materials.library import load_library
 from skyshine.materials.spectrum_files import Said, read_spectrum
@@ -71,6 +72,11 @@ def test_a_measured_spectrum_is_that_of_the_command(tmp_path):
     assert np.interp([5.0, 12.0], own.wavelength, own.reflectance) == pytest.approx([0.1, 0.3], abs=1e-3)
     assert [(r.kind, round(r.lower), round(r.upper)) for r in own.ranges][1][:2] == ("measured", 3)
     assert [r.kind for r in own.ranges] == ["proxy", "measured"]  # the nodes of concrete end there
+    scaled = text + "materials: {mine: {like: concrete, spectrum: measured.csv, emissivity: 0.8}}\n"
+    (tmp_path / "scaled.yaml").write_text(scaled)
+    mean = job_materials(load_job(tmp_path / "scaled.yaml").trimmed.own_materials)["mine"]
+    assert material_summary(mean)["thermal_emissivity"] == pytest.approx(0.8, abs=0.004)
+    assert np.interp(12.0, mean.wavelength, mean.reflectance) > np.interp(5.0, mean.wavelength, mean.reflectance) + 0.05
     before = materials_digest(job_library(load_job(job_file).trimmed), ("mine",))
     (tmp_path / "measured.csv").write_text((tmp_path / "measured.csv").read_text().replace(",0.3", ",0.4"))
     assert materials_digest(job_library(load_job(job_file).trimmed), ("mine",)) != before  # files are built again

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.atmosphere.band.compile import EVERYWHERE, CompiledBand
+from skyshine.mat.atmosphere.band.compile import EVERYWHERE, CompiledBand, air_at_all_points
 from skyshine.mat.atmosphere.state.ground_albedo import SpectralAlbedo
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.bounds import Scattering
@@ -132,7 +132,7 @@ class AtmosphereProduct:
         if compiled.dropped:
             report.notes.append(f"gases omitted: {_gases_left_out(compiled)}")
         scope = path_scope(loaded)
-        air = BandAtmosphere.of(of_band.air, compiled.band, scope=scope)
+        air = BandAtmosphere.of(of_band.air, compiled.band, scope=scope).tabulated
         light = Scattering.of(air.air).radiance(
             irradiance_of_sources(job, compiled.band), compiled.band.radiance_weight
         )
@@ -308,7 +308,7 @@ class _SourceTables:
         if self.reference is not None:
             air = self.reference[0].all_points[0]
         else:
-            air = SpectralAir.of(self.air.air.state, all_points.points, all_points.gases, all_points.weight)
+            air = air_at_all_points(self.air.air.state, all_points)
         irradiance = source_irradiance(self.loaded.trimmed, self.source, all_points.wavenumber, all_points.width)
         return air, PartedLight.of(all_points.wavenumber, all_points.radiance_weight, irradiance)
 

@@ -204,20 +204,16 @@ def cell_phases(air: SpectralAir, directions: Directions, source_elevation: Floa
     the cell's true solid angle, so that the sum of the cells is the whole.
     """
     source = np.stack([np.cos(source_elevation), np.zeros_like(source_elevation), np.sin(source_elevation)], axis=-1)
-    return [_cell_phase(air.optics.phase, directions, row, source) for row in range(directions.cosine.size)]
-
-
-def _cell_phase(phase: Floats, directions: Directions, row: int, source: Floats) -> Floats:
-    """Phase function of one zenith angle and sources in directions (S, 3)."""
-    samples = directions.samples[row]  # (A, N, 3)
-    angle = np.arccos(np.clip(np.einsum("anx,sx->san", samples, source), -1.0, 1.0))
-    position = angle.reshape(len(source) * directions.azimuths, -1) / PHASE_ANGLES[1]
+    angle = np.arccos(np.clip(np.einsum("danx,sx->dsan", directions.samples, source, optimize=True), -1.0, 1.0))
+    position = angle / PHASE_ANGLES[1]
     lower = np.minimum(position.astype(int), PHASE_ANGLES.size - 2)
-    index = lower + np.arange(len(position))[:, None] * PHASE_ANGLES.size
-    weight = np.zeros(len(position) * PHASE_ANGLES.size)
-    np.add.at(weight, index, lower + 1 - position)
-    np.add.at(weight, index + 1, position - lower)
-    scale = np.diff(directions.edges[row])[0] / directions.weight[row]
-    share = weight.reshape(len(position), PHASE_ANGLES.size) * scale / position.shape[1]
-    mean: Floats = np.einsum("sa,anc->nsc", share, phase, optimize=True)
-    return mean
+    cells, samples = lower[..., 0].size, lower.shape[-1]
+    index = lower.reshape(cells, samples) + PHASE_ANGLES.size * np.arange(cells)[:, None]
+    upper = (position - lower).reshape(cells, samples)
+    places, share = np.concatenate([index, index + 1]), np.concatenate([1 - upper, upper])
+    weight = np.bincount(places.ravel(), share.ravel(), minlength=cells * PHASE_ANGLES.size)
+    scale = np.diff(directions.edges)[:, 0] / directions.weight / samples
+    per_cell = weight.reshape(scale.size, -1, PHASE_ANGLES.size) * scale[:, None, None]
+    levels, wavelengths = air.optics.phase.shape[1:]
+    mean = per_cell @ air.optics.phase.reshape(PHASE_ANGLES.size, -1)
+    return list(np.moveaxis(mean.reshape(scale.size, -1, levels, wavelengths), 2, 1))

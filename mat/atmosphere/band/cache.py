@@ -141,7 +141,7 @@ def cached_compile_band(
         allowed = tolerance * (_LIMITED if limited else 1.0)
         if shared.worst <= allowed:
             compiled = shared.measured(irradiance)
-            compiled = with_errors_of_own_air(compiled, over_air(state), band, grid, seed, scope)
+            compiled = with_errors_of_own_air(compiled, state, band, grid, seed, scope)
             origin = Origin.SHARED_SIMILAR if cached else Origin.SIMILAR
             if compiled.errors["transmittance"]["rms"] > allowed:
                 compiled = None

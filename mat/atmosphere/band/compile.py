@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -491,9 +492,8 @@ def with_errors_of_own_air(
     """A band of shared points with the errors of transmittance in a state's own air, on few paths, where these are
     larger; arguments as `compile_band`.
     """
-    air = _air(state, band, grid, scope)
+    air, points = air_at_all_points(state, band), compiled.band
     test = _test(air, grid, seed, scope, _OWN_RAYS, skies=1)
-    points = compiled.band
     few = spectral_optics(state, points.points, points.gases).extinction.astype(np.float32)
     every = air.optics.extinction.astype(np.float32)
     shares = (weight / weight.sum() for weight in (band.weight, points.weight))
@@ -509,6 +509,12 @@ def with_errors_of_own_air(
         errors=_largest([compiled.errors, errors]),
         absolute=_largest([compiled.absolute, absolute]),
     )
+
+
+@lru_cache(maxsize=1)
+def air_at_all_points(state: AtmosphericState, band: BandPoints) -> SpectralAir:
+    """Air of a state at all points of a band: of the last one, which both its points and its tables ask for."""
+    return SpectralAir.of(state, band.points, band.gases, band.weight)
 
 
 def _transmittance(line: SampledLine, extinction: Reals) -> Floats:

@@ -48,6 +48,8 @@ class SpectralAir:
         Number of discrete ordinates of scattered light in each hemisphere.
     spherical : bool
         Geometry of that field under a low source: spherical, or with False plane under beams through spherical layers.
+    every : int
+        The field of light scattered more than once is solved at one of so many points.
     angles : tuple of float
         Angles from the vertical of the directions at which source functions of scattered light are tabulated, rad,
         increasing.
@@ -62,6 +64,7 @@ class SpectralAir:
     azimuthal: int = AZIMUTHAL
     nodes: int = NODES
     spherical: bool = True
+    every: int = 1
     angles: tuple[float, ...] = DIRECTIONS
 
     @classmethod
@@ -95,22 +98,6 @@ class SpectralAir:
         if "diffuse_light" in vars(self):
             vars(part)["diffuse_light"] = self.diffuse_light.part(points)
         return part
-
-    def with_field_between(self, every: int) -> SpectralAir:
-        """The same air, its field of light scattered more than once solved at one of so many points, in the order of
-        their vertical optical depth d, and linear in d / (1 + d) between them.
-        """
-        depth = vertical_column(self.shells, self.optics.extinction).sum(axis=0)
-        depth /= 1 + depth
-        order = np.argsort(depth, kind="stable")
-        number = np.unique(np.linspace(0, order.size - 1, -(-order.size // every) + 1).round().astype(int))
-        solved = order[number]
-        lower = np.clip(np.searchsorted(depth[solved], depth, side="right") - 1, 0, max(solved.size - 2, 0))
-        step = depth[solved][lower + 1] - depth[solved][lower]
-        share = np.clip((depth - depth[solved][lower]) / np.where(step > 0, step, 1.0), 0.0, 1.0)
-        air, light = replace(self), self.part(solved).diffuse_light
-        vars(air)["diffuse_light"] = light.between(self.shells, self.optics, self.delta_fraction, solved, lower, share)
-        return air
 
     def prepare(self) -> None:
         """Compute the cached properties once, before several threads use them."""
@@ -184,6 +171,8 @@ class SpectralAir:
     @cached_property
     def diffuse_light(self) -> OrdinateLight:
         """Light of the source scattered more than once; with all elevations and moments it takes 1 MB a point."""
+        if self.every > 1:
+            return self._field_between()
         return OrdinateLight.of(
             self.state,
             self.shells,
@@ -196,6 +185,21 @@ class SpectralAir:
             self.angles,
             spherical=self.spherical,
         )
+
+    def _field_between(self) -> OrdinateLight:
+        """The field solved at one of `every` points, in the order of their vertical optical depth d, and linear in
+        d / (1 + d) between them.
+        """
+        depth = vertical_column(self.shells, self.optics.extinction).sum(axis=0)
+        depth /= 1 + depth
+        order = np.argsort(depth, kind="stable")
+        number = np.unique(np.linspace(0, order.size - 1, -(-order.size // self.every) + 1).round().astype(int))
+        solved = order[number]
+        lower = np.clip(np.searchsorted(depth[solved], depth, side="right") - 1, 0, max(solved.size - 2, 0))
+        step = depth[solved][lower + 1] - depth[solved][lower]
+        share = np.clip((depth - depth[solved][lower]) / np.where(step > 0, step, 1.0), 0.0, 1.0)
+        light = replace(self, every=1).part(solved).diffuse_light
+        return light.between(self.shells, self.optics, self.delta_fraction, solved, lower, share)
 
     @cached_property
     def scattered_light(self) -> ScatteredLight:

@@ -8,9 +8,13 @@ import pytest
 from skyshine.mat.atmosphere.band.response_points import points_of_band
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.cloud import CloudLayer
+from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.line_of_sight import lines_of_sight
+from skyshine.mat.measure.probes import OF_PATHS
+from skyshine.mat.measure.scale import Scale
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.line_sources import LineSources
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 
@@ -40,7 +44,7 @@ def scattered(air):
 
 
 def test_the_field_between_solved_points_is_nearly_their_own(air):
-    (line, sky), (shared_line, shared_sky) = scattered(air), scattered(air.with_field_between(4))
+    (line, sky), (shared_line, shared_sky) = scattered(air), scattered(replace(air, every=4))
     assert sky.max() > 3 * sky.min()  # lines absorb most of it
     for own, shared in ((line, shared_line), (sky[None], shared_sky[None])):
         assert shared.mean(axis=-1) == pytest.approx(own.mean(axis=-1), rel=0.006)
@@ -50,6 +54,31 @@ def test_the_field_between_solved_points_is_nearly_their_own(air):
     assert np.any(shared_sky != sky)
 
 
-def test_a_field_of_its_own_at_every_point_is_the_field(air):
-    (line, sky), (same_line, same_sky) = scattered(air), scattered(air.with_field_between(1))
-    assert same_line == pytest.approx(line, rel=1e-6) and same_sky == pytest.approx(sky, rel=1e-6)
+def test_between_two_solved_points_each_of_two_has_its_own_field(air):
+    two = air.part(np.array([3, 40]))
+    (line, sky), (same_line, same_sky) = scattered(two), scattered(replace(two, every=2))
+    assert same_line == pytest.approx(line, rel=1e-5) and same_sky == pytest.approx(sky, rel=1e-5)
+
+
+def test_tables_of_thermal_bands_in_clear_air_have_the_field_of_all_points():
+    """Path radiance under a high and a low Sun, in kelvin of a black body at 300 K; not in short waves or in cloud."""
+    clear = AtmosphericState.from_profile("midlatitude_summer", surface_albedo=0.1)
+    cloudy = AtmosphericState.from_profile("us_standard", clouds=[CloudLayer("water", 1e3, 2e3, 10.0, 3.0)])
+    responses = [SpectralResponse.rectangular(*ends) for ends in ((4.0, 4.02), (2.0, 2.01))]
+    band, short = (points_of_band(AbsorptionTable.open(), response) for response in responses)
+    atmosphere = BandAtmosphere.of(clear, band)
+    tables = atmosphere.tabulated
+    assert tables.air.every > 1 == BandAtmosphere.of(cloudy, band).tabulated.air.every
+    assert BandAtmosphere.of(clear, short).tabulated.air.every == 1
+    sunlight = solar_irradiance(band.wavenumber, band.width)
+    paths = np.array([0.3, 5.0]), np.array([0.1, 0.1]), np.array([3.0, -1.0])
+    suns = np.array([[50.0, 1.0], [50.0, 1.0]]), np.full((2, 2), 20.0)
+    none = np.zeros(0, int)
+    full, few = (
+        each.along_lines(paths[0][:, None], *paths[1:], *suns, none, sunlight, quantities=OF_PATHS)
+        for each in (atmosphere, tables)
+    )
+    kelvin = Scale.kelvin(responses[0])
+    through = full.transmittance[:, :, None]
+    error = kelvin.error("path_radiance_ratio", few.path_radiance_ratio, full.path_radiance_ratio, through, 1.0)
+    assert 0 < np.abs(error).max() < 0.02

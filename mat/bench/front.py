@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 
 import skyshine
+from skyshine.mat.bench.equal_error import EqualError
 from skyshine.mat.bench.front_sentences import KELVIN, SHARE, sentences
 from skyshine.mat.bench.lowtran import find_source
 from skyshine.mat.bench.model import ModelledRung, TimeModel, kelvin_of_nodes, modelled, thinner
 from skyshine.mat.bench.part_errors import part_errors, parts, with_coarser_points
-from skyshine.mat.bench.peers import EqualError, comparisons
+from skyshine.mat.bench.peers import comparisons
 from skyshine.mat.bench.pixel_errors import Variant, described, errors_of_band
 from skyshine.mat.bench.rungs import STAGES, Rung
 from skyshine.mat.bench.settings import AS_WRITTEN, BUILT_KELVIN, CHANGED, settings_of
@@ -243,7 +244,8 @@ def _one_line(error: InputError | CheckFailed) -> str:
 def describe(front: Front) -> dict[str, Any]:
     """A front as plain values: what ``mat bench JOB --json`` prints and the page shows."""
     units = front.units
-    rungs = [_described(rung, front.errors[rung.setting.name], units) for rung in [*front.rungs, *front.modelled]]
+    every: list[Rung | ModelledRung] = [*front.rungs, *front.modelled]
+    rungs = [_described(rung, front.errors[rung.setting.name], units) for rung in every]
     on_the_front = unbeaten([(rung["time"]["value"], rung["error"]["value"]) for rung in rungs])
     for rung, on_front in zip(rungs, on_the_front, strict=True):
         rung["on_the_front"] = on_front

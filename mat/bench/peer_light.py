@@ -56,8 +56,9 @@ def spectra(program: Path, job: Job, state: AtmosphericState, response: Spectral
     state = thinned(state, np.unique(np.linspace(0, highest, _PEER_LEVELS).astype(int)))
     draw = np.random.default_rng(0).uniform
     altitude = state.altitude[0] + draw(*_HEIGHTS, _SIGHTS)
-    elevation, distance = draw(*_ELEVATIONS, _SIGHTS), np.exp(draw(*np.log(_RANGES), _SIGHTS))
-    sights = [lowtran.Sight(*map(float, sight)) for sight in zip(altitude, elevation, distance, strict=True)]
+    elevation, distance = draw(*_ELEVATIONS, _SIGHTS), np.exp(draw(np.log(_RANGES[0]), np.log(_RANGES[1]), _SIGHTS))
+    lines = zip(altitude, elevation, distance, strict=True)
+    sights = [lowtran.Sight(float(height), float(angle), float(away)) for height, angle, away in lines]
     low, high = (5.0 * round(1e4 / edge / 5.0) for edge in (response.upper, response.lower))
     peer = lowtran.run(program, state, sights, low, high)
     by_wavelength = peer.wavenumber**-2.0

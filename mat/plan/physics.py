@@ -5,20 +5,15 @@ from __future__ import annotations
 import itertools
 from typing import Any
 
-from skyshine.mat.atmosphere.band.compile import negligible_gases
-from skyshine.mat.atmosphere.band.points import BandPoints
-from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.bounds import Scattering
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.plan.left_out import LeftOut
-from skyshine.mat.scene.air_cells import AirCell, airs_of_cell, shared_cell
 from skyshine.mat.scene.assessed_points import assessed_points
 from skyshine.mat.scene.atmosphere import air_key, atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import MAX_POINTS
-from skyshine.mat.scene.grids import path_grid, path_scope
 from skyshine.mat.scene.ground import band_albedo, over_ground
 from skyshine.mat.scene.moisture import job_library
 from skyshine.mat.scene.omission import Omission
@@ -27,18 +22,16 @@ from skyshine.mat.tables.files import state_label
 
 
 def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
-    """Points, gases and scattered light that bands of states do not need, with about what each changes.
+    """Points and scattered light that bands of states do not need, with about what each changes.
 
     States of the same air are represented by the first of them, except for their light. Bounds are those at some
     hundred points of a band; a build takes the bounds at the points of its tables, which differ little. More than
     `STATES` states are represented by `STATES` of them.
     """
-    job, grid, scope = loaded.trimmed, path_grid(loaded.trimmed), path_scope(loaded)
-    library = job_library(job)
+    job, library = loaded.trimmed, job_library(loaded.trimmed)
     bands, left_out = {}, []
     faint: dict[str, list[tuple[float, float, str]]] = {}
     by_case: dict[tuple[Any, ...], Scattering] = {}
-    omitted: dict[tuple[int, AirCell | None], dict[str, float]] = {}
     looked_at = _spread(len(job.states))
     for number in job.needed_bands:
         response = response_of(job.bands[number - 1])
@@ -52,21 +45,7 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
         air = over_ground(atmospheric_state(job.site, state), state, response, library)
         irradiance = irradiance_of_sources(job.on_date_of_state(number), everything)
         if key not in by_case:
-            all_air = _at_all_points(air, everything)
-            cell = shared_cell(loaded.requested, state)
-            if (band, cell) not in omitted or cell is None:
-                similar = () if cell is None else airs_of_cell(job.site, state, cell, response, library).corners
-                omitted[band, cell] = negligible_gases(
-                    [_at_all_points(similar_state, everything) for similar_state in similar] or [all_air],
-                    everything,
-                    grid,
-                    tolerance=job.accuracy.spectral_tolerance,
-                    seed=job.accuracy.seed,
-                    scope=scope,
-                )
-            if gases := omitted[band, cell]:
-                left_out.append(_gases(gases, table))
-            by_case[key] = Scattering.of(all_air)
+            by_case[key] = Scattering.of(SpectralAir.of(air, everything.points, everything.gases, everything.weight))
         light = by_case[key].radiance(irradiance, everything.radiance_weight)
         omission = Omission.of(job, job.sources, air, response, light)
         for source, change in omission.scattered.items():
@@ -74,10 +53,6 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
             faint.setdefault(what, []).append((change, change * omission.radiance, table))
     part = f" ({len(looked_at)} of {len(job.states):,} states looked at)" if len(looked_at) < len(job.states) else ""
     return left_out + [_faint(what, cases, part) for what, cases in faint.items()]
-
-
-def _at_all_points(air: AtmosphericState, everything: BandPoints) -> SpectralAir:
-    return SpectralAir.of(air, everything.points, everything.gases, everything.weight)
 
 
 STATES = 6  # assessed of a job with more states
@@ -89,13 +64,6 @@ def _points(job: Job, count: int, band: int) -> list[LeftOut]:
     bound = f"about {job.accuracy.spectral_tolerance:g} of a value, rms; the file states the measured error"
     what = f"all but {MAX_POINTS} or fewer of {count:,} spectral points in b{band:02d}"
     return [LeftOut(what, "a few represent all", bound, _RESTORE_SPECTRUM)] if count > MAX_POINTS else []
-
-
-def _gases(gases: dict[str, float], table: str) -> LeftOut:
-    bound = f"about {max(gases.values()):.1e} in transmittance"
-    return LeftOut(
-        f"{', '.join(gases)} in {table}", "they absorb less than the tolerance in this band", bound, _RESTORE_SPECTRUM
-    )
 
 
 def _spread(states: int) -> list[int]:

@@ -129,8 +129,6 @@ class AtmosphereProduct:
         report.notes.append(of_band.origin.value)
         if shortfall := _missed(compiled, job.accuracy.spectral_tolerance):
             report.notes.append(f"spectral_tolerance {job.accuracy.spectral_tolerance:g} is missed: {shortfall}")
-        if compiled.dropped:
-            report.notes.append(f"gases omitted: {_gases_left_out(compiled)}")
         scope = path_scope(loaded)
         air = BandAtmosphere.of(of_band.air, compiled.band, scope=scope).tabulated
         light = Scattering.of(air.air).radiance(
@@ -164,11 +162,6 @@ def _scope(loaded: LoadedJob) -> dict[str, Any]:
     if job.query_limits is None:
         return {}
     return {"compiled_for": {"sources": job.sources, "path_share": scope.share}}
-
-
-def _gases_left_out(compiled: CompiledBand) -> str:
-    """Gases omitted from a compiled band, with the largest change each makes in a transmittance."""
-    return ", ".join(f"{gas} ({change:.1e})" for gas, change in compiled.dropped.items()) or "none"
 
 
 def _missed(compiled: CompiledBand, tolerance: float) -> str:
@@ -364,7 +357,6 @@ def _accuracy(measures: list[ErrorMeasure], compiled: CompiledBand, seed: int, l
         "method": METHOD,
         "spectral_points": int(compiled.index.size),
         "spectral_points_in_band": int(compiled.total_points),
-        "gases_left_out": _gases_left_out(compiled),
         **left_out,
     }
     axes = {"spectral_quantity": Axis(np.array(kinds, object), "1", "in-band quantity whose spectral error is stated")}

@@ -260,7 +260,7 @@ def _read_shared(path: Path, key: str, band: BandPoints) -> SharedPoints | None:
         if name.startswith(f"{_TEST}."):
             _, number, part, kind = name.split(".")
             parts.setdefault(int(number), {field.name: {} for field in fields(AirTest)})[part][kind] = values
-    chosen = ChosenPoints(stored.band, stored.index, stored.total_points, stored.dropped, stored.ladder)
+    chosen = ChosenPoints(stored.band, stored.index, stored.total_points, stored.ladder)
     tests = tuple(AirTest(**parts[number]) for number in sorted(parts))
     return SharedPoints(chosen, tests, arrays["usual_brightness"]) if tests else None
 
@@ -301,7 +301,6 @@ def _write(
         "gases": compiled.band.gases,
         "total_points": compiled.total_points,
         "errors": compiled.errors,
-        "dropped": compiled.dropped,
         "absolute": compiled.absolute,
     }
     arrays = {
@@ -324,9 +323,7 @@ def _read(path: Path, key: str, band: BandPoints) -> CompiledBand | None:
         if not _fits_band(index, weight, ladder, about, band):
             return None
         reduced = BandPoints(band.points.subset(index), weight, tuple(about["gases"]))
-        return CompiledBand(
-            reduced, index, about["total_points"], about["errors"], about["dropped"], ladder, about["absolute"]
-        )
+        return CompiledBand(reduced, index, about["total_points"], about["errors"], ladder, about["absolute"])
     except Exception:  # whatever a damaged file leads to, the band is compiled again
         return None
 
@@ -362,5 +359,5 @@ def _fits_band(
         and about["total_points"] == size
         and set(about["absolute"]) == set(about["errors"]) <= set(KINDS)
         and all(isinstance(number, float) and 0 <= number < math.inf for number in numbers)
-        and sorted([*about["gases"], *about["dropped"]]) == sorted(band.gases or ())
+        and tuple(about["gases"]) == band.gases
     )

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from skyshine.mat.atmosphere.band.points import BandPoints
-from skyshine.mat.atmosphere.band.sample import Sample, SampledLine, lines_to_space
+from skyshine.mat.atmosphere.band.sample import Sample, SampledLine
 from skyshine.mat.atmosphere.band.selection import select_points
 from skyshine.mat.atmosphere.band.targets import (
     DIRECT,
@@ -55,13 +55,10 @@ _ELEVATIONS = (-8.0, 0.0, 5.0, 20.0, 90.0)
 _AZIMUTHAL = 1
 _NODES = 2  # nodes of each hemisphere; points chosen with 4 err no less in a field of 4
 _HORIZON_DROP = 1.0  # degree by which the Sun is lower, or higher, at the far end of a long line of sight
-# Lines of sight on which the effect of each gas is measured.
-_GAS_RAYS = 40
 # Errors count relative to the quantity, or to this fraction of its largest value where it is below.
 _FLOOR = 0.1
-# Fractions of the tolerance for the omission of gases, in transmittance, and for the fit, on the paths it is made on.
-# On other paths the error of the fit is two to three times as large.
-_GAS_SHARE = 0.5
+# Fraction of the tolerance for the fit, on the paths it is made on. On other paths its error is two to three times as
+# large.
 _FIT_SHARE = 0.3
 
 
@@ -81,10 +78,8 @@ class CompiledBand:
         Number of all points of the band.
     errors : dict
         Errors by quantity (`targets.KINDS`): {"max", "p95", "rms"}, relative, on paths the points were not fitted to,
-        against all points and all gases. Below 10 % of a quantity's largest value (of 1 for transmittance) errors are
+        against all points. Below 10 % of a quantity's largest value (of 1 for transmittance) errors are
         relative to that.
-    dropped : dict
-        Omitted gases: largest change of an in-band transmittance by each.
     ladder : (n,) array
         Error of the fit with 1, 2, ... points.
     absolute : dict
@@ -96,7 +91,6 @@ class CompiledBand:
     index: Integers
     total_points: int
     errors: dict[str, dict[str, float]]
-    dropped: dict[str, float]
     ladder: Floats
     absolute: Absolute = field(default_factory=dict)
 
@@ -107,14 +101,13 @@ class ChosenPoints:
 
     Attributes
     ----------
-    band, index, total_points, dropped, ladder
-        As `CompiledBand`; the changes by omitted gases are the largest in all airs.
+    band, index, total_points, ladder
+        As `CompiledBand`.
     """
 
     band: BandPoints
     index: Integers
     total_points: int
-    dropped: dict[str, float]
     ladder: Floats
 
     @property
@@ -128,7 +121,7 @@ class ChosenPoints:
 
     def with_errors(self, errors: dict[str, dict[str, float]], absolute: Absolute) -> CompiledBand:
         """The compiled band of these points."""
-        return CompiledBand(self.band, self.index, self.total_points, errors, self.dropped, self.ladder, absolute)
+        return CompiledBand(self.band, self.index, self.total_points, errors, self.ladder, absolute)
 
 
 @dataclass(frozen=True, eq=False)
@@ -371,8 +364,6 @@ class SampledBand:
         Air at all points.
     test : Sample
         Paths on which points are tested, with the responses `exact` of all points there.
-    effect : dict of str to float
-        Largest change of an in-band transmittance by each gas.
     candidates : (C,) int array
         Points that may be chosen, with their `targets` on the paths of the fit.
     """
@@ -383,7 +374,6 @@ class SampledBand:
     sources: int
     air: SpectralAir
     test: Sample
-    effect: dict[str, float]
     candidates: Integers
     targets: Targets
     exact: Responses
@@ -403,15 +393,13 @@ class SampledBand:
         air = _air(state, band, grid, scope)
         training = _training(air, grid, 1, np.random.default_rng(seed), scope)
         test = _test(air, grid, seed, scope)
-        effect = _effect_of_gases([air], band, [training], scope)
         candidates = _candidates([air], [training])
         targets, exact = fitted_and_tested(air, band.weight, irradiance, brightness, training, candidates, test)
-        return cls(state, band, seed, len(irradiance), air, test, effect, candidates, targets, exact)
+        return cls(state, band, seed, len(irradiance), air, test, candidates, targets, exact)
 
     def fitted(self, tolerance: float, max_points: int) -> FittedBand:
         """The points that meet a tolerance."""
-        gases, dropped = _omitted(self.effect, tolerance * _GAS_SHARE)
-        chosen = _chosen([self.targets], self.candidates, self.band, gases, dropped, tolerance, max_points, self.seed)
+        chosen = _chosen([self.targets], self.candidates, self.band, tolerance, max_points, self.seed)
         approximate = _approximate(chosen, self.state, self.air, self.test, self.sources)
         return FittedBand(chosen, self.exact, approximate)
 
@@ -445,7 +433,6 @@ def choose_points(
     irradiance, brightness = _light(source_irradiance)
     airs, generator = [_air(state, band, grid, scope) for state in states], np.random.default_rng(seed)
     training = [_training(air, grid, len(airs), generator, scope) for air in airs]
-    gases, dropped = _omitted(_effect_of_gases(airs, band, training, scope), tolerance * _GAS_SHARE)
     candidates = _candidates(airs, training)
     targets = [
         fitted_targets(air, band.weight, irradiance, brightness, sample, candidates)
@@ -455,7 +442,7 @@ def choose_points(
     tested = [_tested(state, band, grid, len(irradiance), seed, scope) for state in inside]
     aim = tolerance
     for _ in range(_CHOICES):
-        chosen = _chosen(targets, candidates, band, gases, dropped, aim, max_points, seed)
+        chosen = _chosen(targets, candidates, band, aim, max_points, seed)
         fits = [
             FittedBand(chosen, exact, _approximate(chosen, state, air, test, len(irradiance)))
             for state, (air, test, exact) in zip(inside, tested, strict=True)
@@ -568,8 +555,6 @@ def _chosen(
     targets: Sequence[Targets],
     candidates: Integers,
     band: BandPoints,
-    gases: tuple[str, ...],
-    dropped: dict[str, float],
     tolerance: float,
     max_points: int,
     seed: int,
@@ -592,7 +577,8 @@ def _chosen(
     )
     order = np.argsort(candidates[index])
     index, weight = candidates[index][order], weight[order]
-    return ChosenPoints(BandPoints(band.points.subset(index), weight, gases), index, band.weight.size, dropped, ladder)
+    reduced = BandPoints(band.points.subset(index), weight, band.gases)
+    return ChosenPoints(reduced, index, band.weight.size, ladder)
 
 
 def _light(source_irradiance: Floats) -> tuple[Floats, Floats]:
@@ -601,30 +587,6 @@ def _light(source_irradiance: Floats) -> tuple[Floats, Floats]:
     """
     irradiance = np.atleast_2d(np.asarray(source_irradiance, dtype=float))
     return irradiance, np.maximum(irradiance.mean(axis=1), np.finfo(float).tiny)
-
-
-def negligible_gases(
-    airs: Sequence[SpectralAir],
-    band: BandPoints,
-    grid: PathAxes,
-    *,
-    tolerance: float = 1e-3,
-    seed: int = 0,
-    scope: PathScope = ALL_PATHS,
-) -> dict[str, float]:
-    """Gases that `compile_band` omits in an air, or `choose_points` in several, with the largest change each makes in
-    an in-band transmittance.
-
-    Parameters
-    ----------
-    airs : sequence of SpectralAir
-        Air at all points of the band.
-    band, grid, tolerance, seed, scope
-        As `compile_band`.
-    """
-    generator = np.random.default_rng(seed)
-    training = [_training(air, grid, len(airs), generator, scope) for air in airs]
-    return _omitted(_effect_of_gases(airs, band, training, scope), tolerance * _GAS_SHARE)[1]
 
 
 def _size(kind: str, values: Floats) -> Floats:
@@ -644,39 +606,6 @@ def _candidates(airs: Sequence[SpectralAir], samples: Sequence[Sample]) -> Integ
         mean += np.mean(np.log(np.maximum(depth, 1e-30)), axis=0)
     order = np.argsort(mean, kind="stable")
     return np.sort(order[np.linspace(0, count - 1, _MAX_CANDIDATES).astype(int)])
-
-
-def _effect_of_gases(
-    airs: Sequence[SpectralAir], band: BandPoints, samples: Sequence[Sample], scope: PathScope
-) -> dict[str, float]:
-    """Largest change of an in-band transmittance by each gas."""
-    effect: dict[str, float] = {}
-    mean = band.weight / band.weight.sum()
-    for air, sample in zip(airs, samples, strict=True):
-        lines = sample.lines[: -(-_GAS_RAYS // len(airs))]
-        if scope.is_part:  # on which some are so short that gases matter in the light on surfaces alone
-            lines += lines_to_space(air.shells)
-        gas_sample = replace(sample, lines=lines)
-        depth = gas_sample.optical_depth(air.optics.extinction)
-        transmittance = np.exp(-depth) @ mean
-        for gas, section in air.optics.absorption.items():
-            without = np.maximum(depth - gas_sample.optical_depth(section), 0.0)
-            change = float(np.max(np.exp(-without) @ mean - transmittance, initial=0.0))
-            effect[gas] = max(effect.get(gas, 0.0), change)
-    return effect
-
-
-def _omitted(effect: dict[str, float], allowed: float) -> tuple[tuple[str, ...], dict[str, float]]:
-    """Gases that remain, and those omitted with the largest change each makes in an in-band transmittance; the changes
-    sum to at most `allowed`.
-    """
-    dropped, total = {}, 0.0
-    for gas in sorted(effect, key=effect.__getitem__):
-        total += effect[gas]
-        if total > allowed:
-            break
-        dropped[gas] = effect[gas]
-    return tuple(gas for gas in effect if gas not in dropped), dropped
 
 
 def _errors(exact: dict[str, Floats], approximate: dict[str, Floats]) -> dict[str, dict[str, float]]:

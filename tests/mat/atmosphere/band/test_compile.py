@@ -97,12 +97,6 @@ def test_the_same_band_compiles_to_the_same_points(state, band, compiled):
     assert again.errors == compiled.errors
 
 
-def test_gases_without_effect_are_left_out_and_named(compiled):
-    assert {"H2O", "H2O_continuum"} <= set(compiled.band.gases)
-    assert compiled.dropped and not set(compiled.dropped) & set(compiled.band.gases)
-    assert sum(compiled.dropped.values()) <= 0.5e-3
-
-
 def test_a_looser_tolerance_takes_fewer_points(state, band, compiled):
     loose = compile_band(state, band, GRID, solar_irradiance(band.wavenumber), tolerance=0.02)
     assert loose.index.size < compiled.index.size
@@ -212,17 +206,6 @@ def test_points_that_fail_in_a_state_are_found_by_its_own_transmittances(state, 
     other = replace(air, mole_fraction=air.mole_fraction | {"H2O": 4 * air.mole_fraction["H2O"]})
     elsewhere = with_errors_of_own_air(shared, other, band, GRID, 0)
     assert elsewhere.errors[kind]["rms"] > 3 * own.errors[kind]["rms"]
-
-
-def test_the_shared_choice_keeps_a_gas_that_any_of_its_airs_needs(band):
-    sun = solar_irradiance(band.wavenumber)
-    thin, thick = (
-        AtmosphericState.from_profile("us_standard", gas_amounts=GasAmounts(scale={"O3": scale}))
-        for scale in (0.0, 1.0)
-    )
-    assert "O3" in choose_points([thin], [thin], band, GRID, sun, **SETTINGS).chosen.dropped
-    for order in ([thin, thick], [thick, thin]):
-        assert "O3" in choose_points(order, [thin], band, GRID, sun, **SETTINGS).chosen.band.gases
 
 
 def test_irradiance_that_varies_within_an_interval_is_refused(state, band, fitted):

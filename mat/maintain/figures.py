@@ -99,7 +99,7 @@ def of_shadows(folder: Path) -> Figures:
     """By how much a shadow that has lain for an hour, and one that lies all day, cool the starter's road at 14:00."""
     surface = skyshine.mat.open(folder / "s01.htt.h5")
     assert isinstance(surface, skyshine.mat.TemperatureTable)
-    road = {"material": "asphalt_road", "altitude": 2.1, "azimuth": 0, "slope": 0}
+    road: dict[str, Any] = {"material": "asphalt_road", "altitude": 2.1, "azimuth": 0, "slope": 0}
     figures: Figures = {}
     for name, hours in SHADOWS.items():
         heat = surface.absorbed_change(**road, shade=[hours])

@@ -92,7 +92,7 @@ def run(seconds: float, seed: int, kinds: dict[str, CaseFunction] | None = None)
     Parameters
     ----------
     seconds : float
-        Wall clock.
+        Processor time, which does not depend on the load of the machine.
     seed : int
         Case k of a kind is drawn from [seed, k], whatever the time.
     kinds : dict of str to callable, optional
@@ -106,17 +106,17 @@ def run(seconds: float, seed: int, kinds: dict[str, CaseFunction] | None = None)
     kinds = KINDS if kinds is None else kinds
     counts, spent = dict.fromkeys(kinds, 0), dict.fromkeys(kinds, 0.0)
     cases: list[Case] = []
-    start = time.monotonic()
+    start = _processor_seconds()
 
     def try_next(kind: str) -> None:
-        begin = time.monotonic()
+        begin = _processor_seconds()
         cases.append(_tried(kind, kinds[kind], seed, counts[kind]))
         counts[kind] += 1
-        spent[kind] += time.monotonic() - begin
+        spent[kind] += _processor_seconds() - begin
 
     for kind in kinds:
         try_next(kind)
-    while time.monotonic() < start + seconds:
+    while _processor_seconds() < start + seconds:
         try_next(min(kinds, key=lambda kind: (counts[kind] >= FEWEST_CASES, spent[kind])))
     return cases
 

@@ -14,7 +14,7 @@ _TIMES = ("time", "slowest")  # keys of a kind
 
 @click.command()
 @click.option(
-    "--seconds", type=click.FloatRange(0.0, 1e6), default=60.0, show_default=True, help="Duration of the run."
+    "--seconds", type=click.FloatRange(0.0, 1e6), default=60.0, show_default=True, help="Processor time of the run."
 )
 @click.option(
     "--seed",

@@ -58,7 +58,7 @@ _THROUGH = 300  # number of the sample's transmittances, with which light on sur
 # Shares of the tolerance, which the choice of absorbers and that of directions may miss, root mean square. A low Sun
 # along the horizon errs by ten times as much as all lines do on average: 0.3 K asks for 17 directions.
 _SHARE, _SOURCE_SHARE = 0.1, 0.03
-_DIGITS_SHARE = 0.1  # fraction of the tolerance, below which digits of what a reader interpolates are not stored
+_DIGITS_SHARE = 0.2  # fraction of the tolerance, below which digits of what a reader interpolates are not stored
 # Tolerance, of the radiance seen, for which placing starts from all of `NodeCounts`: from fewer where it is coarser, as
 # linear interpolation errs with the square of the step, but for `FEWEST` of them.
 _START = 0.01

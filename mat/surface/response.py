@@ -30,7 +30,6 @@ from skyshine.mat.surface.response_nodes import LAG_STARTS, OFFSETS, RESPONSE_HO
 from skyshine.mat.surface.solution import Method, Solution
 from skyshine.mat.surface.solver import DAY, FINE_STEPS, STEPS
 from skyshine.mat.surface.sun_path import SunPath
-from skyshine.mat.surface.table import FINEST
 from skyshine.schemas.arrays import Floats, Integers, Singles
 from skyshine.schemas.digits import rounded_bits, rounded_to
 
@@ -41,6 +40,9 @@ ALTITUDE_STEP = 1000.0
 # heat follows the angle of the sunlight. Grass on random planes errs by 0.34 K rms with four, by 0.50 K with one.
 CANOPY_TURNS = np.array([0.0, 90.0, 180.0, 270.0])
 _DIGITS = 11  # binary ones of a response: 0.02 % of it
+# Steps of heat losses in what they change the temperature by [K]: up to so many kelvin from the air's temperature, and
+# in proportion to the offset beyond. Half of one is below a thirtieth of the error that shade has by other terms.
+_LOSS_STEP, _NEAR = 1 / 8, 10.0
 NO_LIMIT = 1e4  # K, above all temperatures of a database
 _LEAST_SLOPE = 1e-3  # W m^-2 K^-1, as in Newton's matrix
 _COLDEST = 20.0  # K: the vapour's laws end there, and no surface under a sky is colder
@@ -327,7 +329,7 @@ def response_table(
     return ResponseTable(
         altitudes,
         slopes,
-        rounded_bits(table("kernel"), _DIGITS),
+        _rounded_kernel(table("kernel")),
         table("temperature"),
         table("loss_slope"),
         _rounded_loss(table("loss_excess"), table("loss_slope")),
@@ -339,11 +341,20 @@ def response_table(
     )
 
 
+def _rounded_kernel(kernel: Singles) -> Singles:
+    """Responses (..., L) to a share of the largest over all lags."""
+    largest = np.abs(kernel).max(axis=-1, keepdims=True)
+    return rounded_to(kernel, largest * 2.0**-_DIGITS).astype(np.float32)
+
+
 def _rounded_loss(excess: Singles, slope: Singles) -> Singles:
-    """Heat losses (..., O) to what changes the temperature by `FINEST` or less, for mean slopes (...) of the loss."""
+    """Heat losses (..., O) to what changes the temperature by `_LOSS_STEP`, far from the air's by a share of the
+    offset, for mean slopes (...) of the loss.
+    """
     offsets = np.abs(OFFSETS)
+    kelvin = _LOSS_STEP * np.maximum(1.0, offsets / _NEAR)
     secant = np.abs(slope)[..., None] + np.abs(excess) / np.where(offsets > 0, offsets, np.inf)
-    return rounded_to(excess, FINEST * secant).astype(np.float32)
+    return rounded_to(excess, kelvin * secant).astype(np.float32)
 
 
 def _film_table(

@@ -42,6 +42,8 @@ if TYPE_CHECKING:
 
 _MOST_BY_DEPTH = math.exp(-1)  # largest change of a transmittance by the logarithm of its optical depth
 _KEPT_BITS = 13  # kept bits of the heights of the ends of paths
+_FACTOR_BITS = 12  # kept bits of optical depths per absorber's: they change a transmittance by 5e-5 or less
+_SHARE_STEP = 2.0**-14  # step of the shares of a channel's light at a wavelength
 _DIRECT_LIGHT = "direct_light"
 _BEAM_BITS = 16  # beam bits of direct light, whose parts cancel each other
 
@@ -96,7 +98,8 @@ def channel_group(content: ChannelContent, accuracy: Group, attributes: Mapping[
     """
     fields = fields_of(harmonics=content.surface.thermal_harmonics is not None, bent=content.bends_paths)
     arrays = _paths(content) | _sources(content) | _surfaces(content)
-    arrays |= {THERMAL_SHARE: content.shares.thermal, SOURCE_SHARE: content.shares.source}
+    arrays |= {THERMAL_SHARE: _rounded_shares(content.shares.thermal)}
+    arrays |= {SOURCE_SHARE: _rounded_shares(content.shares.source)}
     root_attributes = {
         "ground_altitude_km": content.rays.ground_km,
         "scale_height_km": content.rays.scale_height_km,
@@ -155,7 +158,7 @@ def _paths(content: ChannelContent) -> dict[str, Floats]:
     arrays = {
         "effective_radius": content.rays.effective_radius,
         "log_mean_extinction": rounded_to(np.log(fields.extinction), content.transmittance_step / _MOST_BY_DEPTH),
-        "absorber_factor": content.absorbers.factor,
+        "absorber_factor": _with_bits(content.absorbers.factor, _FACTOR_BITS),
         "channel_wavenumber": content.wavenumber,
         "channel_weight": content.weight / content.weight.sum(),
         "thermal_reference": content.light.thermal,
@@ -185,6 +188,14 @@ def _surfaces(content: ChannelContent) -> dict[str, Reals]:
         value = _with_bits(light.value, _BEAM_BITS) if name == _DIRECT_LIGHT else light.value
         arrays |= {name: value, f"{name}_factor": light.factor}
     return arrays | ({GROUND_EMISSION: surface.ground_emission} if surface.thermal_harmonics is not None else {})
+
+
+def _rounded_shares(shares: Floats) -> Floats:
+    """Shares (P, W) in whole steps, of which the largest of each row has what is left to 1."""
+    rounded = rounded_to(shares, _SHARE_STEP)
+    rows, largest = np.arange(len(rounded)), np.argmax(rounded, axis=1)
+    rounded[rows, largest] += 1.0 - rounded.sum(axis=1)
+    return rounded
 
 
 def _light(surface: SurfaceLight) -> dict[str, LightParts]:

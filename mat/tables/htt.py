@@ -23,6 +23,7 @@ from skyshine.mat.tables.open_air import OpenAir
 from skyshine.mat.tables.table import Table
 from skyshine.mat.tables.tracks import SourceTrack, source_track
 from skyshine.schemas.arrays import Floats
+from skyshine.schemas.digits import rounded_to
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group, Variable
 from skyshine.schemas.hdf5_digest import DIFFERENCES
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
 
     Fields = tuple[dict[str, Axis], dict[str, Variable]]
 
+# Steps of what is stored of light [W m^-2], air [K] and the share of light around the Sun.
+_LIGHT_STEP, _AIR_STEP, _SHARE_STEP = 2.0**-4, 2.0**-6, 2.0**-10
 COLUMN = ("material", "altitude", "azimuth", "slope")
 _PLACE = COLUMN[1:]
 
@@ -188,7 +191,10 @@ def shade_fields(table: ResponseTable, scene: Scene) -> Fields:
     }
     column = ("material", response.ALTITUDE, response.SLOPE, response.HOUR)
     sky = ("altitude", light.FORCING_TIME)
-    direct, diffuse, longwave, air, aureole = (values.astype(np.float32) for values in scene.open_air(steps))
+    stored = (*[_LIGHT_STEP] * 3, _AIR_STEP, _SHARE_STEP)
+    direct, diffuse, longwave, air, aureole = (
+        rounded_to(values, step).astype(np.float32) for values, step in zip(scene.open_air(steps), stored, strict=True)
+    )
     sun = (
         np.asarray(angle, float)[:: len(angle) // steps].astype(np.float32)
         for angle in (scene.sun.solar_elevation, scene.sun.solar_azimuth)

@@ -82,7 +82,7 @@ def test_between_steps_of_the_solver_time_is_read_by_akima_and_the_day_closes():
     found = at(count=hours.size, time_h=hours)[:, 0]
     day = at(count=96, time_h=np.arange(96) / 4)[:, 0]
     akima = Akima1DInterpolator(np.arange(-96, 192) / 4, np.tile(day, 3))
-    assert found[[1, 5]] == pytest.approx(akima([10.1, 23.875]), abs=1e-6)
+    assert found[[1, 5]] == pytest.approx(akima([10.1, 23.875]), abs=1e-5)
     assert found[3] == pytest.approx(found[4], abs=1e-9) and found[6] == pytest.approx(found[7], abs=1e-9)
 
 

@@ -16,7 +16,7 @@ from skyshine.mat.tables.stated_error import measure
 def test_only_quantities_beyond_the_tolerance_are_named():
     rms = {"transmittance": 2e-4, "path_thermal": 1.9e-2, "ambient": 1e-3}
     errors = {kind: {"max": 1.0, "p95": 1.0, "rms": value} for kind, value in rms.items()}
-    compiled = CompiledBand(None, np.arange(7), 1158, errors, {}, np.zeros(7))
+    compiled = CompiledBand(None, np.arange(7), 1158, errors, np.zeros(7))
     assert _missed(compiled, 1e-3) == "path_thermal (1.9e-02 rms)"
     assert _missed(compiled, 0.02) == ""
 
@@ -37,7 +37,7 @@ def test_errors_of_the_spectral_points_count_as_a_scene_sees_them():
         for kind, value in kinds.items()
     }
     absolute["transmittance"][0]["sky"] = dict.fromkeys(("max", "p99", "p95", "rms"), 0.04)
-    compiled = CompiledBand(None, np.arange(7), 1158, {}, {}, np.zeros(7), absolute)
+    compiled = CompiledBand(None, np.arange(7), 1158, {}, np.zeros(7), absolute)
     kelvin, percent = Scale(50.0, 2.0, 0.3), Scale(50.0, 4.0, 0.3)
     job = SimpleNamespace(trimmed=SimpleNamespace(sources=["sun", "moon"]))
     of_band = SimpleNamespace(compiled=compiled)

@@ -130,7 +130,8 @@ class AtmosphereProduct:
         if shortfall := _missed(compiled, job.accuracy.spectral_tolerance):
             report.notes.append(f"spectral_tolerance {job.accuracy.spectral_tolerance:g} is missed: {shortfall}")
         scope = path_scope(loaded)
-        air = BandAtmosphere.of(of_band.air, compiled.band, scope=scope).tabulated
+        tolerance = tolerance_parts(job.atmosphere_grid.tolerance)
+        air = BandAtmosphere.of(of_band.air, compiled.band, scope=scope).tabulated(*tolerance)
         light = Scattering.of(air.air).radiance(
             irradiance_of_sources(job, compiled.band), compiled.band.radiance_weight
         )

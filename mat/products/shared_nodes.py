@@ -97,7 +97,7 @@ def _placed(
     light = PartedLight.of(everything.wavenumber, everything.radiance_weight, _usual(source, everything))
     reference, *others = (
         ChannelTables(
-            BandAtmosphere.of(air, band, scope=scope).tabulated,
+            BandAtmosphere.of(air, band, scope=scope).tabulated(tolerance, unit),
             path_grid(job),
             irradiance,
             Scale.of_unit(unit, response, float(band.radiance_weight @ irradiance)),

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from result_blocks import keep
 
 import skyshine.mat
 from skyshine.materials.library import load_library
@@ -107,7 +108,7 @@ def _write(name, result):
         else round(entry, 1)
         for key, entry in result.items()
     }
-    RESULTS.write_text(json.dumps(results | {name: rounded}, indent=2) + "\n", encoding="utf-8")
+    keep(results | {name: rounded}, RESULTS, PAGE, table)
 
 
 def table(results):

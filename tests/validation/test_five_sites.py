@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 
 import pytest
+from result_blocks import keep
 
 from skyshine.mat import open_catalog
 
@@ -167,7 +168,7 @@ def test_all_sites_and_months_are_built_by_a_cluster_that_loses_a_worker(tmp_pat
     assert [name for name in found if found[name] != of_parts[name]] == []
     if os.environ.get("SKYSHINE_WRITE"):
         results = {"months": MONTHS, "files": files, "seconds": round(seconds), "load": round(os.getloadavg()[1], 1)}
-        RESULTS.write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
+        keep(results, RESULTS, PAGE, paragraph)
 
 
 def paragraph(results):

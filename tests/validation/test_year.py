@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from result_blocks import keep
 
 from skyshine.materials.library import load_library
 
@@ -78,7 +79,7 @@ def write_results(built, again, killed):
             "built_again": len(seconds),
             "processor_seconds": round(float(np.median(seconds)), 2),
         }
-    RESULTS.write_text(json.dumps({"killed": killed, "tables": tables}, indent=2) + "\n", encoding="utf-8")
+    keep({"killed": killed, "tables": tables}, RESULTS, PAGE, paragraph)
 
 
 def paragraph(results):

@@ -61,15 +61,19 @@ def test_between_two_solved_points_each_of_two_has_its_own_field(air):
 
 
 def test_tables_of_thermal_bands_in_clear_air_have_the_field_of_all_points():
-    """Path radiance under a high and a low Sun, in kelvin of a black body at 300 K; not in short waves or in cloud."""
+    """Path radiance under a high and a low Sun, in kelvin of a black body at 300 K; not in short waves, in cloud or
+    for fine tolerances.
+    """
     clear = AtmosphericState.from_profile("midlatitude_summer", surface_albedo=0.1)
     cloudy = AtmosphericState.from_profile("us_standard", clouds=[CloudLayer("water", 1e3, 2e3, 10.0, 3.0)])
     responses = [SpectralResponse.rectangular(*ends) for ends in ((4.0, 4.02), (2.0, 2.01))]
     band, short = (points_of_band(AbsorptionTable.open(), response) for response in responses)
     atmosphere = BandAtmosphere.of(clear, band)
-    tables = atmosphere.tabulated
-    assert tables.air.every > 1 == BandAtmosphere.of(cloudy, band).tabulated.air.every
-    assert BandAtmosphere.of(clear, short).tabulated.air.every == 1
+    tables = atmosphere.tabulated(0.3, "K")
+    assert tables.air.every > 1 == BandAtmosphere.of(cloudy, band).tabulated(0.3, "K").air.every
+    assert BandAtmosphere.of(clear, short).tabulated(0.3, "K").air.every == 1
+    finer = ((0.2, "K"), (0.5, "%"), (1.0, "W m^-2 sr^-1"))
+    assert all(atmosphere.tabulated(*tolerance).air.every == 1 for tolerance in finer)
     sunlight = solar_irradiance(band.wavenumber, band.width)
     paths = np.array([0.3, 5.0]), np.array([0.1, 0.1]), np.array([3.0, -1.0])
     suns = np.array([[50.0, 1.0], [50.0, 1.0]]), np.full((2, 2), 20.0)

@@ -319,6 +319,7 @@ def _write_array(
         elif not isinstance(data, Streamed) and data.size:
             creation.set_layout(h5py.h5d.COMPACT)
         dataset = target.create_dataset(name, dtype=kind, dcpl=creation, **content, **filters)
+        dataset.flush()  # its chunk has its place in the file now, not when the last reference to the array goes
     described_as = {"units": described.units, "long_name": described.long_name}
     _describe(dataset, described_as | CF_NAMES.get(name, {}) | attributes)
     return dataset

@@ -75,6 +75,23 @@ def test_the_same_content_gives_the_same_bytes(tmp_path, group):
     assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
 
 
+def test_the_same_content_gives_the_same_bytes_while_others_refer_to_arrays(tmp_path, monkeypatch):
+    """A profiler or a debugger holds frames, and with them arrays, for longer."""
+    numbers = np.random.default_rng(3).normal(size=(8, 200))
+    axes = {"x": Axis(np.arange(8.0), "m", "x"), "y": Axis(np.arange(200.0), "m", "y")}
+    group = Group(axes, {f"array{number}": Variable(("x", "y"), numbers, "K", "array") for number in range(9)})
+    write_file(tmp_path / "alone.h5", group, HEADER)
+    create, kept = h5py.Group.create_dataset, []
+
+    def referred(*arguments, **more):
+        kept.append(create(*arguments, **more))
+        return kept[-1]
+
+    monkeypatch.setattr(h5py.Group, "create_dataset", referred)
+    write_file(tmp_path / "referred.h5", group, HEADER)
+    assert len(kept) == 11 and (tmp_path / "referred.h5").read_bytes() == (tmp_path / "alone.h5").read_bytes()
+
+
 @pytest.mark.parametrize("engine", ["netcdf4", "h5netcdf"])
 def test_xarray_opens_it_without_a_warning(tmp_path, group, engine, recwarn):
     xarray = pytest.importorskip("xarray")

@@ -47,10 +47,11 @@ GRID_NODE = 3e-7  # s for each node of path radiance on the axes of a job, evalu
 # s for the sky of a state, for each material under it, for placing its times of day, and for each distinct surface
 # column, its forcing included.
 SKY, MATERIAL, TIMES, COLUMN = 1.4, 0.008, 0.01, 2.3e-5
-# s for placing nodes of temperatures by a tolerance, for a state and for each material, and for their tables at 0.5 K.
-PLACED, PLACED_MATERIAL, PLACED_TABLE = 1.5, 0.20, 0.048
+# s for placing nodes of temperatures by a tolerance, for a state and for each material, and for their tables at 0.5 K:
+# with the response to shade below, of builds of 15, 60 and 120 materials.
+PLACED, PLACED_MATERIAL, PLACED_TABLE = 1.5, 0.09, 0.03
 # s for each material and plane of the response to shade, and for the whole solutions of a material that measure it.
-RESPONSE_PLANE, SHADE_ERROR = 8e-3, 0.048
+RESPONSE_PLANE, SHADE_ERROR = 4.5e-3, 0.03
 # Times as much of these for surfaces on which a film of water may lie: it is solved again until film and temperature
 # agree, on more times of day; for a column that has rain, and for each of its hours. Fitted to six days of June with
 # none to five hours, which differ by up to a factor of 1.4.

@@ -92,7 +92,7 @@ def test_estimate_is_right_within_a_factor_of_one_and_a_half(name, tmp_path, mon
         },
         "busy": os.getloadavg()[0] / (os.cpu_count() or 1),
     }
-    sizes = {file.name: file.stat().st_size for file in files}
+    sizes = {str(file.relative_to(tmp_path)): file.stat().st_size for file in files}
     result["disk_mb"] = {"stated": stated.disk / 1e6, "measured": sum(sizes.values()) / 1e6}
     print(f"\n{name}: {json.dumps(result)}, {sizes}")
     if os.environ.get("SKYSHINE_WRITE"):

@@ -1,7 +1,7 @@
 """What the needs of a scene save, as `python -m mat.maintain.bench.scene_needs` wrote it: shown in mat/physics.md.
 
-``PYTHONPATH=. python tests/validation/needs_results.py`` writes the table of the page from `needs_results.json` beside this
-module. A test compares the page with it.
+``PYTHONPATH=. python tests/validation/needs_results.py`` writes the table of the page from `needs_results.json` beside
+this module. A test compares the page with it.
 """
 
 import json

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from skyshine.mat.tables.channels import _rounded_shares
 from skyshine.mat.tables.other_spectra import read_other_spectrum
 from skyshine.schemas.errors import InputError
 
@@ -116,3 +117,10 @@ def test_what_cannot_be_read_is_refused_at_its_place(tmp_path, text, place, mess
         read(tmp_path, text)
     assert message in str(caught.value)
     assert f"tape7{place}" in str(caught.value)
+
+
+def test_stored_shares_of_a_channel_are_near_the_exact_ones_and_sum_to_one():
+    exact = np.random.default_rng(5).dirichlet(np.ones(12), 40)
+    stored = _rounded_shares(exact)
+    assert stored.sum(axis=1) == pytest.approx(1.0, abs=1e-12)
+    assert 0 < np.abs(stored - exact).max() < 5e-4 and np.median(np.abs(stored - exact)) < 3.1e-5
